@@ -9,7 +9,7 @@ import pytest
 
 from vegrip.cli import main
 from vegrip.identification.recording import Fingertip, Recording, write_recording
-from vegrip.identification.recording.missing import MISSING
+from vegrip.identification.recording.report import MISSING
 from vegrip.identification.simulate import simulate
 from vegrip.identification.simulate.protocol import standard
 from vegrip.model import paper_model

@@ -45,6 +45,29 @@ def test_a_sample_more_or_less_changes_no_lag(model_with):
     np.testing.assert_allclose(both[0][at], both[1], atol=2e-5 * both[1].max())
 
 
+@pytest.mark.parametrize("late", [4e-3, 0.03])
+def test_a_delay_shows_what_was(late, model_with):
+    """Presses and sines up to a third of a turn of 1 / T, at uneven steps; jerks ring by little."""
+    model = model_with("sensor_delay").with_value("T_y", late)
+    t = np.cumsum(np.random.default_rng(3).uniform(0.5, 1.5, 3000)) * 2e-3
+    wave = np.sin(2.0 * np.pi * np.minimum(0.25 / late, 10.0) * t)
+    depth = np.interp(
+        t % 2.0, [0.0, 0.3, 0.4, 1.4, 1.5, 2.0], DEPTH * np.array([-0.2, -0.2, 1.0, 1.0, -0.2, -0.2])
+    )
+    found = model.simulate(t, depth + 0.02 * DEPTH * wave)
+    error = found.sensed_force - np.interp(t - late, t, found.normal_force)
+    assert np.abs(error[t > 0.1]).max() < 0.04 * found.normal_force.max()
+    assert np.sqrt(np.mean(error[t > 0.1] ** 2)) < 0.01 * found.normal_force.max()
+
+
+def test_a_lag_of_the_displacement_leads_by_its_time_and_touches_earlier(model_with):
+    model = model_with("displacement_lag").with_value("tau_d", 0.01)
+    t = np.arange(0.0, 1.0, 1e-3)
+    depth = DEPTH * (2.0 * t - 1.0)
+    ahead = model.with_value("tau_d", 0.0).simulate(t, depth + 0.02 * DEPTH).normal_force
+    np.testing.assert_allclose(model.simulate(t, depth).normal_force[1:], ahead[1:], atol=1e-9)
+
+
 def test_drift_is_seen_in_air(model_with):
     model = model_with("force_drift")
     t = np.array([0.0, 10.0, 1000.0])

@@ -32,6 +32,22 @@ def moved(kind: str, rng: np.random.Generator) -> tuple[Floats, Floats]:
     return t, np.interp(t, times, depths)
 
 
+def shown(t: Floats, depth: Floats, force: Floats, kind: str, seconds: float) -> tuple[Floats, Floats]:
+    """Return what sensors show of depth and force; a lag is integrated in steps of a hundredth of it."""
+    if kind == "delay":
+        return depth, np.interp(t - seconds, t, force)
+    if not kind:
+        return depth, force
+    true = depth if kind == "displacement" else force
+    fine = np.linspace(t[0], t[-1], round(100.0 * (t[-1] - t[0]) / seconds))
+    follows, y = np.interp(fine, t, true), np.empty(fine.size)
+    y[0], step = follows[0], (fine[1] - fine[0]) / seconds
+    for i in range(1, fine.size):
+        y[i] = y[i - 1] + step * (0.5 * (follows[i] + follows[i - 1]) - y[i - 1])
+    late = np.interp(t, fine, y)
+    return (late, force) if kind == "displacement" else (depth, late)
+
+
 def pressed(
     seed: int,
     *,
@@ -41,11 +57,15 @@ def pressed(
     crack: tuple[float, float] | None = None,
     second: tuple[float, float] | None = None,
     exponent: float = 1.5,
+    pull: float = 0.0,
+    late: tuple[str, float] = ("", 0.0),
 ) -> Recording:
     """A power law of the depth through exponential relaxation, cut off at zero.
 
     ``branches``: amplitude and rate [1/s]; ``zeros`` of displacement [mm] and force [N]; ``crack``: when [s]
-    which share is added to the stiffness; ``second``: at which depth [mm] a spring [N/mm] is touched.
+    which share is added to the stiffness; ``second``: at which depth [mm] a spring [N/mm] is touched;
+    ``pull``: force [N] with which the surfaces stick, on the way out over a neck of 0.1 mm;
+    ``late``: "lag", "delay" (of the force) or "displacement" (a lag of it), and by how many seconds.
     """
     rng = np.random.default_rng(seed)
     rows, began = [], 0.0
@@ -63,6 +83,9 @@ def pressed(
                 branch = branch * keep + share * step * np.sqrt(keep)
                 force[i] += branch
         force = np.maximum(force, 0.0) * (depth > 0.0)
+        touched = np.maximum.accumulate(depth) > 0.0
+        force -= pull * touched * np.clip(1.0 + depth / 0.1, 0.0, 1.0)
+        depth, force = shown(t, depth, force, *late)
         rows.append(np.c_[t + began, np.full(t.size, episode), 1e-3 * (depth + zeros[0]), force + zeros[1]])
         began += t[-1] + 20.0
     t, episodes, depth, force = np.vstack(rows).T

@@ -63,7 +63,7 @@ def test_every_hidden_effect_leaves_the_other_channels_alone(name) -> None:
     assert changed
     if name in FRICTIONAL | {"contact_radius_law", "pressure_profile"}:
         assert not changed & {"normal_force", "displacement", "true_indentation", "true_normal_force"}
-    if name in {"sensor_lag", "cross_talk", "force_drift"}:
+    if name in {"sensor_lag", "sensor_delay", "cross_talk", "force_drift"}:
         assert changed == {"normal_force"}
     if name not in FRICTIONAL:
         assert "true_friction_coefficient" not in changed
@@ -180,8 +180,9 @@ def test_stiffer_laws_multiply_the_elastic_force(name, given, factor) -> None:
     assert soft.elastic_indentation(soft.elastic_force(depth)) == pytest.approx(depth, rel=1e-12)
 
 
-def test_sensor_shows_a_ramp_late_by_its_time_constant() -> None:
-    trial = run((AIR_SEGMENT, Segment(0.5, force=2.0)), sensor_lag={"time": 0.02})
+@pytest.mark.parametrize("name", ["sensor_lag", "sensor_delay"])
+def test_sensor_shows_a_ramp_late_by_its_time_constant(name) -> None:
+    trial = run((AIR_SEGMENT, Segment(0.5, force=2.0)), **{name: {"time": 0.02}})
     t = trial["t"]
     late = np.interp(t - 0.02, t, trial["true_normal_force"])
     ramp = (t > 0.4) & (t < 0.7)

@@ -22,6 +22,9 @@ OUT = Annotated[
         help="Folder for pictures, diagnosis.json and model.toml; or the model file alone, FILE.toml.",
     ),
 ]
+DRAWS = Annotated[
+    int, typer.Option("--draws", min=0, help="Bootstrap draws that say how sure the verdict is, such as 20.")
+]
 
 
 def diagnose(
@@ -32,6 +35,7 @@ def diagnose(
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,
     hold_back: HOLD_BACK = "",
+    draws: DRAWS = 0,
     as_json: JSON = False,
 ) -> None:
     """Say which physical effects would explain what the model leaves of a recording.
@@ -62,11 +66,13 @@ def diagnose(
         if is_alone:
             outputs.write(output, partial(write_model, found.model))
         else:
-            outputs.write(output, partial(_write_folder, found, model.stem if model else "the paper's model"))
+            outputs.write(
+                output, partial(_write_folder, found, model.stem if model else "the paper's model", draws)
+            )
         if as_json:
-            print_json(_as_dict(found))
+            print_json(_as_dict(found, draws))
         else:
-            _print(found)
+            _print(found, draws)
             if words := _next(found, recording, model):
                 same = asked(zeros_each_episode, tolerance) if words[0] in ("add", "fit") else []
                 print_next("vegrip", *words, *same)
@@ -88,20 +94,21 @@ def _next(found: "Diagnosis", recording: Path, model: Path | None) -> list[objec
     return ["report", recording, *base]
 
 
-def _as_dict(found: "Diagnosis") -> dict[str, Any]:
-    """Return what is printed: the diagnosis, and the experiment that would tell its candidates apart."""
+def _as_dict(found: "Diagnosis", draws: int) -> dict[str, Any]:
+    """Return what is printed: the diagnosis, what would tell its candidates apart, and how sure it is."""
+    from vegrip.identification.diagnosis.certainty import certainty_of
     from vegrip.identification.experiment.design import next_experiment
 
-    return found.as_dict(next_experiment(found))
+    return found.as_dict(next_experiment(found), certainty_of(found, draws).as_dict() if draws else None)
 
 
-def _write_folder(found: "Diagnosis", start: str, folder: Path) -> None:
+def _write_folder(found: "Diagnosis", start: str, draws: int, folder: Path) -> None:
     from vegrip.cli._fits import json_text
     from vegrip.identification.diagnosis.account import draw_diagnosis
     from vegrip.model import write_model
 
     draw_diagnosis(found, folder, start)
-    write_whole(folder / "diagnosis.json", json_text(_as_dict(found)) + "\n")
+    write_whole(folder / "diagnosis.json", json_text(_as_dict(found, draws)) + "\n")
     write_model(found.model, folder / "model.toml")
 
 
@@ -113,7 +120,7 @@ SENTENCES = {
 }
 
 
-def _print(found: "Diagnosis") -> None:
+def _print(found: "Diagnosis", draws: int) -> None:
     from rich.table import Table
     from rich.text import Text
 
@@ -121,7 +128,7 @@ def _print(found: "Diagnosis") -> None:
     from vegrip.cli._tables import printer
 
     console = printer()
-    told = _as_dict(found)
+    told = _as_dict(found, draws)
     error = told["error"]
     grave = [doubt.text for doubt in found.doubts if doubt.is_grave]
     sentence = f"not reliable: {'; '.join(grave)}" if grave else SENTENCES[told["verdict"]]
@@ -146,8 +153,8 @@ def _print(found: "Diagnosis") -> None:
         )
     for name, si in told["si"].items():
         console.print(f"{name} is {si['value']:.3g} {si['unit']}")
-    if told["unexplained"]:
-        console.print(told["unexplained"]["note"])
+    for note in [one["note"] for one in (told["unexplained"], told["holds"], told["certainty"]) if one]:
+        console.print(note, soft_wrap=True)
     if told["experiment"]:
         for name, text in told["experiment"]["suggestions"].items():
             console.print(f"to distinguish {name}: {text}")

@@ -48,8 +48,7 @@ def fleet(
     """
     from vegrip.cli._fits import print_json
     from vegrip.identification.fleet import find_recordings, run, summarize_rows
-    from vegrip.identification.fleet.findings import write_csv
-    from vegrip.identification.fleet.row import Ledger
+    from vegrip.identification.fleet.row import Ledger, write_csv
     from vegrip.model import read_model
 
     with Outputs(force=force) as outputs:
@@ -113,8 +112,7 @@ def _counted(total: int, done: int) -> Iterator[Any]:
 
 def _print(findings: "list[Finding]", done: "list[tuple[Found, Row]]", output: Path | None) -> None:
     from vegrip.cli._tables import printer, show, table
-    from vegrip.identification.fleet.findings import NONE
-    from vegrip.identification.fleet.row import FAILED
+    from vegrip.identification.fleet.row import FAILED, NONE
 
     shown = table("hand", "pad", "effect", "since", "seen in", "now", "size", wraps="size")
     for one in findings:

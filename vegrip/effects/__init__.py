@@ -17,6 +17,7 @@ from vegrip.spelling import suggestion
 __all__ = ["BUILT_IN", "Effect", "Hook", "State", "effect", "hook", "names", "place"]
 
 BUILT_IN = (
+    "displacement_lag",
     "displacement_backlash",
     "inclination",
     "series_compliance",
@@ -39,6 +40,7 @@ BUILT_IN = (
     "guide_friction",
     "cross_talk",
     "sensor_lag",
+    "sensor_delay",
     "force_drift",
     "saturation",
     "geometric_radius",

@@ -20,8 +20,9 @@ EFFECT = Effect(
     cites=("HuntCrossley1975",),
     parameters=(Parameter("eta", "s", 2e-3, 2e-3, 0.0, 0.1, "time by which the force leads", null=0.0),),
     hooks=(hook(force),),
-    confounded=("sensor_lag", "rate_stiffening"),
+    confounded=("displacement_lag", "sensor_lag", "rate_stiffening"),
     experiment="small sines of 5 .. 20 Hz",
     shifts_time=True,
+    companions=("displacement_lag",),
     imitated_by="a force whose clock is early by {eta:.2g} s would show nearly the same",
 )

@@ -1,8 +1,8 @@
 """Lag of the force sensor: ``tau ds/dt = N - s``, the sensor shows s.
 
 A first-order hold like a relaxation branch, exact for a force that is linear within the step. (A zero-order
-hold loses half a step: fitted lags came out 0.7 ms too long at 1.4 ms per step.) A pure delay looks the
-same below 20 Hz; both are of the group "timing".
+hold loses half a step: fitted lags came out 0.7 ms too long at 1.4 ms per step.) A lag smears what a pure
+delay (:mod:`sensor_delay <vegrip.effects.sensor_delay>`) only moves; slow motions show no difference.
 """
 
 from vegrip.effects.contract import Effect, State, hook
@@ -24,16 +24,18 @@ EFFECT = Effect(
     name="sensor_lag",
     summary="the force sensor follows late",
     cites=("Fraden2016",),
-    parameters=(Parameter("tau", "s", 3e-3, 3e-3, 0.0, 0.2, "time constant of the sensor", null=0.0),),
+    parameters=(Parameter("tau", "s", 3e-3, 0.02, 0.0, 0.2, "time constant of the sensor", null=0.0),),
     states=(
         State("shown", "N", "what the sensor shows", low="force", high="force"),
         State("felt", "N", "force at the end of the last step", low="force", high="force"),
     ),
     hooks=(hook(sense),),
-    confounded=("displacement_backlash", "fast_damping"),
+    confounded=("sensor_delay", "displacement_backlash", "fast_damping"),
     experiment="small sines of 8 .. 20 Hz; a synchronisation pulse separates a delay from a lag",
     group="timing",
     shifts_time=True,
+    companions=("sensor_delay",),
+    trial_sizes=(1.0, 10.0),
     min_amounts=(("tau", 3e-4),),  # a third of a millisecond
     imitated_by="a force whose clock is late by {tau:.2g} s would show nearly the same",
 )

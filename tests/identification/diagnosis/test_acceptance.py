@@ -11,9 +11,16 @@ from vegrip.effects import BUILT_IN, Effect, effect
 from vegrip.identification.diagnosis import candidate_fit, score_tests, search
 from vegrip.identification.diagnosis.acceptance import amount_std, is_resolved, misfit_by_regime
 from vegrip.identification.diagnosis.candidate_fit import HELD_OUT, _is_astray, evaluate_candidate, scores
-from vegrip.identification.diagnosis.catalogue import Candidate, moved, null, trials, why_unseen
 from vegrip.identification.diagnosis.discrepancy import LENGTHS, _curve, _knots, _tents, _variables
-from vegrip.identification.diagnosis.score_tests import Hint, screen_candidates
+from vegrip.identification.diagnosis.score_tests import (
+    Candidate,
+    Hint,
+    moved,
+    null,
+    screen_candidates,
+    trials,
+    why_unseen,
+)
 from vegrip.identification.diagnosis.search import EvidenceThreshold, shortlist
 from vegrip.identification.fit.problem import Problem, Unknowns
 from vegrip.identification.fit.solve import Optimum

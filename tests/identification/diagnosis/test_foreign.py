@@ -4,8 +4,7 @@ import pytest
 
 from vegrip.effects import effect
 from vegrip.effects.contract import Effect, State, hook
-from vegrip.identification.diagnosis.catalogue import Candidate, candidates, null
-from vegrip.identification.diagnosis.score_tests import carrier
+from vegrip.identification.diagnosis.score_tests import Candidate, candidates, carrier, null
 from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.fit.preprocess import preprocess
 from vegrip.model import paper_model

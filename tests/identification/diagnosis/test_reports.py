@@ -18,14 +18,15 @@ def test_a_step_says_how_many_effects_it_screens_and_which_it_refits(monkeypatch
     def refitted(*_):
         raise RefitsBeginError
 
-    monkeypatch.setattr(search, "candidates", lambda *_: ([1, 2, 3], {}))
+    some = [SimpleNamespace(name="one", effect=SimpleNamespace(group="")) for _ in range(3)]
+    monkeypatch.setattr(search, "candidates", lambda *_: (some, {}))
     monkeypatch.setattr(search, "screen_candidates", lambda *_: hints)
     monkeypatch.setattr(search, "shortlist", lambda given: given)
     monkeypatch.setattr(search, "required_evidence", lambda *_: None)
     monkeypatch.setattr(search, "_refitted", refitted)
     model = SimpleNamespace(values={})
     base = SimpleNamespace(problem=SimpleNamespace(model=model, measured=None), optimum=None)
-    found = SimpleNamespace(out_of_sight={}, steps=[], accepted=[], misfit=lambda _: 1.0)
+    found = SimpleNamespace(out_of_sight={}, steps=[], accepted=[], dropped=[], misfit=lambda _: 1.0)
     told = []
     with pytest.raises(RefitsBeginError):
         search._step(base, None, found, 1, told.append)

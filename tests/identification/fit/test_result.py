@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from vegrip.identification.fit.channels import LAGS, channel_errors, whiteness
 from vegrip.identification.fit.problem import AT
-from vegrip.identification.fit.result import Fit, _about_misfit
+from vegrip.identification.fit.result import LAGS, Fit, _about_misfit, channel_errors, whiteness
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,7 @@ import pytest
 from vegrip.cli import main
 from vegrip.errors import DeviceError, UsageError
 from vegrip.identification.fleet import Found, Row, examine_recording, find_recordings, run, summarize_rows
-from vegrip.identification.fleet.findings import write_csv
-from vegrip.identification.fleet.row import Ledger
+from vegrip.identification.fleet.row import Ledger, write_csv
 from vegrip.identification.recording import Recording, write_recording
 from vegrip.identification.simulate import simulate
 from vegrip.identification.simulate.protocol import standard

@@ -131,7 +131,6 @@ class Calibration:
 
     @property
     def good(self) -> list[str]:
-        """Kinds of the trials that showed what they are for."""
         return [one.kind for one in self.trials if one.is_good]
 
     @property

@@ -101,7 +101,6 @@ def _trial(kind: str, item: Item, rig: Rig, amplitudes: dict[str, float]) -> Tri
 
 
 def _words(kind: str, protocol: Protocol) -> list[str]:
-    """Return what a person does who has no rig, as near to the protocol as a person comes."""
     said = ["Begin each episode half a second in the air: the sensors' zeros are read there."]
     for number, episode in enumerate(protocol.episodes):
         what = _episode_in_words(episode)
@@ -133,7 +132,6 @@ def _episode_in_words(episode: Episode) -> str:
 
 
 def practice_tip(seed: int) -> FingertipSettings:
-    """Return a fingertip as different from others as soft fingertips are."""
     return random_fingertip(np.random.default_rng(seed))
 
 

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from vegrip.identification.compare.where import Features, Regime, Residuals, features_of, where
-from vegrip.identification.fit.channels import ChannelError, channel_errors, loads_at_slip, overall_error
 from vegrip.identification.fit.fitting import solve
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import Problem, Zeros
+from vegrip.identification.fit.result import ChannelError, channel_errors, loads_at_slip, overall_error
 from vegrip.identification.fit.solve import Report
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
@@ -39,7 +39,6 @@ class Comparison:
 
     @property
     def where(self) -> list[Regime]:
-        """Where the model fails, largest share of the misfit first."""
         return where(residuals_of(self.problem, self.u), self.features)
 
     def as_dict(self) -> dict[str, Any]:

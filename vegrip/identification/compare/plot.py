@@ -116,7 +116,6 @@ def curves(comparison: Comparison) -> dict[str, Any]:
 
 
 def _columns(time: Floats, measured: Floats, residuals: Residuals) -> dict[str, list[float]]:
-    """Return the smallest, the greatest and the mean value of each column of time."""
     if not time.size:
         return {}
     edges = np.linspace(time[0], time[-1], COLUMNS + 1)

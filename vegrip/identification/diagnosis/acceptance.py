@@ -16,7 +16,7 @@ import numpy as np
 
 from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
-from vegrip.identification.diagnosis.catalogue import Candidate
+from vegrip.identification.diagnosis.score_tests import Candidate
 from vegrip.model import BASE
 from vegrip.types import Floats
 
@@ -53,13 +53,15 @@ def judge_candidate(
     if not gain > max(pays, candidate.effect.min_gain):
         failed.append("evidence")
     up, down = float(change[change > 0.0].sum()), -float(change[change < 0.0].sum())
-    takes_most = gain >= thresholds.MOST_OF_LEFT_SHARE * left and regimes[0] > thresholds.MAX_NOISE_CHI2
-    may_lose = thresholds.MAX_LOST_SHARE_OF_MOST if takes_most else thresholds.MAX_LOST_SHARE
+    before, after = (one > thresholds.MAX_NOISE_CHI2 for one in regimes)
+    takes_most = gain >= thresholds.MOST_OF_LEFT_SHARE * left > 0.0
+    may_lose = thresholds.MAX_LOST_SHARE_OF_MOST if takes_most and before else thresholds.MAX_LOST_SHARE
     if not (up > down and down <= may_lose * up + thresholds.CHANCE_NATS):
         failed.append("held-out episodes")
     if change.size > 2 and not float(change.sum() - change.max()) > 0.0:
         failed.append("one episode only")
-    if not (regimes[1] < regimes[0] or takes_most):
+    # among regimes that all are noise it is chance which has the lesser misfit
+    if not (regimes[1] < regimes[0] or (takes_most and before >= after)):
         failed.append("regimes")
     if not new.error < base.error:
         failed.append("error")
@@ -120,15 +122,15 @@ def amount_std(candidate: Candidate, new: CandidateFit) -> Floats:
     return out
 
 
-def misfit_by_regime(residual: Floats, regimes: Floats) -> float:
+def misfit_by_regime(residual: Floats, regimes: Floats, weights: Floats | None = None) -> float:
     """Return chi-square per regime of the summed whitened residuals: 1 is noise.
 
     ``regimes`` (rows,) numbers them, negative where there is none. Sums, because noise averages out of them
-    and a misfit does not.
+    and a misfit does not. ``weights`` (rows,) of the residuals, 1 when not given.
     """
     keep = regimes >= 0
-    numbers = regimes[keep].astype(np.int64)
-    count = np.bincount(numbers)
-    total = np.bincount(numbers, weights=residual[keep])
-    there = count >= 10
-    return float(np.mean(total[there] ** 2 / count[there])) if there.any() else 1.0
+    numbers, w = regimes[keep].astype(np.int64), np.ones(residual.size) if weights is None else weights
+    total = np.bincount(numbers, weights=(w * residual)[keep])
+    power = np.bincount(numbers, weights=(w * w)[keep])
+    there = np.bincount(numbers) >= 10
+    return float(np.mean(total[there] ** 2 / power[there])) if there.any() else 1.0

@@ -101,8 +101,6 @@ def _checksum(folder: Path) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _Side:
-    """A model and what it leaves of one channel."""
-
     name: str
     colour: str
     error: float

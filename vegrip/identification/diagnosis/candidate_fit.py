@@ -13,11 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from vegrip.identification.compare.where import features_of
-from vegrip.identification.diagnosis.catalogue import Candidate
-from vegrip.identification.diagnosis.score_tests import Hint, carrier, with_candidates
-from vegrip.identification.fit.channels import rms
+from vegrip.identification.diagnosis.score_tests import Candidate, Hint, carrier, with_candidates
 from vegrip.identification.fit.preprocess import Mask
 from vegrip.identification.fit.problem import Problem
+from vegrip.identification.fit.result import rms
 from vegrip.identification.fit.solve import Optimum, refine_optimum, scaled
 from vegrip.identification.fit.whitening import has_play
 from vegrip.model import BASE

@@ -10,7 +10,6 @@ is fitted again, and the places are looked through once more. The places weighte
 posterior of the change point, of which the interval holds 95 %.
 """
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,8 +19,8 @@ import numpy as np
 from vegrip.compiled import njit
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.diagnosis.thresholds import CONTENDER_SHARE, MIN_POINTING_NATS
-from vegrip.identification.fit.channels import overall_error
 from vegrip.identification.fit.problem import AT, Problem
+from vegrip.identification.fit.result import overall_error
 from vegrip.identification.fit.solve import refine_optimum
 from vegrip.identification.fit.whitening import Sensitivity
 from vegrip.types import Floats
@@ -71,22 +70,14 @@ class Changed(Problem):
     def __init__(self, base: Problem, variable: str, *, is_relaxing: bool) -> None:
         self.__dict__.update(base.__dict__)  # the same rows, noise and compiled model
         self.variable, self.is_relaxing, self.at = variable, is_relaxing, math.inf
-        m, k = base.measured, base.unknowns
+        m = base.measured
         self.places = m.recording.t if variable == "time" else m.motion.displacement
         self.inner = np.unique(self.places[base.used & (base.stiffness > 0.0)])[1:-1]
         self.scale = 1.0
         if variable == "displacement" and self.inner.size:
             self.inner = np.linspace(self.inner[0], self.inner[-1], DEPTHS)
             self.scale = float(base.stiffness.max())
-
-        def more(values: Floats, last: float) -> Floats:
-            return np.append(values, last)
-
-        self.unknowns = dataclasses.replace(
-            k, names=(*k.names, "change"), log=np.append(k.log, False), place=np.append(k.place, -1),
-            start=more(k.start, 0.0), low=more(k.low, LOW), high=more(k.high, HIGH),
-            prior=more(k.prior, 0.0), std=more(k.std, PRIOR_STD),
-        )  # fmt: skip
+        self.unknowns = base.unknowns.with_one("change", LOW, HIGH, PRIOR_STD)
 
     def table(self, u: Floats, instead: Mapping[str, float] | None = None) -> Floats:
         """Return the prediction (n, 14) with the change."""

@@ -13,12 +13,13 @@ import numpy as np
 from vegrip.effects import effect
 from vegrip.errors import RecordingError
 from vegrip.identification.diagnosis import thresholds
-from vegrip.identification.diagnosis.candidate_fit import CandidateFit
+from vegrip.identification.diagnosis.candidate_fit import EVALUATIONS, CandidateFit
 from vegrip.identification.fit.preprocess import Measured
-from vegrip.identification.fit.problem import AT, Problem
+from vegrip.identification.fit.problem import Problem
+from vegrip.identification.fit.solve import refine_optimum
 from vegrip.identification.recording import Recording
 from vegrip.identification.recording.checks import suspect_columns
-from vegrip.identification.recording.missing import MISSING, told
+from vegrip.identification.recording.report import MISSING, told
 from vegrip.types import Floats
 
 
@@ -74,10 +75,15 @@ def check_before_search(problem: Problem) -> Iterator[Doubt]:
         )
     late = shift(t, m.first, m.motion.displacement, m.force)
     if abs(late) > max(thresholds.MIN_VISIBLE_SHIFT_S, thresholds.MIN_VISIBLE_SHIFT_SAMPLES * step):
+        is_grave = abs(late) > thresholds.MAX_SENSOR_LAG_S
+        cause = (
+            "their clocks disagree; shift one of them"
+            if is_grave
+            else "a slow sensor, or their clocks disagree"
+        )
+        order = "after" if late > 0.0 else "before"
         yield Doubt(
-            f"the force changes {abs(1e3 * late):.0f} ms {'after' if late > 0.0 else 'before'} the "
-            "displacement: their clocks disagree; shift one of them and diagnose again",
-            is_grave=True,
+            f"the force changes {abs(1e3 * late):.0f} ms {order} the displacement: {cause}", is_grave=is_grave
         )
 
 
@@ -103,40 +109,45 @@ def shift(t: Floats, first: Floats, displacement: Floats, force: Floats) -> floa
     return best * step
 
 
+class Shifted(Problem):
+    """The problem with one unknown more, the last: by how much [s] the clock of the force is late."""
+
+    def __init__(self, base: Problem) -> None:
+        self.__dict__.update(base.__dict__)  # the same rows, noise and compiled model
+        limit = thresholds.MAX_CLOCK_SHIFT_S
+        self.unknowns = base.unknowns.with_one("clock", -limit, limit, thresholds.MAX_SENSOR_LAG_S)
+        t, first = base.measured.recording.t, base.measured.first
+        self._apart = t + 10.0 * limit * np.cumsum(first)  # episodes do not know of each other
+
+    def parts(self, u: Floats) -> tuple[Floats, tuple[Floats, Floats]]:
+        """Return the model's vector and the zeros (n,), that of the displacement with what it moves."""
+        vector, (displacement, force) = super().parts(u)
+        motion = self.measured.motion.displacement
+        return vector, (displacement + motion - np.interp(self._apart - u[-1], self._apart, motion), force)
+
+
 def apart(base: CandidateFit) -> tuple[float, float]:
-    """Return the small shift of the force's clock that explains most of the misfit [s], and its gain [nats].
+    """Return the shift of the force's clock that explains most of the misfit [s], and its gain [nats].
 
-    By the derivative of the modelled force in time, beside all that the model can do.
+    From no shift, and from that at which the rates agree best.
     """
-    problem, found = base.problem, base.optimum
-    t, first = problem.measured.recording.t, problem.measured.first
-    table = problem.table(found.u)
-    slope = _rate(t, first, table[:, AT["normal_force"]])
-    s = np.zeros(found.residual.size)
-    s[: t.size] = problem.whitener(slope)  # a force that is late by tau leaves -tau dN/dt
-    J = np.vstack([found.jacobian, np.diag(1.0 / problem.unknowns.std)])
-    basis, _ = np.linalg.qr(J)
-    p = np.r_[s, np.zeros(J.shape[0] - s.size)]
-    p -= basis @ (basis.T @ p)
-    power, along = float(p @ p), float(p[: s.size] @ found.residual)
-    if power <= 0.0:
-        return 0.0, 0.0
-    return -along / power, 0.5 * along * along / power
-
-
-def _rate(t: Floats, first: Floats, values: Floats) -> Floats:
-    out = np.zeros(t.size)
-    starts = np.flatnonzero(first > 0.5)
-    for a, b in zip(starts, [*starts[1:], t.size], strict=True):
-        if b - a > 2:
-            out[a:b] = np.gradient(values[a:b], t[a:b])
-    return out
+    m = base.problem.measured
+    late = shift(m.recording.t, m.first, m.motion.displacement, m.force)
+    problem = Shifted(base.problem)
+    starts = [np.append(base.optimum.u, value) for value in {0.0, late}]
+    fits = [refine_optimum(problem, start, EVALUATIONS) for start in starts]
+    best = min(fits, key=lambda one: one.cost)
+    return float(best.u[-1]), base.optimum.cost - best.cost
 
 
 def check_clocks(base: CandidateFit, best: float) -> list[Doubt]:
-    """Return the doubt that clocks disagree, if that explains more than the ``best`` effect [nats]."""
+    """Return the doubt that clocks disagree, if that explains more than the ``best`` effect [nats].
+
+    A force that is late may have a slow sensor, which has to be beaten by far; an early one can have none.
+    """
     late, gain = apart(base)
-    if gain < thresholds.MIN_SHIFT_NATS + (1.0 + thresholds.SHIFT_ADVANTAGE_SHARE) * max(best, 0.0):
+    share = thresholds.SHIFT_ADVANTAGE_SHARE if late > 0.0 else thresholds.INDISTINGUISHABLE_SHARE
+    if gain < thresholds.MIN_SHIFT_NATS + (1.0 + share) * max(best, 0.0):
         return []
     return [
         Doubt(
@@ -148,6 +159,5 @@ def check_clocks(base: CandidateFit, best: float) -> list[Doubt]:
 
 
 def check_lookalikes(names: list[str], values: dict[str, float], radius: float) -> list[Doubt]:
-    """Return which named effects a fault of the recording would imitate."""
     sentences = [effect(name).imitated_by for name in names]
     return [Doubt(sentence.format(**values | {"radius": radius})) for sentence in sentences if sentence]

@@ -15,6 +15,8 @@ from typing import Any
 from vegrip.identification.compare.comparison import Comparison
 from vegrip.identification.compare.where import Regime
 from vegrip.identification.diagnosis import thresholds
+from vegrip.identification.diagnosis.candidate_fit import held_out_groups
+from vegrip.identification.diagnosis.clean import Clean, find_clean
 from vegrip.identification.diagnosis.data_checks import (
     Doubt,
     check_before_search,
@@ -31,20 +33,30 @@ from vegrip.identification.fit.result import Fit, fit_of
 from vegrip.identification.fit.solve import Report
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
+from vegrip.types import Floats
 
 
-def are_alike(one: Tried, other: Tried, *, is_rough: bool = False) -> bool:
-    """Whether two candidates do nearly the same: between them only the form of a law decides.
-
-    ``is_rough``: the forms of the laws that were accepted leave more than noise, and so may these.
-    """
+def are_alike(one: Tried, other: Tried) -> bool:
+    """Whether two candidates do nearly the same: between them only the form of a law decides."""
     a, b = one.change, other.change
     cosine = float(a @ b) / math.sqrt(max(float(a @ a) * float(b @ b), 1e-300))
     apart = abs(one.verdict.gain - other.verdict.gain)
     most = min(thresholds.FORM_NATS, thresholds.FORM_SHARE * one.verdict.gain)
-    return cosine > thresholds.SAME_CHANGE_COSINE and apart <= (
-        max(most, thresholds.ROUGH_FORM_SHARE * one.verdict.gain) if is_rough else most
-    )
+    return cosine > thresholds.SAME_CHANGE_COSINE and apart <= most
+
+
+@dataclass(frozen=True)
+class Left:
+    """What is left: chi-square per regime, errors of the first and of the last model over the noise."""
+
+    misfit: float
+    first: float
+    error: float
+
+    @property
+    def is_explained(self) -> bool:
+        first, last = (one**2 - 1.0 for one in (self.first, self.error))
+        return last <= thresholds.MAX_EXCESS_SHARE * first and self.error <= thresholds.MAX_ERROR
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,61 +70,61 @@ class Diagnosis:
 
     @property
     def named(self) -> list[str]:
-        """The effects it would add, in the order in which they explain most."""
         return [one.candidate.name for one in self.search.accepted] if self.verdict == "named" else []
 
     @property
     def verdict(self) -> str:
         """adequate, named, ambiguous or unexplained."""
         s = self.search
-        depends = s.misfit(s.last) > thresholds.MAX_NOISE_CHI2  # on the regime
-        if not s.accepted:
+        left = Left(s.misfit(s.last), s.first.error, s.last.error)
+        return self.verdict_of(len(s.accepted), left, is_ambiguous=bool(self.indistinguishable))
+
+    def verdict_of(self, count: int, left: "Left", *, is_ambiguous: bool) -> str:
+        """Return the verdict where so many effects leave that much."""
+        depends = left.misfit > thresholds.MAX_NOISE_CHI2  # on the regime
+        if not count:
             rest = self._rest
             is_left = rest is not None and (depends or rest.gain > thresholds.MIN_CURVE_NATS)
             return "unexplained" if is_left else "adequate"
-        if depends and not self._is_sufficient:
+        if depends and not self._is_sufficient(count):
             return "unexplained"
         most = thresholds.MAX_ERROR_BY_REGIME if depends else thresholds.MAX_ERROR_EVEN
-        if s.last.error > most and not self._explains_nearly_all:
+        if left.error > most and not left.is_explained:
             return "unexplained"
-        return "ambiguous" if self.indistinguishable else "named"
+        return "ambiguous" if is_ambiguous else "named"
 
-    @property
-    def _is_sufficient(self) -> bool:
-        """Whether what still stands out beside what is accepted may be the forms of its laws."""
-        s, rest = self.search, self._rest
-        if len(s.accepted) >= thresholds.PATCHWORK_EFFECTS:
+    def _is_sufficient(self, count: int) -> bool:
+        if count >= thresholds.PATCHWORK_EFFECTS:
             return False
+        s, rest = self.search, self._rest
         return rest is None or rest.gain <= thresholds.MIN_CURVE_SHARE * (s.last.evidence - s.first.evidence)
 
     @cached_property
     def _rest(self) -> Discrepancy | None:
-        """The curve that explains most of what the last model leaves."""
         return find_discrepancy(self.search.last)
 
-    @property
-    def _explains_nearly_all(self) -> bool:
-        """Whether what is accepted takes nearly all of the excess of the squared error over the noise's."""
-        first, last = (one.error**2 - 1.0 for one in (self.search.first, self.search.last))
-        return last <= thresholds.MAX_EXCESS_SHARE * first and self.search.last.error <= thresholds.MAX_ERROR
+    @cached_property
+    def groups(self) -> Floats:
+        """What every residual (rows,) is drawn or held out with."""
+        return held_out_groups(self.start.problem)
 
     @cached_property
     def indistinguishable(self) -> list[list[str]]:
         """Sets of effects that explain the same equally well."""
         sets = []
-        is_rough = self.search.misfit(self.search.last) > thresholds.MAX_NOISE_CHI2
-        for step in self.search.steps:
-            if step.taken is None or step.taken.candidate.name in self.search.dropped:
-                continue
-            best, passed = step.taken.verdict.gain, [one for one in step.tried if one.verdict.is_passed]
-            within = thresholds.INDISTINGUISHABLE_NATS + thresholds.INDISTINGUISHABLE_SHARE * best
+        for name, contest in self.search.contests.items():
+            own, *others = contest.tried
             close = [
                 one.candidate.name
-                for one in passed
-                if best - one.verdict.gain <= within or are_alike(step.taken, one, is_rough=is_rough)
+                for one in others
+                if one.verdict.is_passed
+                and (
+                    own.verdict.gain - one.verdict.gain <= self.search.within(own.verdict.gain)
+                    or are_alike(own, one)
+                )
             ]
-            if len(close) > 1:
-                sets.append(close)
+            if close:
+                sets.append([name, *close])
         return sets
 
     @cached_property
@@ -136,6 +148,11 @@ class Diagnosis:
         last = self.search.last
         after = Comparison(last.problem, last.optimum.u, fitted=True)
         return after.where if self.search.accepted else self.where
+
+    @cached_property
+    def holds(self) -> Clean | None:
+        """The widest range in which the start model leaves only noise, where it does not everywhere."""
+        return None if self.verdict == "adequate" else find_clean(self.search.first)
 
     @cached_property
     def result(self) -> Fit:
@@ -196,7 +213,7 @@ class Diagnosis:
             return f"fails: {', '.join(one.verdict.failed)}"
         if one is step.taken:
             if one.candidate.name in self.search.dropped:
-                return "taken, and not needed beside those after it"
+                return "taken, and not needed beside the others"
             return "taken, not enough" if self.verdict == "unexplained" else "taken"
         if step.taken is not None:
             return f"passes, {step.taken.candidate.name} gains more"
@@ -204,12 +221,15 @@ class Diagnosis:
             return "passes, the recording is in doubt"
         return f"passes, {len(self.search.accepted)} are taken already"
 
-    def as_dict(self, experiment: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    def as_dict(
+        self, experiment: Mapping[str, Any] | None = None, certainty: Mapping[str, Any] | None = None
+    ) -> dict[str, Any]:
         """Return what ``--json`` prints.
 
-        ``experiment`` is the answer of
-        :func:`~vegrip.identification.experiment.design.next_experiment` to this diagnosis: planning
-        builds on diagnoses, not the other way round.
+        ``experiment`` and ``certainty`` are the answers of
+        :func:`~vegrip.identification.experiment.design.next_experiment` and
+        :func:`~vegrip.identification.diagnosis.certainty.certainty_of` to this diagnosis: they build on
+        diagnoses, not the other way round.
         """
         s, noise = self.search, thresholds.MAX_NOISE_CHI2
         return {
@@ -224,8 +244,10 @@ class Diagnosis:
             "misfit": {"before": s.misfit(s.first), "after": s.misfit(s.last), "noise": noise},
             "where": [asdict(one) for one in self.where],
             "where_after": [asdict(one) for one in self.where_after],
+            "holds": self.holds.as_dict() if self.holds is not None else None,
             "unexplained": self.unexplained.as_dict() if self.unexplained is not None else None,
             "experiment": experiment,
+            "certainty": certainty,
             "out_of_sight": s.out_of_sight,
             "doubts": [doubt.text for doubt in self.doubts],
             "noise": dict(self.start.problem.measured.noise.source),
@@ -260,7 +282,7 @@ def diagnose(
     found = search_effects(
         start.problem, start.optimum, most=0 if is_unreliable else most, threads=threads, report=report
     )
-    if not is_unreliable:
+    if not is_unreliable and (found.accepted or found.misfit(found.first) > thresholds.MAX_NOISE_CHI2):
         gains = [one.verdict.gain for one in found.steps[0].tried]
         doubts += check_clocks(found.first, max(gains, default=0.0))
     if any(doubt.is_grave for doubt in doubts):

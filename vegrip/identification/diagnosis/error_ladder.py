@@ -14,9 +14,8 @@ from vegrip.identification.diagnosis.candidate_fit import (
     extend_problem,
     held_out_groups,
 )
-from vegrip.identification.diagnosis.catalogue import Candidate, candidates
 from vegrip.identification.diagnosis.diagnosis import Diagnosis, diagnose
-from vegrip.identification.diagnosis.score_tests import Hint, screen_candidates
+from vegrip.identification.diagnosis.score_tests import Candidate, Hint, candidates, screen_candidates
 from vegrip.identification.diagnosis.search import drop_unneeded
 from vegrip.identification.fit.fitting import on_one_thread
 from vegrip.identification.fit.noise import Noise

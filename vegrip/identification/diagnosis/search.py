@@ -1,9 +1,11 @@
-"""The search: screen, refit the best, judge, accept one, and again; then what is not needed is dropped.
+"""The search: screen, refit the best, judge, accept one, and again; and each has to hold its place.
 
-Effects that are hidden together are found one after the other, each beside those that were accepted. An
-effect that the accepted ones have made superfluous goes again.
+Effects that are hidden together are found one after the other, each beside those that were accepted. What is
+best beside few need not be best beside all: whatever resembles an accepted effect is refitted in its place,
+and takes it where it is better. An effect that the others have made superfluous goes again.
 """
 
+import dataclasses
 import math
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -23,8 +25,13 @@ from vegrip.identification.diagnosis.candidate_fit import (
     held_out_groups,
     regime_map,
 )
-from vegrip.identification.diagnosis.catalogue import Candidate, candidates
-from vegrip.identification.diagnosis.score_tests import Hint, carrier, screen_candidates
+from vegrip.identification.diagnosis.score_tests import (
+    Candidate,
+    Hint,
+    candidates,
+    carrier,
+    screen_candidates,
+)
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.solve import Optimum, Report, refine_optimum
 from vegrip.types import Floats
@@ -101,6 +108,8 @@ class Search:
     out_of_sight: dict[str, str] = field(default_factory=dict)
     regimes: Floats = field(default_factory=lambda: np.zeros(0))
     dropped: list[str] = field(default_factory=list)
+    # accepted effect -> the last model without it, and what was refitted in its place, itself the first
+    contests: dict[str, Step] = field(default_factory=dict)
 
     @property
     def first(self) -> CandidateFit:
@@ -121,6 +130,13 @@ class Search:
         first = self.steps[0]
         return Search([Step(first.base, first.hints, first.tried)], self.out_of_sight, self.regimes)
 
+    def within(self, gain: float) -> float:
+        """Return by how much [nats] two that gain about so much may differ and not be told apart."""
+        is_rough = self.misfit(self.last) > thresholds.MAX_NOISE_CHI2
+        is_rough = is_rough or self.last.error > thresholds.MAX_EXACT_ERROR
+        share = thresholds.ROUGH_SHARE if is_rough else thresholds.INDISTINGUISHABLE_SHARE
+        return max(thresholds.INDISTINGUISHABLE_NATS, share * gain)
+
     def misfit(self, fitted: CandidateFit) -> float:
         """Chi-square per regime; 1 is noise."""
         return misfit_by_regime(fitted.optimum.residual, self.regimes)
@@ -134,51 +150,118 @@ def search_effects(
     threads: int = 2,
     report: Report = lambda _: None,
 ) -> Search:
-    """Look for what ``problem``'s model lacks, from its optimum.
-
-    What is best alone need not be part of what is best together: a second relaxation time imitates a power
-    law and damping at once. Where several effects are named, or too few, the search is therefore made again
-    from what came next, and the greatest evidence counts.
-    """
+    """Look for what ``problem``'s model lacks, from its optimum."""
     groups = held_out_groups(problem)
-    base = evaluate_candidate(problem, optimum, groups)
-    empty = Search(regimes=regime_map(problem, optimum.u))
-    first = _step(base, groups, empty, threads, report)
-    best = _grown(first, None, groups, empty, most, threads, report)
-    for rival in rivals(best):
-        report(f"begins with {rival.candidate.name}")
-        other = _grown(first, rival, groups, empty, most, threads, report)
-        if other.last.evidence > best.last.evidence + thresholds.MIN_GAIN_NATS:
-            best = other
-    return best
-
-
-def rivals(found: Search) -> list[Tried]:
-    """Return with what else a search might have begun, when it is worth while."""
-    first, names = found.steps[0], {one.candidate.name for one in found.accepted}
-    if first.taken is None or (len(names) < 2 and found.misfit(found.last) <= thresholds.MAX_NOISE_CHI2):
-        return []
-    least = thresholds.RIVAL_SHARE * first.taken.verdict.gain
-    passed = [one for one in first.tried if one.verdict.is_passed and one.verdict.gain >= least]
-    return [one for one in passed if one.candidate.name not in names][: thresholds.MAX_RIVALS]
-
-
-def _grown(
-    first: Step, choice: Tried | None, groups: Floats, empty: Search, most: int, threads: int, report: Report
-) -> Search:
-    """Take effects one after the other, the first of them the ``choice``, the best when not given."""
-    found = Search([Step(first.base, first.hints, first.tried)], empty.out_of_sight, empty.regimes)
+    found = Search(regimes=regime_map(problem, optimum.u))
+    found.steps = [_step(evaluate_candidate(problem, optimum, groups), groups, found, threads, report)]
     while True:
         step = found.steps[-1]
         passed = [one for one in step.tried if one.verdict.is_passed]
-        if not passed or len(found.accepted) >= most:
+        is_taking = bool(passed) and len(found.accepted) < most
+        if not is_taking and (found.contests or not found.accepted):
+            return found
+        if is_taking:
+            step.taken = max(passed, key=lambda one: one.verdict.gain)
+            report(f"takes {step.taken.candidate.name}")
+            found.steps.append(Step(drop_unneeded(step.taken.fitted, groups), [], []))
+            found.contests = {}
+        # the rivals of the first effect were refitted in its place just now
+        if not is_taking or len(found.accepted) > 1:
+            hold_contests(found, groups, threads, report)
+        if not found.steps[-1].hints:
+            found.steps[-1] = _step(found.last, groups, found, threads, report)
+
+
+def hold_contests(found: Search, groups: Floats, threads: int, report: Report) -> None:
+    """Let what resembles each accepted effect contest its place, until none takes it."""
+    for _ in range(thresholds.MAX_EXCHANGES):
+        found.contests = {}
+        for one in found.accepted:
+            contest = contest_place(found, one, groups, threads)
+            name, own, better = one.candidate.name, contest.tried[0], contest.taken
+            is_needed = own.verdict.gain >= thresholds.MIN_GAIN_NATS or len(found.accepted) == 1
+            if better is own and is_needed:
+                found.contests[name] = contest
+                continue
+            report(f"drops {name}")
+            found.dropped.append(name)
+            next_model = contest.base
+            if better is not None and better is not own:
+                found.steps[-1], next_model = contest, better.fitted
+            found.steps.append(Step(drop_unneeded(next_model, groups), [], []))
             break
-        step.taken = choice or max(passed, key=lambda one: one.verdict.gain)
-        choice = None
-        report(f"takes {step.taken.candidate.name}")
-        found.steps.append(_step(drop_unneeded(step.taken.fitted, groups), groups, found, threads, report))
-    _drop_superfluous(found, groups)
-    return found
+        else:
+            return
+
+
+def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> Step:
+    """Refit what resembles ``one`` in its place; return all that was tried, ``one`` first, and the better.
+
+    Each from two starts: the optimum without it, and the values that the others have beside it, where the
+    rival has to make up for what it explains.
+    """
+    step = next(step for step in found.steps if step.taken is one)
+    fits: dict[str, CandidateFit] = {}
+    if len(found.accepted) == 1 and step.base is found.first:  # what was tried was tried in its place
+        rest, last, hints = step.base, one.fitted, step.hints
+        fits = {each.candidate.name: each.fitted for each in step.tried}
+    else:
+        last, problem = found.last, _without(found.last, one.candidate)
+        rest = evaluate_candidate(
+            problem, refine_optimum(problem, _shared(last, problem), EVALUATIONS), groups
+        )
+        seen = {h.candidate.name for s in found.steps for h in s.hints if h.gain >= thresholds.MIN_GAIN_NATS}
+        seen = seen - {each.candidate.name for each in found.accepted} | {one.candidate.name}
+        possible = [c for c in candidates(problem.model, problem.measured)[0] if c.name in seen]
+        hints = screen_candidates(problem, rest.optimum, possible, threads)
+    hints = [
+        hint for hint in hints if hint.candidate.name not in found.dropped
+    ]  # what was dropped stays away
+    hints = resembling(one.candidate, last.evidence - rest.evidence, hints)
+    nulled = _at(rest, _shared(last, rest.problem))
+    again = screen_candidates(rest.problem, nulled.optimum, [hint.candidate for hint in hints], threads)
+    for start, some in ((rest, [h for h in hints if h.candidate.name not in fits]), (nulled, again)):
+        for hint, new in zip(some, _refitted(start, some, groups, threads), strict=True):
+            best = fits.get(hint.candidate.name, new)
+            fits[hint.candidate.name] = max(best, new, key=lambda each: each.evidence)
+    misfit = found.misfit(rest)
+
+    def told(candidate: Candidate, new: CandidateFit) -> Tried:
+        verdict = judge_candidate(candidate, rest, new, (misfit, found.misfit(new)), left=left(rest))
+        return Tried(candidate, new, verdict, rest.whitened(new) - rest.optimum.residual)
+
+    own = told(one.candidate, last)
+    rivals = [told(hint.candidate, fits[hint.candidate.name]) for hint in hints]
+    rivals.sort(key=lambda each: -each.verdict.gain)
+    passed = [each for each in rivals if each.verdict.is_passed]
+    wins = bool(passed) and passed[0].verdict.gain > own.verdict.gain + found.within(own.verdict.gain)
+    return Step(rest, hints, [own, *rivals], passed[0] if wins else own)
+
+
+def _at(fitted: CandidateFit, u: Floats) -> CandidateFit:
+    """Return a fit as if it had ended at ``u``."""
+    problem, k = fitted.problem, fitted.problem.unknowns
+    r = problem.residual(u)
+    cost = 0.5 * float(r @ r + np.sum(((u - k.prior) / k.std) ** 2))
+    return dataclasses.replace(fitted, optimum=Optimum(u, r, problem.jacobian(u, r), cost))
+
+
+def resembling(own: Candidate, gain: float, hints: list[Hint]) -> list[Hint]:
+    """Return the hints that may take the place of ``own``, which gains so much [nats] there.
+
+    Those that explain as much, have a signature like its own, or are known to resemble it.
+    """
+    kin = {*own.effect.companions, *own.effect.confounded}
+    signature = next((hint.signature for hint in hints if hint.candidate.name == own.name), np.zeros(0))
+
+    def resembles(hint: Hint) -> bool:
+        other = hint.candidate
+        is_kin = other.name in kin or (bool(own.effect.group) and own.effect.group == other.effect.group)
+        alike = abs(float(signature @ hint.signature)) if signature.size else 0.0
+        return is_kin or hint.gain >= thresholds.PLACE_SHARE * gain or alike >= thresholds.PLACE_COSINE
+
+    told = [h for h in hints if h.candidate.name != own.name and h.gain >= thresholds.MIN_GAIN_NATS]
+    return [hint for hint in told if resembles(hint)][: thresholds.MAX_REFITS]
 
 
 def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, report: Report) -> Step:
@@ -186,6 +269,8 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
     if "K" in model.values:  # the scale of forces, which a saturation is measured by
         model = model.with_value("K", base.value("K"))
     possible, out_of_sight = candidates(model, base.problem.measured)
+    groups_taken = {one.candidate.effect.group for one in found.accepted} - {""}  # never told apart
+    possible = [c for c in possible if c.effect.group not in groups_taken and c.name not in found.dropped]
     found.out_of_sight = found.out_of_sight or out_of_sight
     report(f"screens {len(possible)} effects")
     hints = screen_candidates(base.problem, base.optimum, possible, threads)
@@ -238,26 +323,13 @@ def drop_unneeded(fitted: CandidateFit, groups: Floats) -> CandidateFit:
     return evaluate_candidate(problem, best, groups)
 
 
-def _drop_superfluous(found: Search, groups: Floats) -> None:
-    """Take each accepted effect but the last out again; it stays away if that costs too little."""
-    for one in found.accepted[:-1]:
-        last = found.last
-        without = _without(last, one.candidate)
-        rest = evaluate_candidate(
-            without, refine_optimum(without, _shared(last, without), EVALUATIONS), groups
-        )
-        if last.evidence - rest.evidence < thresholds.MIN_GAIN_NATS:
-            found.dropped.append(one.candidate.name)
-            found.steps.append(Step(drop_unneeded(rest, groups), [], []))
-
-
 def _without(fitted: CandidateFit, candidate: Candidate) -> Problem:
-    """Return the problem with an effect held at nothing."""
+    """Return the problem without an effect."""
     problem = fitted.problem
-    model = problem.model
     own = {p.symbol for p in candidate.effect.parameters}
-    for symbol in own:
-        model = model.with_value(symbol, candidate.null[symbol])
+    effects = tuple(one for one in problem.model.effects if one.name != candidate.name)
+    values = {symbol: value for symbol, value in problem.model.values.items() if symbol not in own}
+    model = dataclasses.replace(problem.model, effects=effects, values=values)
     symbols = tuple(s for s in problem.symbols if s not in own)
     within = carrier(model, [])
     return Problem(model, problem.measured, zeros=problem.zeros, symbols=symbols, like=problem, within=within)

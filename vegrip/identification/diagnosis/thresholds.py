@@ -59,10 +59,12 @@ MIN_SCREEN_SHARE = 0.05
 """Of the best one's gain on the screen, below which no refit is tried (origin: speed)."""
 CONTENDER_SHARE = 0.4
 """Of the best one's gain, from which a candidate is fitted to the end (origin: speed)."""
-RIVAL_SHARE = 0.6
-"""Of the best first gain, from which another first effect is followed (origin: trials)."""
-MAX_RIVALS = 2
-"""Other first effects that are followed (origin: speed)."""
+PLACE_SHARE = 0.4
+"""Of the gain of an accepted effect, from which on the screen another contests its place (origin: speed)."""
+PLACE_COSINE = 0.7
+"""Cosine of the signatures, from which it does too (origin: rule)."""
+MAX_EXCHANGES = 3
+"""Times that one effect takes the place of another before the next is looked for (origin: speed)."""
 
 # What the recording must allow
 
@@ -76,6 +78,8 @@ MIN_VISIBLE_SHIFT_S = 0.015
 """[s] from which a shift of the clocks is seen by eye (origin: rule)."""
 MIN_VISIBLE_SHIFT_SAMPLES = 2.5
 """Samples, of which a visible shift has to be more as well (origin: rule)."""
+MAX_SENSOR_LAG_S = 0.2
+"""[s] by which a sensor may be late; more is a fault of the clocks (origin: rule)."""
 MIN_RATE_CORRELATION = 0.3
 """Correlation of the rates, below which a lag means nothing (origin: rule)."""
 MIN_SHIFT_NATS = 20.0
@@ -107,11 +111,13 @@ INDISTINGUISHABLE_NATS = 5.0
 """[nats] within which candidates cannot be told apart (origin: trials)."""
 INDISTINGUISHABLE_SHARE = 1e-3
 """Of the gain, the same: no model of a measured contact is exact (origin: measured)."""
+ROUGH_SHARE = 1e-2
+"""The same where the forms of the laws leave more than noise anyhow (origin: measured)."""
+MAX_EXACT_ERROR = 1.02
+"""Error over noise, from which they do (origin: rule)."""
 SAME_CHANGE_COSINE = 0.95
 """Cosine of what two candidates do, from which only the form of a law differs (origin: trials)."""
 FORM_NATS = 20.0
 """[nats] from which the form of a law decides (origin: trials)."""
 FORM_SHARE = 0.25
 """Of the gain, from which it decides (origin: trials)."""
-ROUGH_FORM_SHARE = 0.01
-"""Of the gain, from which it decides where forms leave a misfit anyhow (origin: trials)."""

@@ -57,7 +57,6 @@ class Planned:
 
     @property
     def nats(self) -> float:
-        """Expected separation of the pair that is hardest to tell apart, all repetitions together."""
         return self.times * self.separation.nats
 
     @property
@@ -183,7 +182,6 @@ def design(
 
 
 def _promising(scanned: list[Planned]) -> list[Planned]:
-    """Return the best of each item, of those that tell anything, in the order given."""
     best = {one.item: one for one in reversed(scanned)}
     order = dict.fromkeys(one.item for one in scanned)
     some = [best[name] for name in order if best[name].nats >= FAINT]
@@ -290,14 +288,11 @@ def hypotheses_after(found: Diagnosis) -> Hypotheses | None:
     """Return the first set that ``found`` could not tell apart; None where there is none."""
     if not found.indistinguishable:
         return None
-    names = set(found.indistinguishable[0])
-    for step in found.search.steps:
-        tried = {one.candidate.name: one for one in step.tried if one.candidate.name in names}
-        if tried.keys() == names:
-            models = {n: fit_of(one.fitted.problem, one.fitted.optimum).model for n, one in tried.items()}
-            measured = found.start.problem.measured
-            return Hypotheses(models, (), sensors_of(measured), rate_of(measured))
-    return None
+    names = found.indistinguishable[0]
+    fits = {one.candidate.name: one.fitted for one in found.search.contests[names[0]].tried}
+    models = {name: fit_of(fits[name].problem, fits[name].optimum).model for name in names}
+    measured = found.start.problem.measured
+    return Hypotheses(models, (), sensors_of(measured), rate_of(measured))
 
 
 def next_experiment(found: Diagnosis) -> dict[str, Any] | None:

@@ -87,7 +87,6 @@ class Rig:
     friction: float = 0.7
 
     def air(self, duration: float = AIR_S) -> Segment:
-        """Return a stretch out of contact, reached at once as far as the speed allows."""
         return Segment(duration, depth=-CLEARANCE_SHARE * self.depth)
 
     def go(self, start: float, depth: float, speed: float = 0.0) -> Segment:

@@ -19,8 +19,7 @@ from vegrip.identification.diagnosis.candidate_fit import (
     extend_problem,
     held_out_groups,
 )
-from vegrip.identification.diagnosis.catalogue import candidates
-from vegrip.identification.diagnosis.score_tests import screen_candidates
+from vegrip.identification.diagnosis.score_tests import candidates, screen_candidates
 from vegrip.identification.diagnosis.thresholds import INDISTINGUISHABLE_NATS, MIN_GAIN_NATS
 from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.fit.preprocess import LOADS_AT_SLIP, Measured, preprocess
@@ -50,7 +49,6 @@ class Hypotheses:
 
     @property
     def has_tangential_load(self) -> bool:
-        """Whether loads in the plane of the contact are measured."""
         return "tangential_force" in self.sensors
 
 
@@ -134,7 +132,6 @@ class Separation:
 
     @property
     def hardest(self) -> tuple[str, str]:
-        """Truth and rival that it belongs to."""
         return min(self.pairs, key=lambda pair: self.pairs[pair])
 
 
@@ -204,8 +201,6 @@ def _at_start(problem: Problem) -> Floats:
 
 
 class _Linear:
-    """The part of a change of the data that a model leaves, linear about its start."""
-
     def __init__(self, problem: Problem) -> None:
         k = problem.unknowns
         J = problem.jacobian(k.start)
@@ -219,8 +214,6 @@ class _Linear:
 
 
 class _Refit:
-    """The same, by a refit within the bounds."""
-
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
         self._at_start = _at_start(problem)

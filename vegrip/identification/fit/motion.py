@@ -267,7 +267,6 @@ def motion_of(t: Floats, first: Floats, measured: Floats, noise: float) -> Motio
 
 
 def _shared(values: Floats, first: Floats) -> Floats:
-    """Return the sums over neighbouring steps of the same episode."""
     half = ACCELERATION_STEPS // 2
     total = np.zeros_like(values)
     episode = np.cumsum(first > 0.5)

@@ -62,6 +62,15 @@ class Unknowns:
     prior: Floats
     std: Floats
 
+    def with_one(self, name: str, low: float, high: float, std: float) -> "Unknowns":
+        """Return the same with one more at the end, which is no parameter of the model and absent at 0."""
+        return Unknowns(
+            (*self.names, name), np.append(self.log, False),
+            np.append(self.place, -1), np.append(self.start, 0.0),
+            np.append(self.low, low), np.append(self.high, high), np.append(self.prior, 0.0),
+            np.append(self.std, std),
+        )  # fmt: skip
+
 
 class Problem:
     """Residuals and derivatives.
@@ -214,7 +223,6 @@ class Problem:
         self.radius_std = np.where(self.doubtful | ~firm, np.inf, radius_std)[m.seen]
 
     def _sensitivity(self, vector: Floats, zeros: tuple[Floats, Floats]) -> Sensitivity:
-        """Return what errors of the motion do to the force, beside what the stiffness says."""
         m, plain = self.measured, by_position(self.stiffness)
         tip, speed, bend = plain.follows, plain.speed, plain.bend
         noise = m.noise.displacement
@@ -313,7 +321,6 @@ class Problem:
         return force, slip, radius - table[m.seen, AT["contact_radius"]]
 
     def white(self, raw: tuple[Floats, Floats, Floats]) -> Floats:
-        """Return the blocks in units of the noise, independent, one below the other."""
         return np.concatenate([self.whitener(raw[0]), raw[1] / self.slip_std, raw[2] / self.radius_std])
 
     def standardised(self, raw: tuple[Floats, Floats, Floats]) -> Floats:
@@ -347,7 +354,6 @@ class Problem:
 
     @property
     def rows(self) -> NDArray[np.int64]:
-        """Row of the recording of every residual."""
         m = self.measured
         return np.concatenate([np.arange(len(m.recording)), m.sliding, m.seen])
 

@@ -64,7 +64,6 @@ def feels_speed(model: ContactModel) -> bool:
 
 
 def has_play(model: ContactModel) -> bool:
-    """Whether something between drive and tip remembers."""
     return any(e.states and h.stage == "tip" for e in model.effects for h in e.hooks)
 
 

@@ -136,8 +136,6 @@ def _submitted(
 
 
 class _Alone:
-    """Let the processes that are started inside use one thread each."""
-
     def __enter__(self) -> None:
         self._before = {name: os.environ.get(name) for name in SINGLE}
         os.environ.update(dict.fromkeys(SINGLE, "1"))

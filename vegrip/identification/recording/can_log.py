@@ -21,8 +21,7 @@ from vegrip.errors import RecordingError
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.checks import report_doubts, usable_rows
 from vegrip.identification.recording.data import Fingertip, Recording
-from vegrip.identification.recording.missing import MISSING, MissingStates, told
-from vegrip.identification.recording.report import Kind, LoadReport
+from vegrip.identification.recording.report import MISSING, Kind, LoadReport, MissingStates, told
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.frame import EXTENDED

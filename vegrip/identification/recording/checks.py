@@ -51,7 +51,6 @@ def usable_rows(t: Floats, lines: Lines, report: LoadReport, what: str = "") -> 
 
 
 def stretches_of(episode: NDArray[np.int64]) -> Iterator[slice]:
-    """Yield the rows of each run of equal numbers."""
     edges = [0, *(np.flatnonzero(np.diff(episode)) + 1).tolist(), len(episode)]
     return (slice(low, high) for low, high in pairwise(edges))
 

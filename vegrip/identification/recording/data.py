@@ -95,7 +95,6 @@ class Recording:
             yield FingertipState(start + stamp, finger, seq, **dict(zip(names, row, strict=True)))
 
     def episodes(self) -> Iterator["Recording"]:
-        """Yield every trial as a recording of its own, in order."""
         for episode in dict.fromkeys(self.episode.tolist()):
             yield self.select(self.episode == episode, f"{self.name} episode {episode}")
 

@@ -17,8 +17,7 @@ from vegrip.errors import ConfigError, RecordingError
 from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
 from vegrip.identification.recording.checks import report_doubts, usable_rows
 from vegrip.identification.recording.data import Fingertip, Recording
-from vegrip.identification.recording.missing import MISSING, told
-from vegrip.identification.recording.report import Kind, LoadReport
+from vegrip.identification.recording.report import MISSING, Kind, LoadReport, told
 from vegrip.identification.recording.table import BLOCK_ROWS, Layout, Progress, read_header, read_table
 from vegrip.spelling import suggestion
 from vegrip.toml_text import toml_value

@@ -233,7 +233,6 @@ def _converted(path: Path, values: Floats, name: str, chart: ColumnMap) -> Float
 
 
 def _noise(t: Floats, trial: NDArray[np.int64], columns: Columns, chart: ColumnMap) -> dict[str, float]:
-    """Return what the map says, or else what the baseline of the first trial shows."""
     first = trial == trial[0]
     quiet = first & (t < t[first][0] + chart.baseline.duration)
     noise: dict[str, float] = {}

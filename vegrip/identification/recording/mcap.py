@@ -33,10 +33,9 @@ from vegrip.clock import NS
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.data import Recording
-from vegrip.identification.recording.extras import bag_library
 from vegrip.identification.recording.folder import TOML, read_recording, toml_text
-from vegrip.identification.recording.missing import MISSING
-from vegrip.identification.recording.report import LoadReport
+from vegrip.identification.recording.report import MISSING, LoadReport
+from vegrip.identification.recording.rosbag import bag_library
 from vegrip.identification.recording.session import finger_folders
 from vegrip.identification.recording.table import Layout, read_header, read_table
 from vegrip.identification.recording.writer import FILE_OF_MESSAGE, SESSION, exact_cell
@@ -252,7 +251,6 @@ def _descriptions(folder: Path, recordings: dict[Path, Recording]) -> Iterator[t
 
 
 def _missing(recordings: dict[Path, Recording]) -> dict[str, str]:
-    """Return finger -> states that its recorder lost, for programs that read no attachment."""
     return {
         recording.fingertip.name: str(recording.source[MISSING])
         for recording in recordings.values()

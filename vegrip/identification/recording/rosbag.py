@@ -3,6 +3,7 @@
 A column is a field of a topic: ``/finger/wrench:wrench.force.z``, ``/joints:effort[2]``.
 """
 
+import importlib
 import math
 import re
 import struct
@@ -17,16 +18,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.clock import NS
-from vegrip.errors import RecordingError
+from vegrip.errors import RecordingError, UsageError
 from vegrip.identification.recording.checks import usable_rows
 from vegrip.identification.recording.column_map import BagMap, ColumnMap, EpisodeMap, TableMap, TimeMap
 from vegrip.identification.recording.data import Recording
-from vegrip.identification.recording.extras import bag_library
 from vegrip.identification.recording.import_csv import recording_of
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import Table
 from vegrip.spelling import suggestion
 from vegrip.types import Floats
+
+
+def bag_library(module: str) -> Any:
+    """Import ``module``, which comes with the extra ``bags``.
+
+    Raises:
+        UsageError: it is not installed.
+
+    """
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        library = module.partition(".")[0]
+        raise UsageError(
+            f"this file needs the library {library} ({error.name} is missing): pip install 'vegrip[bags]'"
+        ) from None
+
 
 COLUMN: Final = re.compile(r"(?P<topic>[^:\s]+):(?P<path>\w+(\[\d+\])*(\.\w+(\[\d+\])*)*)")
 LONGEST_INDEX: Final = 9  # digits

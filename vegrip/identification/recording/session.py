@@ -181,7 +181,6 @@ def _output(path: Path) -> Table:
 
 
 def _trace(t: NDArray[Any], values: NDArray[Any]) -> dict[str, list[float]] | None:
-    """Return smallest and greatest value in columns of time."""
     finite = np.isfinite(values)
     t, values = t[finite], values[finite]
     if t.size < 2:

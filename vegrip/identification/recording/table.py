@@ -268,7 +268,6 @@ def _position(path: Path, header: list[str], name: str) -> int:
 def _whole(
     block: list[tuple[int, Cells, bool]], width: int, report: LoadReport
 ) -> list[tuple[int, Cells, bool]]:
-    """Leave out rows that are cut or have too few or too many fields."""
     report_if(report, Kind.CUT, "", [line for line, _, cut in block if cut])
     uncut = [row for row in block if not row[2]]
     report_if(report, Kind.FIELDS, "", [line for line, cells, _ in uncut if len(cells) != width])

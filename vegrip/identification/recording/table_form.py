@@ -94,8 +94,6 @@ def _encoding(head: bytes) -> tuple[str, str]:
 
 @dataclass(frozen=True, slots=True)
 class _Form:
-    """The beginning of a table as one delimiter splits it."""
-
     delimiter: str
     decimal: str
     numbers: float  # lines of numbers, each counted by its share of cells that are numbers

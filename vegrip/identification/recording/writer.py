@@ -37,7 +37,7 @@ from vegrip.errors import RecordingError
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.folder import toml_text
-from vegrip.identification.recording.missing import MISSING, MissingStates, told
+from vegrip.identification.recording.report import MISSING, MissingStates, told
 from vegrip.identification.recording.table_file import BUFFERED_ROWS, TableFile
 from vegrip.messages import (
     ContactEstimate,
@@ -99,7 +99,6 @@ def csv_row(message: Message, start: int) -> str:
 
 
 def _written(kind: type[Message]) -> tuple[tuple[str, bool], ...]:
-    """Return the fields that are written, and whether each is an estimate."""
     known = [field for field in dataclasses.fields(kind) if field.name not in ("stamp", "finger")]
     return tuple((field.name, isinstance(field.default, Estimate)) for field in known)
 

@@ -80,8 +80,6 @@ class Protocol:
 
 @dataclass(frozen=True)
 class _Entry:
-    """One segment as it stands in a file."""
-
     duration: float = parameter(math.nan, unit="s", low=1e-4, high=MAX_PROTOCOL_S, doc="how long")
     speed: float = parameter(math.nan, unit="m/s", low=1e-9, high=10.0, doc="instead of a duration")
     depth: float = parameter(math.nan, unit="m", low=-1.0, high=1.0, doc="to reach at the end")
@@ -198,7 +196,6 @@ def _text(text: str) -> str:
 
 
 def clear(model: ContactModel) -> Segment:
-    """Return a stretch out of contact, long enough to tell the zeros of the sensors."""
     return Segment(STANDARD_AIR_S, depth=-CLEARANCE_XREF * model.reference_depth)
 
 

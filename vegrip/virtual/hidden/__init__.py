@@ -21,7 +21,14 @@ from vegrip.virtual.hidden.rubbing import (
     RateDependentFriction,
     WetContact,
 )
-from vegrip.virtual.hidden.sensor import CrossTalk, ForceDrift, GuideFriction, Saturation, SensorLag
+from vegrip.virtual.hidden.sensor import (
+    CrossTalk,
+    ForceDrift,
+    GuideFriction,
+    Saturation,
+    SensorDelay,
+    SensorLag,
+)
 from vegrip.virtual.hidden.stiffness import ExponentialStiffness, HardCore
 from vegrip.virtual.hidden.unmodelled import (
     Cogging,
@@ -51,6 +58,7 @@ HIDDEN: Mapping[str, type[Hidden]] = {
     "exponential_stiffness": ExponentialStiffness,
     "layer_over_core": HardCore,
     "sensor_lag": SensorLag,
+    "sensor_delay": SensorDelay,
     "cross_talk": CrossTalk,
     "force_drift": ForceDrift,
     "load_dependent_friction": LoadDependentFriction,

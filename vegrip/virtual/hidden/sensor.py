@@ -31,6 +31,28 @@ class SensorLag(Hidden):
 
 
 @dataclass
+class SensorDelay(Hidden):
+    """The sensor shows what was felt some time ago, from a tape."""
+
+    time: float = 5e-3  # [s]
+    _tape: list[tuple[float, float]] = field(default_factory=list, init=False)
+
+    def start(self, pause: float) -> None:
+        """Begin at rest."""
+        self._tape = [(0.0, 0.0)]
+
+    def sensed(self, shown: float, tangential: float, dt: float) -> float:
+        """Return the force of that time ago."""
+        now = self._tape[-1][0] + dt
+        self._tape.append((now, shown))
+        while len(self._tape) > 2 and self._tape[1][0] <= now - self.time:
+            self._tape.pop(0)
+        (t0, y0), (t1, y1) = self._tape[:2]
+        share = (now - self.time - t0) / (t1 - t0)
+        return y0 + min(max(share, 0.0), 1.0) * (y1 - y0)
+
+
+@dataclass
 class CrossTalk(Hidden):
     """The sensor shows a share of the tangential force."""
 
