@@ -196,7 +196,7 @@ def test_a_number_that_is_not_finite_any_more_is_counted_and_begins_everything_a
     states = press(model, KNOTS, DEPTHS)
     run(estimator, states[:500])
     assert estimator.overflows == 0
-    estimator._memory.numbers[estimator.layout.places()["Y"][1] - 1] = math.inf
+    estimator.numbers[estimator.layout.places()["Y"][1] - 1] = math.inf
     run(estimator, states[500:502])
     assert estimator.overflows == 1
     assert np.isfinite(estimator.covariance).all()

@@ -123,7 +123,7 @@ class InPython:
     def save(self, number: int) -> NDArray[np.float64]:
         """Return what is saved of a finger."""
         memory = self.ones[number].memory
-        self.estimator._memory.numbers[:] = memory.section("ESTIMATOR")
+        self.estimator.numbers[:] = memory.section("ESTIMATOR")
         found = numbers_of(self.estimator)
         found[1] = memory["SAMPLE_BEGUN"]
         found[-TAIL] = checksum(found[:-TAIL])

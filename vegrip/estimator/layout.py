@@ -2,8 +2,7 @@
 
 One flat array per finger makes a call cheap (numba unpacks every argument) and saving a state trivial. The
 generated module gets these places as constants: ``Y0`` is where the section ``Y`` begins, ``SET_DEPTH`` the
-place of one named number. ``kernels/generated.py`` declares them for readers and type checkers; it is written
-from here by ``python -m tools.write_declarations``.
+place of one named number.
 """
 
 from collections.abc import Iterator
@@ -179,7 +178,7 @@ class Layout:
 
     def names(self) -> dict[str, object]:
         """Return every constant of the generated module by its name."""
-        return dict(self._sizes()) | dict(self._tables()) | dict(self._places_of_names())
+        return dict(self._sizes()) | dict(self._tables()) | dict(self.named_places())
 
     def constants(self) -> str:
         """Return the constants as program text for the generated module."""
@@ -215,7 +214,7 @@ class Layout:
         yield "KEPT", (False, False, *self.extreme, *free)
         yield "FELT", (True, self.speed_felt, *[True] * (self.n - EFFECTS))
 
-    def _places_of_names(self) -> Iterator[tuple[str, object]]:
+    def named_places(self) -> Iterator[tuple[str, int]]:
         """Where the sections begin, and the numbers in them that have names."""
         for section, (start, end) in self.places().items():
             if section not in WITHOUT_START:

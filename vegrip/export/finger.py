@@ -62,9 +62,9 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
     """
     model, p, precision = request.model, request.prefix, PRECISIONS[request.precision]
     layout = layout_of(model)
-    finger = FingerLayout(layout.size, layout.lasting)
+    finger = FingerLayout(layout)
     ellipse = request.settings.surface == "ellipse"
-    text = finger_text(model.effects, layout, finger, ellipse)
+    text = finger_text(model.effects, finger, ellipse)
     origins = finger_places(model)
     entries = {name: ENTRIES[name] for name in ("finger_receive", "finger_tick")}
     program = translate(

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from vegrip.c99 import LONG, Program, literals, translate
 from vegrip.c99.kinds import RealType
 from vegrip.estimator.compiled import text_of
-from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS, quantile
+from vegrip.estimator.estimator import quantile
 from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.kernels_c import ENTRIES
 from vegrip.estimator.layout import FRICTION, REPORT, Layout, layout_of
+from vegrip.estimator.memory import LEAST_SLIP_SPEED, SLIPS
 from vegrip.estimator.origins import Origins
 from vegrip.estimator.saved_numbers import CORRELATED, SavedNumbers, Span
 from vegrip.export import frameworks

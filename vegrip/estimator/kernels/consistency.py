@@ -2,25 +2,7 @@
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    BIAS,
-    MODE_CONTRADICTED,
-    MODE_LOST,
-    MODE_RADIUS_CONTRADICTED,
-    OFFSET,
-    REP_DEPTH_NOW,
-    REP_DEPTH_STD,
-    REP_FORCE,
-    REP_FORCE_STD,
-    REP_RADIUS,
-    REP_RADIUS_SOUND,
-    REP_RADIUS_STD,
-    REP_SOUND,
-    SET_R_DISPLACEMENT,
-    SET_R_RADIUS,
-    Y0,
-    Floats,
-)
+from vegrip.estimator.kernels.generated import *
 
 FAR = 25.0
 """Square of the standard deviations by which an estimate may differ from its own measurement, and"""

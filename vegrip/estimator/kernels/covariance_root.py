@@ -5,13 +5,7 @@ Only of what the model reads (``FELT``): the speed, where no effect asks for it,
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    FELT,
-    L0,
-    TRY0,
-    Floats,
-    N,
-)
+from vegrip.estimator.kernels.generated import *
 
 WIDE = 1.7320508075688772  # sqrt(3), the kurtosis of a normal variable
 

@@ -1,15 +1,6 @@
 """Losing the displacement: what force alone can tell."""
 
-from vegrip.estimator.kernels.generated import (
-    DELTA,
-    LEARNED_FROM,
-    MODE_BLIND,
-    MOTION_RESTLESS,
-    P0,
-    Floats,
-    M,
-    N,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.state import contact, difference_step
 
 

@@ -9,26 +9,7 @@ contact holds by now is used too (``slip_probability.py``): what has held its lo
 import math
 
 from vegrip.estimator.kernels.covariance_root import WIDE
-from vegrip.estimator.kernels.generated import (
-    DELTA,
-    FRI_LN_MU,
-    FRI_SLIDING,
-    FRI_VAR,
-    REP_CONTACT,
-    REP_FORCE,
-    REP_FORCE_STD,
-    REP_GAUGE_REL,
-    SET_HOLD,
-    SET_HORIZON,
-    SET_QUANTILE,
-    SET_S_TANGENTIAL,
-    SET_S_TORQUE,
-    SET_TIP_RADIUS,
-    TRY0,
-    Y0,
-    Floats,
-    gauge,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.hold_model import begin_hold, keep_hold, surface_of, try_hold
 from vegrip.estimator.kernels.load_loss import load_to_hold
 from vegrip.estimator.kernels.report import upper_gauge

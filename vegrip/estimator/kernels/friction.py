@@ -18,30 +18,7 @@ nothing, and a second of wrong ones no more than its noise allows:
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    FRI_BASE_LN,
-    FRI_BASE_VAR,
-    FRI_BEST,
-    FRI_EVENTS,
-    FRI_HELD_LEAST,
-    FRI_HELD_TIME,
-    FRI_LN_MU,
-    FRI_PEAK,
-    FRI_PROVEN,
-    FRI_SCATTER_VAR,
-    FRI_SLIDE_COUNT,
-    FRI_SLIDE_MEAN,
-    FRI_SLIDING,
-    FRI_SMOOTH,
-    FRI_TOUCHING,
-    FRI_UNCONFIRMED,
-    FRI_VAR,
-    SET_MU_DRIFT,
-    SET_MU_PRIOR_VAR,
-    SET_REGRASP,
-    SET_SCATTER,
-    Floats,
-)
+from vegrip.estimator.kernels.generated import *
 
 NEWS = 1.03  # a record counts again when it is topped by this factor: noise alone tops it by less
 VAGUE = 0.1  # relative std of u beyond which not slipping says nothing (light touch: noise is all there is)

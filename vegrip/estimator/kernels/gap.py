@@ -8,27 +8,7 @@ that is possible at this indentation.
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    B0,
-    BEND0,
-    DELTA,
-    EFFECTS,
-    LEARNED_FROM,
-    MODE_CORNER,
-    MODE_ZERO_KNOWN,
-    NS,
-    OFFSET,
-    OLD0,
-    P0,
-    REP_CONTACT,
-    SET_TIP_RADIUS,
-    STATE_HIGH,
-    TRIAL0,
-    TRY0,
-    Y0,
-    Floats,
-    N,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.initialisation import begin_contact, bound_scale, bounding_quantity, is_touching
 from vegrip.estimator.kernels.motion import begin_motion
 from vegrip.estimator.kernels.predict import add_random_walks, predict

@@ -11,18 +11,7 @@ elastic force that is linear within the step, so a held indentation may be stepp
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    DELTA,
-    EFFECTS,
-    EXOGENOUS0,
-    NS,
-    SET_HOLD,
-    TRIAL0,
-    VALUES0,
-    Floats,
-    advance,
-    readout,
-)
+from vegrip.estimator.kernels.generated import *
 
 SOLVED = 1e-7  # of the force: what is left of the drive's equation
 TRIES = 12

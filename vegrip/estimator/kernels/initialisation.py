@@ -2,43 +2,7 @@
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    BEND_SUM0,
-    BIAS,
-    COUNT_OVERFLOWS,
-    DELTA,
-    EFFECTS,
-    F0,
-    KEPT_P0,
-    KEPT_Y0,
-    LEARNED_FROM,
-    MODE0,
-    MODE1,
-    MODE_CONTRADICTED,
-    MODE_FREE_DEPTH,
-    MODE_LOST,
-    MODE_MET,
-    MODE_ZERO_KNOWN,
-    NS,
-    OFFSET,
-    P0,
-    P1,
-    PRIOR0,
-    SET_DEPTH,
-    SET_R_DISPLACEMENT,
-    SET_R_FORCE,
-    SPEED,
-    START0,
-    STATE_HIGH,
-    STATE_LOW,
-    STATE_SHARE,
-    TRY0,
-    VALUES0,
-    Y0,
-    Floats,
-    M,
-    N,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.measure import linearise_at_force
 from vegrip.estimator.kernels.motion import begin_motion
 from vegrip.estimator.kernels.state import (

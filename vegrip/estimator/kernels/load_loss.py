@@ -12,20 +12,7 @@ nothing else shows; so the end of one, where a part falls as suddenly, raises no
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    PART0,
-    PART_AVERAGE,
-    PART_BEFORE,
-    PART_BLOCK,
-    PART_LAST,
-    PART_LEAST,
-    PART_LOST,
-    PART_SIZE,
-    SET_LONGEST_GAP,
-    SET_S_TANGENTIAL,
-    SET_S_TORQUE,
-    Floats,
-)
+from vegrip.estimator.kernels.generated import *
 
 PART_OF_FORCE = 0
 PART_OF_TORQUE = 1

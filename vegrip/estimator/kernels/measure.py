@@ -8,48 +8,7 @@ touch tells stiffness and zero at once, and slopes at the mean would count the s
 import math
 
 from vegrip.estimator.kernels.covariance_root import WIDE, bend_variance, shift_along_root, square_root
-from vegrip.estimator.kernels.generated import (
-    B0,
-    BIAS,
-    CHANNEL_RADIUS,
-    DELTA,
-    EFFECTS,
-    EXOGENOUS0,
-    FELT,
-    G0,
-    H0,
-    H1,
-    L0,
-    LEARNED_FROM,
-    MID0,
-    MODE_BEND,
-    MODE_BLIND,
-    MODE_PERIOD,
-    MODE_REGIME,
-    MODE_SLOPE,
-    MODE_TOLERATED,
-    MODE_UNEXPLAINED,
-    MODE_ZERO_KNOWN,
-    OFFSET,
-    P0,
-    RATIO0,
-    RATIO_COUNT,
-    RATIO_PLACE,
-    REGIME_HOLD,
-    SET_R_DISPLACEMENT,
-    SET_R_FORCE,
-    SET_R_RADIUS,
-    SET_TIP_RADIUS,
-    SPEED,
-    TRIAL0,
-    TRY0,
-    VALUES0,
-    Y0,
-    Floats,
-    M,
-    N,
-    readout,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.predict import STRAIGHT
 from vegrip.estimator.kernels.scalar_update import apply_measurement, spread_of
 from vegrip.estimator.kernels.state import clear_section, contact, copy_section, copy_state, difference_step

@@ -7,22 +7,7 @@ sample, and a contact that is told where the motion should be has to explain the
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    DELTA,
-    MODE_CORNER,
-    MODE_SINCE_JERK,
-    MOTION_COV,
-    MOTION_POSITION,
-    MOTION_RESTLESS,
-    MOTION_SPEED,
-    MOTION_VAR_POSITION,
-    MOTION_VAR_SPEED,
-    PRIOR0,
-    SET_ACCELERATION,
-    SET_R_DISPLACEMENT,
-    SPEED,
-    Floats,
-)
+from vegrip.estimator.kernels.generated import *
 
 LEAST_LEFT = 1e-12  # of a variance, whatever rounding leaves
 SUDDEN = 9.0

@@ -12,43 +12,7 @@ Without a displacement the tip goes on at the speed it had (``motion.py``).
 import math
 
 from vegrip.estimator.kernels.covariance_root import WIDE, bend_variance, shift_along_root, square_root
-from vegrip.estimator.kernels.generated import (
-    B0,
-    BEND0,
-    BEND_SUM0,
-    BIAS,
-    DELTA,
-    DRIFT0,
-    EFFECTS,
-    F0,
-    H0,
-    KEPT,
-    L0,
-    LEARNED_FROM,
-    MODE_BLIND,
-    MODE_CORNER,
-    MODE_REST,
-    MODE_SLOPE,
-    MOTION_SPEED,
-    MOTION_VAR_SPEED,
-    NEXT0,
-    NS,
-    OFFSET,
-    OLD0,
-    P0,
-    PRIOR0,
-    SET_ACCELERATION,
-    SET_LEARNING_REST,
-    SET_R_DISPLACEMENT,
-    SET_R_FORCE,
-    SPEED,
-    TRIAL0,
-    TRY0,
-    Y0,
-    Floats,
-    M,
-    N,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.state import copy_section, copy_state, propagate, walk_within
 
 STRAIGHT = 0.02  # relative change below which a law is taken for straight over the spread of the state

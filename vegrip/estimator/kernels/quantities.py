@@ -15,33 +15,7 @@ import math
 
 from vegrip.estimator.kernels.covariance_root import WIDE, shift_along_root, square_root
 from vegrip.estimator.kernels.displacement_loss import slope_at_constant_force
-from vegrip.estimator.kernels.generated import (
-    CONSIDER0,
-    CONSIDERED,
-    CONSIDERED_LOG,
-    D_DELTA0,
-    D_EXPONENT0,
-    D_FORCE0,
-    D_FRICTION0,
-    D_RADIUS0,
-    DELTA,
-    EXOGENOUS0,
-    L0,
-    LEARNED_FROM,
-    MODE_BLIND,
-    MODE_TOLERATED,
-    N_CONSIDERED,
-    P0,
-    SPEED,
-    TRIAL0,
-    TRY0,
-    VALUES0,
-    Y0,
-    Floats,
-    M,
-    N,
-    readout,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.state import contact, copy_state
 
 Quantities = tuple[float, float, float, float]

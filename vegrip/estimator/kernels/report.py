@@ -11,45 +11,7 @@ there on the derivatives are written out. With the gauge g of the limit surface 
 import math
 
 from vegrip.estimator.kernels.covariance_root import WIDE
-from vegrip.estimator.kernels.generated import (
-    CONSIDER0,
-    CONSIDERED_MU,
-    DELTA,
-    FRI_LN_MU,
-    FRI_VAR,
-    MU_PLACE,
-    REP_CONTACT,
-    REP_DEPTH_NOW,
-    REP_DEPTH_STD,
-    REP_EXPONENT,
-    REP_EXPONENT_STD,
-    REP_FORCE,
-    REP_FORCE_STD,
-    REP_GAUGE,
-    REP_GAUGE_ABS,
-    REP_GAUGE_REL,
-    REP_LIMIT_FORCE,
-    REP_LIMIT_FORCE_STD,
-    REP_LIMIT_RADIUS,
-    REP_LIMIT_RADIUS_STD,
-    REP_LIMIT_TORQUE,
-    REP_LIMIT_TORQUE_STD,
-    REP_MU,
-    REP_MU_STD,
-    REP_RADIUS,
-    REP_RADIUS_STD,
-    REP_SOUND,
-    SET_R_FORCE,
-    SET_S_TANGENTIAL,
-    SET_S_TORQUE,
-    SET_TIP_RADIUS,
-    VALUES0,
-    Y0,
-    Y1,
-    Floats,
-    radius_gradient_towards,
-    torsion_gradient,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.quantities import combined_std, spread_quantities
 
 LEAST_FORCE_STD = 0.5  # of the noise of the force: what the air, where N = 0 exactly, says of a touch

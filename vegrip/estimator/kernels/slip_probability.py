@@ -15,16 +15,7 @@ Gauss and Hermite [AbramowitzStegun1964]_.
 import math
 
 from vegrip.estimator.kernels.covariance_root import WIDE
-from vegrip.estimator.kernels.generated import (
-    CONSIDER0,
-    CONSIDERED_MU,
-    FRI_BASE_LN,
-    FRI_BASE_VAR,
-    FRI_PEAK,
-    FRI_SCATTER_VAR,
-    REP_GAUGE_REL,
-    Floats,
-)
+from vegrip.estimator.kernels.generated import *
 
 NODES = (
     (0.0, 0.5333333333333333),

@@ -2,28 +2,7 @@
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    DELTA,
-    EFFECTS,
-    EXOGENOUS0,
-    HIGH0,
-    LEARNED,
-    LEARNED_FROM,
-    LEARNED_LOG,
-    LOW0,
-    N_LEARNED,
-    P0,
-    SET_TIP_RADIUS,
-    SPEED,
-    TRIAL0,
-    TRY0,
-    VALUES0,
-    Y0,
-    Floats,
-    M,
-    N,
-    advance,
-)
+from vegrip.estimator.kernels.generated import *
 
 
 def clear_section(m: Floats, start: int, end: int) -> None:

@@ -8,29 +8,7 @@ until they give no force.
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    BIAS,
-    DELTA,
-    LEARNED_FROM,
-    MODE_BLIND,
-    MODE_FELT,
-    MODE_FREE_DEPTH,
-    MODE_MET,
-    MODE_TOUCH,
-    MODE_ZERO_MEAN,
-    MODE_ZERO_VAR,
-    MOTION_POSITION,
-    MOTION_VAR_POSITION,
-    OFFSET,
-    P0,
-    SET_R_DISPLACEMENT,
-    SET_R_FORCE,
-    TRY0,
-    Y0,
-    Floats,
-    M,
-    N,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.measure import linearise_at_force
 from vegrip.estimator.kernels.state import contact, copy_state
 

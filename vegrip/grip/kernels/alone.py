@@ -5,16 +5,7 @@ In the place of :mod:`vegrip.grip.kernels.friction_shared` and :mod:`vegrip.grip
 
 import math
 
-from vegrip.grip.kernels.generated import (
-    ASKED_MARGIN,
-    ASKED_QUANTILE,
-    RULE_QUANTILE,
-    RULE_WANTED_MARGIN,
-    SLIDES,
-    STATE_SLIP,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.margin_grip import forget_grip, wanted_force
 from vegrip.grip.kernels.share import balanced_force
 

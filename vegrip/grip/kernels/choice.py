@@ -7,29 +7,7 @@ between two halves of the step: it starts from ``OWN_BASE``, and its answer come
 import math
 
 from vegrip.contact.limit_surface.fast import least_normal_force
-from vegrip.grip.kernels.generated import (
-    BASELINE_EXPONENT,
-    BASELINE_FORCE,
-    BASELINE_FRICTION,
-    BASELINE_POWER,
-    BASELINE_RADIUS,
-    BASELINE_SAFETY,
-    CHOICE_ASKS,
-    CHOICE_FORGOTTEN,
-    CHOICE_POLICY,
-    CHOICE_REASON,
-    CHOICE_SHARE,
-    DEMAND_LOAD,
-    DEMAND_TORQUE,
-    OWN_FORCE,
-    OWN_SHARE,
-    REASON_HOLD,
-    REASON_LOWER,
-    REASON_RAISE,
-    REASON_UNTRUSTED,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.margin_grip import forget_grip, wanted_force
 from vegrip.grip.kernels.share import balanced_force
 

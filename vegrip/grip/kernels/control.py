@@ -8,26 +8,7 @@ import math
 from vegrip.estimator.elapsed import elapsed_time
 from vegrip.grip.kernels.choice import asked_force, forget_policy
 from vegrip.grip.kernels.fail_safe import end_fault, is_at_fault, ride_out_fault
-from vegrip.grip.kernels.generated import (
-    CONDITION_DEGRADED,
-    GRIP_HELD,
-    GRIP_REQUIRED,
-    INPUT_CONDITION,
-    NEED_SLIPPING,
-    REASON_INPUT_HOLD,
-    REASON_MAX_LIMIT,
-    REASON_MIN_LIMIT,
-    REASON_UNTRUSTED,
-    RULE_LIFETIME,
-    SETUP_RENEWAL,
-    TURN_ASKED,
-    TURN_COMMANDED,
-    TURN_REASON,
-    TURN_SEQ,
-    TURN_STARTED,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.limits import clamped, limited
 
 

@@ -3,34 +3,11 @@
 import math
 
 from vegrip.estimator.kernels.forecast import least_force
+from vegrip.estimator.kernels.sense import is_force_known, is_sound, touches
 from vegrip.grip.confirmed_load import confirm_load
 from vegrip.grip.kernels.choice import asks_least_force
 from vegrip.grip.kernels.friction_shared import is_slipping, load_to_answer
-from vegrip.grip.kernels.generated import (
-    ASKED_MARGIN,
-    ASKED_QUANTILE,
-    CONFIRMED0,
-    DEMAND_BOUND,
-    DEMAND_LEAST,
-    DEMAND_LOAD,
-    DEMAND_TORQUE,
-    GRIP_HELD,
-    INPUT_DOUBTFUL,
-    INPUT_LOST,
-    LOADING,
-    NEED_IN_CONTACT,
-    NEED_SLIPPING,
-    NEED_TRUSTED,
-    SET_S_TANGENTIAL,
-    SET_S_TORQUE,
-    STATE_TANGENTIAL_FORCE_X,
-    STATE_TANGENTIAL_FORCE_Y,
-    STATE_TORQUE_Z,
-    TAKEN_BOUND,
-    Floats,
-    Wholes,
-)
-from vegrip.grip.kernels.sense import is_force_known, is_sound, touches
+from vegrip.grip.kernels.generated import *
 
 
 def demand_nothing(f: Floats, t: Wholes) -> None:

@@ -11,18 +11,7 @@ to zero nor to a fail-safe grip that happens to be smaller than what is held.
 import math
 
 from vegrip.grip.kernels.choice import forget_policy
-from vegrip.grip.kernels.generated import (
-    GRIP_ELAPSED,
-    GRIP_HELD,
-    GRIP_REQUIRED,
-    REASON_FAIL_SAFE,
-    RULE_HOLD_TIME,
-    RULE_RAMP_RATE,
-    RULE_SAFE_FORCE,
-    TURN_REASON,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 
 
 def end_fault(f: Floats) -> None:

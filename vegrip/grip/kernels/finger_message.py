@@ -16,20 +16,7 @@ from vegrip.grip.kernels.finger_step import (
     settle_state,
     take_estimate,
 )
-from vegrip.grip.kernels.generated import (
-    CONDITION_DEGRADED,
-    INPUT_CONDITION,
-    MEASURED,
-    NEED_BELIEVED,
-    NEWS_SEQ,
-    NEWS_STAMP,
-    OWN_BASE,
-    OWN_STEP,
-    STATE0,
-    TURN_STARTED,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.share import tell_need
 from vegrip.grip.kernels.watchdog import watch_silence
 

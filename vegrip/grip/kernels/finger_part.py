@@ -1,27 +1,7 @@
 """One classic frame of one finger: a part of a state in, and with the last one the command out."""
 
 from vegrip.grip.kernels.finger_step import LEFT_ALONE, STEP_COMMANDED, answer_state
-from vegrip.grip.kernels.generated import (
-    ADJUSTMENT_HIGH,
-    ADJUSTMENT_LOW,
-    ADJUSTMENT_SCALE,
-    FORCE_HIGH,
-    FORCE_LOW,
-    FORCE_SCALE,
-    GRIP_ADJUSTMENT,
-    GRIP_HELD,
-    PARTS_CLIPPED_ADJUSTMENT,
-    PARTS_CLIPPED_FORCE,
-    SETUP_COMMAND_ID,
-    SETUP_EXPIRES,
-    SHORT_COMMAND_LENGTH,
-    TURN_GIVEN_REASON,
-    TURN_SEQ,
-    Bytes,
-    Floats,
-    Wholes,
-    pack_short_command,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.part_protection import protect_short
 from vegrip.grip.kernels.receive_part import RING, completes, is_part_welcome, keep_part, take_parts
 

@@ -2,6 +2,7 @@
 
 import math
 
+from vegrip.estimator.kernels.sense import assimilate, margin_bound, touches
 from vegrip.grip.kernels.choice import shared_force
 from vegrip.grip.kernels.control import (
     command_share,
@@ -11,39 +12,9 @@ from vegrip.grip.kernels.control import (
 )
 from vegrip.grip.kernels.demand import demand_force, demand_nothing, hold_doubtful
 from vegrip.grip.kernels.friction_shared import prepare_friction, restore_slip, update_shared_friction
-from vegrip.grip.kernels.generated import (
-    COMMAND_LENGTH,
-    CONDITION_DEGRADED,
-    GRIP_ADJUSTMENT,
-    GRIP_HELD,
-    GRIP_REQUIRED,
-    HISTORY_STATES,
-    INPUT_CONDITION,
-    NEED_BELIEVED,
-    REP_FORCE,
-    REP_RADIUS,
-    SETUP_COMMAND_ID,
-    SETUP_EXPIRES,
-    STATE_NORMAL_FORCE,
-    TAKEN_BOUND,
-    TURN_FETCHED,
-    TURN_GIVEN_REASON,
-    TURN_HAS_MARGIN,
-    TURN_NOTED,
-    TURN_REPORT_DUE,
-    TURN_SEEN,
-    TURN_SEQ,
-    TURN_STARTED,
-    TURN_TOLD,
-    TURN_USED,
-    Bytes,
-    Floats,
-    Wholes,
-    pack_command,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.protection import protect
 from vegrip.grip.kernels.receive import is_welcome, is_whole, take_frame
-from vegrip.grip.kernels.sense import assimilate, margin_bound, note_history
 from vegrip.grip.kernels.share import tell_need
 from vegrip.grip.kernels.takeover import begin_transfer, bound_takeover
 from vegrip.grip.kernels.watchdog import accept_state, note_broken, watch_silence
@@ -178,3 +149,15 @@ def is_report_due(t: Wholes, now: int) -> bool:
     waiting = t[TURN_NOTED] - t[TURN_FETCHED]
     full = HISTORY_STATES > 0 and waiting >= HISTORY_STATES // 2
     return now >= t[TURN_REPORT_DUE] or t[INPUT_CONDITION] != t[TURN_TOLD] or full
+
+
+def note_history(f: Floats, t: Wholes) -> None:
+    """Keep the state itself for those who look back."""
+    if HISTORY_STATES > 0:
+        row = t[TURN_NOTED] % max(HISTORY_STATES, 1)
+        t[HISTORY_STAMP0 + row], t[HISTORY_SEQ0 + row] = t[NEWS_STAMP], t[NEWS_SEQ]
+        start = HISTORY0 + row * (MEASURED + 1)
+        for i in range(MEASURED):
+            f[start + i] = f[STATE0 + i]
+        f[start + MEASURED] = 1.0 if touches(f, t) else 0.0
+        t[TURN_NOTED] += 1

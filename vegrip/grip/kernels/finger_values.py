@@ -4,15 +4,7 @@ import math
 
 from vegrip.estimator.elapsed import bounded_time
 from vegrip.grip.kernels.finger_step import LEFT_ALONE, answer_state
-from vegrip.grip.kernels.generated import (
-    LINE_LAST,
-    MEASURED,
-    NEWS_SEQ,
-    NEWS_STAMP,
-    STATE0,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.receive import count_on, is_next
 
 

@@ -7,6 +7,7 @@ import math
 
 from vegrip.estimator.elapsed import elapsed_time
 from vegrip.estimator.kernels.load_loss import is_load_doubted
+from vegrip.estimator.kernels.sense import touches
 from vegrip.grip.drive_lag import follow_drive
 from vegrip.grip.felt_slip import (
     believed_flag,
@@ -28,59 +29,7 @@ from vegrip.grip.friction_belief import (
 from vegrip.grip.friction_change import CHANGE_LEVEL, CHANGE_SPREAD, follow_level, stated_friction
 from vegrip.grip.friction_onset import feel_onset
 from vegrip.grip.friction_probe import PROBE_NEED, feel_slip, watch_load
-from vegrip.grip.kernels.generated import (
-    ASKED_MARGIN,
-    ASKED_QUANTILE,
-    FRI_BASE_LN,
-    FRI_BASE_VAR,
-    FRI_LN_MU,
-    FRI_VAR,
-    GRIP_ELAPSED,
-    GRIP_HELD,
-    GRIP_REQUIRED,
-    INPUT_DOUBTFUL,
-    MU_LEARNED,
-    NEWS_STAMP,
-    REP_GAUGE,
-    REP_GAUGE_ABS,
-    REP_GAUGE_REL,
-    REP_MU,
-    REP_MU_STD,
-    REP_RADIUS,
-    RULE_QUANTILE,
-    RULE_WANTED_MARGIN,
-    SETUP_FINGER,
-    SETUP_FINGERS,
-    SETUP_LEADS,
-    SETUP_SHARES,
-    SHARED_BEFORE,
-    SHARED_BEFORE_VAR,
-    SHARED_FLAG,
-    SHARED_KNOWN_QUANTILE,
-    SHARED_LEVEL,
-    SHARED_LOAD_NOISE,
-    SHARED_SEEN,
-    SHARED_SITE,
-    SHARED_SITE_WEIGHTED,
-    SHARED_SPEED,
-    SHARED_SPREAD,
-    SHARED_UNKNOWN,
-    SHARED_WIDEST,
-    SLIDES,
-    STATE_NORMAL_FORCE,
-    STATE_SLIP,
-    STATE_SLIP_SPEED,
-    STATE_TANGENTIAL_FORCE_X,
-    STATE_TANGENTIAL_FORCE_Y,
-    TAKEN_LOAD,
-    TAKEN_TORQUE,
-    TURN_LEARNED,
-    TURN_LED,
-    TURN_STARTED,
-    Floats,
-    Wholes,
-)
-from vegrip.grip.kernels.sense import touches
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.late_slip import is_late, present_slip, recall_load
 from vegrip.grip.load_lead import lead_load
 from vegrip.grip.slip_trust import counted_shift, counts_as_known, ends_probe, follow_trust, let_go

@@ -2,18 +2,7 @@
 
 import math
 
-from vegrip.grip.kernels.generated import (
-    GRIP_HELD,
-    REASON_MAX_LIMIT,
-    REASON_MIN_LIMIT,
-    REASON_RATE_LIMIT,
-    REASON_UNTRUSTED,
-    RULE_LOWER_RATE,
-    RULE_MAX_FORCE,
-    RULE_MIN_FORCE,
-    RULE_RAISE_RATE,
-    Floats,
-)
+from vegrip.grip.kernels.generated import *
 
 
 def clamped(f: Floats, force: float) -> float:

@@ -2,28 +2,7 @@
 
 import math
 
-from vegrip.grip.kernels.generated import (
-    DEMAND_BOUND,
-    DEMAND_LEAST,
-    GRIP_ENVELOPE,
-    GRIP_QUIET,
-    NEED_IN_CONTACT,
-    NEED_SLIPPING,
-    NEED_TRUSTED,
-    REASON_FORECAST,
-    REASON_HOLD,
-    REASON_LOWER,
-    REASON_RAISE,
-    REASON_SLIP,
-    REASON_UNTRUSTED,
-    RULE_DEAD_BAND,
-    RULE_RELEASE_TIME,
-    RULE_SETTLE_TIME,
-    RULE_SLIP_GROWTH,
-    RULE_WANTED_MARGIN,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.usual_need import add_need, forget_usual
 
 

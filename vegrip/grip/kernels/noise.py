@@ -14,19 +14,7 @@ equal values proves that it is stuck. What is seldom is learned from the sensor 
 
 import math
 
-from vegrip.grip.kernels.generated import (
-    INPUT_COUNT,
-    INPUT_RUN,
-    RULE_FROZEN_CHANCE,
-    STATE_NORMAL_FORCE,
-    WATCH_CHANGE,
-    WATCH_NOISE_LAST,
-    WATCH_REPEAT_LIMIT,
-    WATCH_REPEATS,
-    WATCH_TURNS,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 
 NOISE_WINDOW = 256  # states over which the shares are averaged
 NOISY_TURNS = 0.3

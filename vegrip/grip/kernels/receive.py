@@ -1,25 +1,7 @@
 """A frame from the line: checks of its bytes, of its counter and of its time, before anything is changed."""
 
 from vegrip.estimator.elapsed import bounded_time, elapsed_time
-from vegrip.grip.kernels.generated import (
-    LINE_LAST,
-    LINE_LOST,
-    LINE_STAMP,
-    NEWS_SEQ,
-    NEWS_STAMP,
-    SETUP_SENDER_TIME,
-    SETUP_STATE_ID,
-    STATE_LENGTH,
-    WIRE_VERSION,
-    Bytes,
-    Floats,
-    Wholes,
-    counter_of_state,
-    time_of_state,
-    unpack_state,
-    values_mean_something,
-    version_of_state,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.protection import is_intact
 
 SILENT = 500_000_000  # [ns] a line silent for longer may go on with any counter

@@ -4,33 +4,7 @@ As :mod:`vegrip.transport.codec.assembly` has it, as far as everything comes in 
 """
 
 from vegrip.estimator.elapsed import bounded_time, elapsed_time
-from vegrip.grip.kernels.generated import (
-    ABSENT_BYTES,
-    LINE_LAST,
-    LINE_LOST,
-    LINE_STAMP,
-    NEWS_SEQ,
-    NEWS_STAMP,
-    PART_BYTES0,
-    PART_LENGTH,
-    PART_OFFSETS,
-    PART_PAYLOAD,
-    PART_VERSION,
-    PARTS_COUNTER,
-    PARTS_EXPECTED,
-    PARTS_INCOMPLETE,
-    PARTS_STAMP,
-    SETUP_STATE_ID,
-    STATE_PARTS,
-    Bytes,
-    Floats,
-    Wholes,
-    counter_of_part,
-    is_last_part,
-    part_means_something,
-    unpack_parts,
-    version_of_part,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.part_protection import is_part_intact
 from vegrip.grip.kernels.receive import SILENT
 

@@ -18,15 +18,7 @@ whatever is known of the whole grasp has its place between :func:`tell_need` and
 
 import math
 
-from vegrip.grip.kernels.generated import (
-    GRIP_REQUIRED,
-    SETUP_FINGER,
-    SETUP_FINGERS,
-    SETUP_THUMB,
-    TURN_STARTED,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 
 
 def tell_need(f: Floats, t: Wholes, g: Floats) -> None:

@@ -11,24 +11,7 @@ the force moves. Below ``HELD_FORCE`` the finger may be in the air.
 import math
 
 from vegrip.estimator.elapsed import elapsed_time
-from vegrip.grip.kernels.generated import (
-    INPUT_FORCE_STILL_SINCE,
-    INPUT_HEARD,
-    INPUT_IS_HEARD,
-    INPUT_STILL_SINCE,
-    INPUT_TRAVEL_SINCE,
-    MECHANICAL,
-    REPEATED0,
-    REPEATED_FORCE0,
-    RULE_DOUBT_AFTER,
-    RULE_STUCK_TRAVEL,
-    STATE0,
-    STATE_DISPLACEMENT,
-    STATE_NORMAL_FORCE,
-    WATCH_LEVEL,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 
 TRAVEL_SECONDS = 0.5
 HELD_FORCE = 0.3  # [N]

@@ -14,21 +14,7 @@ Slip ends it at once: then what was held is held no more.
 import math
 
 from vegrip.estimator.elapsed import elapsed_time
-from vegrip.grip.kernels.generated import (
-    DEMAND_LEAST,
-    DEMAND_LOAD,
-    DEMAND_TORQUE,
-    NEED_SLIPPING,
-    RULE_RAMP_RATE,
-    RULE_SAFE_FORCE,
-    TRANSFER_ARM,
-    TRANSFER_FORCE,
-    TRANSFER_LOAD,
-    TURN_IN_TRANSFER,
-    TURN_TRANSFER_SINCE,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 
 TRANSFER_TIME = 0.3  # [s] after which the estimate rules whatever it says; within 0.1 s it has mostly settled
 

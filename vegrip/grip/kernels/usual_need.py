@@ -2,23 +2,7 @@
 
 import math
 
-from vegrip.grip.kernels.generated import (
-    GRIP_FILLED,
-    GRIP_MEDIAN,
-    GRIP_PRESENT,
-    GRIP_PROVEN,
-    GRIP_PROVEN_TIME,
-    GRIP_SLOT,
-    LARGEST0,
-    ORDERED0,
-    RULE_PROVEN_TIME,
-    RULE_USUAL_TIME,
-    TURN_NEXT_SLOT,
-    TURN_SLOTS,
-    USUAL_SLOTS,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 
 
 def forget_usual(f: Floats, t: Wholes) -> None:

@@ -24,47 +24,7 @@ plug does not toggle the controller. This protects against faults, not attackers
 import math
 
 from vegrip.estimator.elapsed import elapsed_time
-from vegrip.grip.kernels.generated import (
-    CONDITION_CORRUPT,
-    CONDITION_DEGRADED,
-    CONDITION_FROZEN,
-    CONDITION_MISSING,
-    CONDITION_OK,
-    CONDITION_OUT_OF_RANGE,
-    CONDITION_REPLAYED,
-    CONDITION_STALE,
-    FAULTS0,
-    HIGHEST0,
-    INPUT_CONDITION,
-    INPUT_CORRUPT,
-    INPUT_DOUBTFUL,
-    INPUT_GOOD,
-    INPUT_HEARD,
-    INPUT_IS_CORRUPT,
-    INPUT_IS_HEARD,
-    INPUT_IS_KNOWN,
-    INPUT_LEAPS,
-    INPUT_LOST,
-    INPUT_PRESENT,
-    INPUT_QUICKEST,
-    INPUT_SEEN,
-    INPUT_SEQ,
-    INPUT_STAMP,
-    INPUT_USABLE,
-    LOWEST0,
-    MEASURED,
-    NEWS_SEQ,
-    NEWS_STAMP,
-    RULE_DOUBT_AFTER,
-    RULE_FORCE_FROZEN_AFTER,
-    RULE_FROZEN_AFTER,
-    RULE_TIME_OUT,
-    SETUP_RECOVER_AFTER,
-    STATE0,
-    SUFFICIENT,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.noise import noise_vanished
 from vegrip.grip.kernels.stillness import all_still, force_still, has_travelled
 

@@ -1,76 +1,16 @@
-"""The believed state goes into the estimator (:meth:`vegrip.estimator.ContactEstimator.assimilate`)."""
+"""The clock of the samples: in which order they come, and how old the last one that informed is.
+
+Stamps are those of the sender. One that does not advance belongs to a late sample, which still finds its
+place among those that were kept, or is refused; after some refusals in a row the sender's clock has started
+anew.
+"""
 
 import math
 
-from vegrip.estimator.elapsed import elapsed_time
+from vegrip.estimator.elapsed import bounded_time, elapsed_time
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.report import upper_gauge
 from vegrip.estimator.kernels.update import update
-from vegrip.grip.kernels.generated import (
-    CH_USED,
-    CHANNEL0,
-    CHANNEL_DISPLACEMENT,
-    CHANNEL_FORCE,
-    CHANNEL_SIZE,
-    EXOGENOUS0,
-    HISTORY0,
-    HISTORY_SEQ0,
-    HISTORY_STAMP0,
-    HISTORY_STATES,
-    LASTING_SIZE,
-    LATE_SAMPLES,
-    LATER0,
-    LEAST_SLIDING_SPEED,
-    MEASURED,
-    MU_LEARNED,
-    NEWS_SEQ,
-    NEWS_STAMP,
-    REP_CONTACT,
-    REP_FORCE,
-    REP_FORCE_STD,
-    REP_GAUGE,
-    REP_GAUGE_ABS,
-    REP_GAUGE_REL,
-    REP_SOUND,
-    REWIND0,
-    REWIND_BEFORE0,
-    REWIND_BEGUN0,
-    REWIND_STAMP0,
-    REWIND_STATE0,
-    SAMPLE_BACKWARDS,
-    SAMPLE_BEGUN,
-    SAMPLE_FOLLOWED,
-    SAMPLE_INFORMED,
-    SAMPLE_IS_INFORMED,
-    SAMPLE_KEPT,
-    SAMPLE_LATE,
-    SAMPLE_REFUSED,
-    SAMPLE_RESUMED,
-    SAMPLE_REWIND_NEXT,
-    SAMPLE_SEQ,
-    SAMPLE_SHOWN,
-    SAMPLE_STAMP,
-    SAMPLE_TRUSTED,
-    SET_LONGEST_GAP,
-    SET_QUANTILE,
-    SETUP_GAP,
-    SETUP_RECOVERY,
-    SLIDES,
-    STATE0,
-    STATE_CONTACT_RADIUS,
-    STATE_DISPLACEMENT,
-    STATE_NORMAL_FORCE,
-    STATE_SLIP,
-    STATE_SLIP_SPEED,
-    STATE_TANGENTIAL_FORCE_X,
-    STATE_TANGENTIAL_FORCE_Y,
-    STATE_TEMPERATURE,
-    STATE_TORQUE_Z,
-    TAKEN_LOAD,
-    TAKEN_TORQUE,
-    TURN_NOTED,
-    Floats,
-    Wholes,
-)
 
 
 def assimilate(f: Floats, t: Wholes) -> None:
@@ -79,6 +19,7 @@ def assimilate(f: Floats, t: Wholes) -> None:
     After enough stamps in a row that do not advance, the sender's clock counts as started anew.
     """
     t[SAMPLE_SHOWN], t[SAMPLE_TRUSTED] = t[NEWS_STAMP], 0
+    t[SAMPLE_OFFERED] += 1
     if t[SAMPLE_RESUMED] == 1:
         t[SAMPLE_RESUMED] = 0
         follow_clock(f, t)
@@ -88,7 +29,7 @@ def assimilate(f: Floats, t: Wholes) -> None:
     elif not take_late(f, t):
         t[SAMPLE_REFUSED] += 1
         t[SAMPLE_BACKWARDS] += 1
-        if t[SAMPLE_BACKWARDS] >= t[SETUP_RECOVERY]:
+        if t[SAMPLE_BACKWARDS] >= t[CLOCK_RECOVERY]:
             follow_clock(f, t)
 
 
@@ -96,7 +37,7 @@ def follow_clock(f: Floats, t: Wholes) -> None:
     """Take the present state by a clock that has started anew: after a gap of unknown length."""
     t[SAMPLE_BACKWARDS] = t[SAMPLE_KEPT] = 0
     t[SAMPLE_FOLLOWED] += 1
-    t[SAMPLE_BEGUN], t[SAMPLE_STAMP] = 1, t[NEWS_STAMP] - t[SETUP_GAP]
+    t[SAMPLE_BEGUN], t[SAMPLE_STAMP] = 1, bounded_time(t[NEWS_STAMP]) - t[CLOCK_GAP]
     t[SAMPLE_INFORMED], t[SAMPLE_IS_INFORMED] = t[SAMPLE_STAMP], 1
     take_state(f, t)
 
@@ -110,10 +51,11 @@ def take_state(f: Floats, t: Wholes) -> None:
     dt = passed if t[SAMPLE_BEGUN] == 1 else -1.0
     keep_for_rewind(f, t)
     x, y, torque = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y], f[STATE_TORQUE_Z]
-    load = math.sqrt(x * x + y * y)
+    load = math.sqrt(x * x + y * y)  # not math.hypot: Python's rounds otherwise than C's
     t[SAMPLE_BEGUN], t[SAMPLE_TRUSTED], t[SAMPLE_STAMP] = 1, 1, t[NEWS_STAMP]
     f[TAKEN_LOAD] = load if math.isfinite(load) else math.nan
     f[TAKEN_TORQUE] = torque if math.isfinite(torque) else math.nan
+    f[TAKEN_SLIP] = f[STATE_SLIP]
     feel_outside(f)
     force, displacement = f[STATE_NORMAL_FORCE], f[STATE_DISPLACEMENT]
     radius, slip = f[STATE_CONTACT_RADIUS], sensed_slip(f)
@@ -189,18 +131,6 @@ def copy_measured(f: Floats, to: int, start: int) -> None:
     """Copy the measured values of a state."""
     for i in range(MEASURED):
         f[to + i] = f[start + i]
-
-
-def note_history(f: Floats, t: Wholes) -> None:
-    """Keep the state itself for those who look back."""
-    if HISTORY_STATES > 0:
-        row = t[TURN_NOTED] % max(HISTORY_STATES, 1)
-        t[HISTORY_STAMP0 + row], t[HISTORY_SEQ0 + row] = t[NEWS_STAMP], t[NEWS_SEQ]
-        start = HISTORY0 + row * (MEASURED + 1)
-        for i in range(MEASURED):
-            f[start + i] = f[STATE0 + i]
-        f[start + MEASURED] = 1.0 if touches(f, t) else 0.0
-        t[TURN_NOTED] += 1
 
 
 def feel_outside(f: Floats) -> None:
