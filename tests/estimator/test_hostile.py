@@ -55,7 +55,7 @@ class Belief:
         if not abs(state.normal_force) < 1e50:  # not measured, or nothing that a sensor measures
             self.since = None
             return
-        bias = float(self.estimator._memory.section("Y")[-1])
+        bias = float(self.estimator.named.section("Y")[-1])
         if abs(state.normal_force - bias - force.value) <= FAR * force.std:
             self.since = None
             return

@@ -34,7 +34,7 @@ def test_every_number_has_one_name(memory):
 
 
 def test_a_value_that_is_not_measured_leaves_what_effects_feel_as_it_was(estimator):
-    felt = estimator._memory.section("EXOGENOUS")
+    felt = estimator.named.section("EXOGENOUS")
     estimator.update(
         FingertipState(0, "thumb", 0, 1.0, 1.5, 0.0, 2.5, temperature=31.0, slip=1.0, slip_speed=0.2)
     )
@@ -46,7 +46,7 @@ def test_a_value_that_is_not_measured_leaves_what_effects_feel_as_it_was(estimat
 
 def test_the_noise_of_a_slip_speed_is_no_sliding_while_the_contact_sticks(estimator):
     estimator.update(FingertipState(0, "thumb", 0, 1.0, 1.0, slip=0.0, slip_speed=0.2))
-    assert estimator._memory.section("EXOGENOUS")[3] == 0.0
+    assert estimator.named.section("EXOGENOUS")[3] == 0.0
 
 
 def test_what_it_knows_moves_with_it_and_is_reset_where_it_lies(estimator, memory):

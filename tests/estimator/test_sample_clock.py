@@ -76,7 +76,7 @@ def test_going_back_and_taking_again_counts_each_sample_once(estimator):
         told = estimator.update(at(time, slip=float(time == 7)))
     assert (told.seq, estimator.late) == (5, 1)
     assert estimator.slip_margin().stamp == 9 * MS
-    state = estimator._memory.section("STATE")
+    state = estimator.named.section("STATE")
     assert state[6] == 1.0, "the state stays the present one"
 
 

@@ -83,13 +83,14 @@ class ContactEstimator:
         self._pack = struct.Struct(f"={len(MEASURED)}d").pack_into
         self._finger = ""
         self._lie_in(FingerMemory(SampleLayout(self.layout, self.settings.late)))
-        self._memory["CLOCK_RECOVERY"] = self.settings.recovery
-        self._memory["CLOCK_GAP"] = round(self.settings.longest_gap * NS) + 1
+        self.named["CLOCK_RECOVERY"] = self.settings.recovery
+        self.named["CLOCK_GAP"] = round(self.settings.longest_gap * NS) + 1
         self._warm()
         self.reset()
 
     def _lie_in(self, memory: FingerMemory) -> None:
-        self._memory = memory
+        self.named = memory
+        """All its numbers by name, those of the clock among them."""
         self.numbers: Floats = memory.section("ESTIMATOR")
         """What the filter works on, shape (layout.size,)."""
         self._wholes, self._stamp = memory.t.data, memory.layout.wholes["NEWS_STAMP"]
@@ -98,7 +99,7 @@ class ContactEstimator:
 
     def reset(self) -> None:
         """Forget everything but the model: as before the first sample."""
-        memory = self._memory
+        memory = self.named
         self.numbers[:] = self._blank
         memory.section("SAMPLE")[:] = 0
         memory["TAKEN_LOAD"] = memory["TAKEN_TORQUE"] = memory["TAKEN_SLIP"] = NAN
@@ -127,14 +128,14 @@ class ContactEstimator:
             raise InputError("these are not the numbers of a finger with this model")
         self.reset()
         saved.put_into(self.numbers, memory[saved.places])
-        self._memory["SAMPLE_RESUMED"] = 1
+        self.named["SAMPLE_RESUMED"] = 1
 
     def mount(self, memory: FingerMemory, finger: str) -> None:
         """Lie in the ``memory`` of a ``finger`` from now on, whose step takes the samples.
 
         What is known moves there; the state that is in it stays.
         """
-        memory.take_over(self._memory, ("STATE", "NEWS"))
+        memory.take_over(self.named, ("STATE", "NEWS"))
         self._finger = finger
         self._lie_in(memory)
 
@@ -165,27 +166,27 @@ class ContactEstimator:
     @property
     def late(self) -> int:
         """Samples that came late and were put in their place."""
-        return int(self._memory["SAMPLE_LATE"])
+        return int(self.named["SAMPLE_LATE"])
 
     @property
     def refused(self) -> int:
         """Samples refused because their stamp did not advance."""
-        return int(self._memory["SAMPLE_REFUSED"])
+        return int(self.named["SAMPLE_REFUSED"])
 
     @property
     def in_contact(self) -> bool:
         """Whether the fingertip touches; made at two standard deviations, broken at half of one."""
-        return self._has_begun and bool(self._memory["REP_CONTACT"] > 0.5)
+        return self._has_begun and bool(self.named["REP_CONTACT"] > 0.5)
 
     @property
     def is_excited(self) -> bool:
         """Whether the tip moves in contact, or did within ``settings.learning_rest``: only then it learns."""
-        return self.in_contact and bool(self._memory["MODE_REST"] <= self.settings.learning_rest)
+        return self.in_contact and bool(self.named["MODE_REST"] <= self.settings.learning_rest)
 
     @property
     def normal_force(self) -> Estimate:
         """The normal force [N], one of the quantities of :meth:`contact_estimate`."""
-        memory = self._memory
+        memory = self.named
         if not self._has_begun:
             return UNKNOWN
         value, std = memory["REP_FORCE"], memory["REP_FORCE_STD"]
@@ -193,7 +194,7 @@ class ContactEstimator:
 
     def contact_estimate(self) -> ContactEstimate:
         """Return what is known of the contact since the last sample."""
-        memory = self._memory
+        memory = self.named
         if not (self._has_begun or memory["SAMPLE_OFFERED"]):
             return ContactEstimate(0, "", 0)
         stamp, seq = memory["SAMPLE_SHOWN"], memory["SAMPLE_SEQ"]
@@ -232,7 +233,7 @@ class ContactEstimator:
         """
         if not self._has_begun:
             return SlipMargin(0, "", 0)
-        memory, out = self._memory, self._margin
+        memory, out = self.named, self._margin
         stamp = memory["SAMPLE_STAMP"]
         self._module.margin_of(self.numbers, memory["TAKEN_LOAD"], memory["TAKEN_TORQUE"], out)
         gauge, upper, reserve, when, earliest = out.tolist()
@@ -267,14 +268,14 @@ class ContactEstimator:
         if not self._is_valid():
             return NAN
         at = quantile(self.settings.confidence if confidence is None else confidence)
-        memory = self._memory
+        memory = self.named
         tangential, torque = (memory["TAKEN_LOAD"], memory["TAKEN_TORQUE"]) if load is None else load
         return float(self._module.least_force(self.numbers, tangential, torque, margin, at))
 
     @property
     def friction(self) -> tuple[float, float, float, float]:
         """Mean and variance of ln mu: now, and before the present loading."""
-        mean, variance, mean_before, variance_before = self._memory.section("FRICTION")[
+        mean, variance, mean_before, variance_before = self.named.section("FRICTION")[
             FRICTION_BELIEF
         ].tolist()
         return mean, variance, mean_before, variance_before
@@ -282,7 +283,7 @@ class ContactEstimator:
     def believe_friction(self, belief: tuple[float, float, float, float]) -> None:
         """Go on from another belief of friction, in the order of :attr:`friction`."""
         if self.layout.mu_learned:
-            self._memory.section("FRICTION")[FRICTION_BELIEF] = belief
+            self.named.section("FRICTION")[FRICTION_BELIEF] = belief
 
     def utilisation(self) -> tuple[float, float, float]:
         """Return the friction coefficient at which the load would slip, its relative std, and the load [N].
@@ -290,7 +291,7 @@ class ContactEstimator:
         The load has the torque as a force at the contact radius. NaN and inf where there is no contact; the
         first two also while a part of the load is doubted (:mod:`vegrip.estimator.kernels.load_loss`).
         """
-        memory = self._memory
+        memory = self.named
         gauge, radius = memory["REP_GAUGE"], memory["REP_RADIUS"]
         if not (gauge > 0.0 and memory["REP_CONTACT"] > 0.5 and radius > 0.0):
             return NAN, math.inf, NAN
@@ -310,13 +311,13 @@ class ContactEstimator:
         The verdict has hysteresis over the stamps of the samples at which it is asked for; until the next
         sample it stays the same, and asking again costs nothing.
         """
-        offered = self._memory["SAMPLE_OFFERED"]
+        offered = self.named["SAMPLE_OFFERED"]
         if self._health is None or self._judged != offered:
             self._health, self._judged = self._assess(), offered
         return self._health
 
     def _assess(self) -> ModelHealth:
-        memory = self._memory
+        memory = self.named
         if memory["SAMPLE_FOLLOWED"] != self._followed:
             self._followed = memory["SAMPLE_FOLLOWED"]
             self._hysteresis.follow_clock()
@@ -336,32 +337,32 @@ class ContactEstimator:
     @property
     def lost(self) -> float:
         """For how long an estimate has contradicted its own measurement [s]; 0 while none does."""
-        lost = self._memory["MODE_LOST"]
+        lost = self.named["MODE_LOST"]
         return float(lost) if lost > 0.0 else 0.0
 
     @property
     def restarts(self) -> int:
         """How often what is known of the contact was begun anew because it was lost."""
-        return int(self._memory["COUNT_RESTARTS"])
+        return int(self.named["COUNT_RESTARTS"])
 
     @property
     def overflows(self) -> int:
         """How often a number of the filter was not finite any more, and everything was begun anew."""
-        return int(self._memory["COUNT_OVERFLOWS"])
+        return int(self.named["COUNT_OVERFLOWS"])
 
     def reset_health(self) -> None:
         """Forget how well the model explained what was felt so far; what is known of the contact stays."""
-        self._memory.section("HEALTH")[:] = 0.0
+        self.named.section("HEALTH")[:] = 0.0
         rejected = PER_CHANNEL.index("REJECTED")
-        self._memory.section("CHANNEL").reshape(len(CHANNELS), -1)[:, rejected] = 0.0
+        self.named.section("CHANNEL").reshape(len(CHANNELS), -1)[:, rejected] = 0.0
         self._hysteresis, self._health = HealthHysteresis(), None
 
     def value(self, symbol: str) -> Estimate:
         """Return the present estimate of a parameter of the model; its std is that of the coordinate."""
         place = list(self.model.parameters).index(symbol)
-        value = float(self._memory.section("VALUES")[place])
+        value = float(self.named.section("VALUES")[place])
         if place == self.layout.mu:
-            variance = float(self._memory.section("FRICTION")[FRICTION.index("VAR")])
+            variance = float(self.named.section("FRICTION")[FRICTION.index("VAR")])
         elif place in self.layout.learned:
             j = self.layout.learned_from + self.layout.learned.index(place)
             variance = float(self.covariance[j, j])
@@ -381,7 +382,7 @@ class ContactEstimator:
     @property
     def state(self) -> dict[str, Estimate]:
         """The filter's state by :attr:`state_names`, each with the spread that the covariance says."""
-        means = self._memory.section("Y").tolist()
+        means = self.named.section("Y").tolist()
         variances = np.diag(self.covariance).tolist()
         age = self._age()
         current = self._is_current()
@@ -395,29 +396,29 @@ class ContactEstimator:
     def covariance(self) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
         """Covariance of the filter's state (delta, speed, effect states, learned, d0, bF); a copy."""
         n = self.layout.n
-        return self._memory.section("P").reshape(n, n).copy()
+        return self.named.section("P").reshape(n, n).copy()
 
     def _is_valid(self) -> bool:
         """Whether measurements come and are not all refused: only then an estimate counts."""
         if not self._has_begun or not self._age("SAMPLE_STAMP") <= self.settings.longest_gap:
             return False
-        return bool(self._memory["REP_SOUND"] > 0.5)
+        return bool(self.named["REP_SOUND"] > 0.5)
 
     def _is_current(self) -> bool:
         """Whether an estimate counts and contains the last sample offered."""
-        return bool(self._memory["SAMPLE_TRUSTED"]) and self._is_valid()
+        return bool(self.named["SAMPLE_TRUSTED"]) and self._is_valid()
 
     @property
     def _has_begun(self) -> bool:
-        return bool(self._memory["SAMPLE_BEGUN"])
+        return bool(self.named["SAMPLE_BEGUN"])
 
     def _age(self, at: str = "SAMPLE_SHOWN") -> float:
         """Return how old [s] the last sample that informed is at a stamp; inf when there was none."""
-        memory = self._memory
+        memory = self.named
         return (memory[at] - memory["SAMPLE_INFORMED"]) / NS if memory["SAMPLE_IS_INFORMED"] else math.inf
 
     def _channels_used(self) -> Channel:
-        memory, numbers = self._memory, self.numbers
+        memory, numbers = self.named, self.numbers
         used = zip(self._used, CHANNEL_BITS, strict=True)
         bits = sum(bit for place, bit in used if numbers[place] > 0.0)
         if self._has_begun:

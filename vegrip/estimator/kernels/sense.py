@@ -163,12 +163,16 @@ def touches(f: Floats, t: Wholes) -> bool:
     return t[SAMPLE_BEGUN] == 1 and f[REP_CONTACT] > 0.5
 
 
+def informed_age(t: Wholes) -> float:
+    """Return how old [s] the last sample that informed is at the last one; infinite when there was none."""
+    if t[SAMPLE_IS_INFORMED] == 0:
+        return math.inf
+    return float(elapsed_time(t[SAMPLE_STAMP], t[SAMPLE_INFORMED])) / 1e9
+
+
 def is_sound(f: Floats, t: Wholes) -> bool:
     """Return whether estimates count: measurements come, and are not all refused."""
-    if t[SAMPLE_BEGUN] == 0 or t[SAMPLE_IS_INFORMED] == 0:
-        return False
-    age = float(elapsed_time(t[SAMPLE_STAMP], t[SAMPLE_INFORMED])) / 1e9
-    return age <= f[SET_LONGEST_GAP] and f[REP_SOUND] > 0.5
+    return t[SAMPLE_BEGUN] == 1 and informed_age(t) <= f[SET_LONGEST_GAP] and f[REP_SOUND] > 0.5
 
 
 def is_force_known(f: Floats, t: Wholes) -> bool:
