@@ -57,7 +57,7 @@ def unit(request: Request) -> Unit:
         "names": ", ".join(request.fingers),
         "quoted_names": ", ".join(f'"{name}"' for name in request.fingers),
         "hands": str(layouts().hands), "hand_stride": str(layouts().hand_stride),
-        "finger_stride": str(layouts().finger_stride), "version": str(layouts().version),
+        "finger_stride": str(layouts().finger_stride), "wire_version": str(layouts().version),
         "settings": "\n".join(f"    {p.upper()}_{one.name}, /* {one.words} */" for one in settings),
         "setting_places": ", ".join(str(finger.reals[f"RULE_{one.name}"]) for one in settings),
         "setting_lowest": ", ".join(literals.real(one.low, precision.reals) for one in settings),
