@@ -16,7 +16,7 @@ from vegrip.grip.batch_text import COMMAND_BYTES
 from vegrip.grip.compiled import finger_places, finger_text
 from vegrip.grip.finger import RENEWAL
 from vegrip.grip.joint_confidence import FINGER_CORRELATION, each_confidence
-from vegrip.grip.layout import REALS, FingerLayout
+from vegrip.grip.layout import RULES, FingerLayout
 from vegrip.grip.settings import ControlSettings
 from vegrip.grip.wires import ENTRIES
 from vegrip.messages import Condition
@@ -30,15 +30,6 @@ PLACES = (
 """That the part written by hand needs."""
 FIXED = ("LIFETIME",)
 """Settings that others follow from; they are those of the export."""
-PARAMETERS = {
-    "WANTED_MARGIN": "grip", "QUANTILE": "grip.probability", "DEAD_BAND": "grip", "RELEASE_TIME": "grip",
-    "SETTLE_TIME": "grip", "USUAL_TIME": "grip", "SLIP_GROWTH": "grip", "PROVEN_TIME": "grip",
-    "MIN_FORCE": "limits", "MAX_FORCE": "limits", "RAISE_RATE": "limits", "LOWER_RATE": "limits",
-    "SAFE_FORCE": "fail_safe.force", "HOLD_TIME": "fail_safe", "RAMP_RATE": "fail_safe",
-    "TIME_OUT": "watchdog", "FROZEN_AFTER": "watchdog", "FORCE_FROZEN_AFTER": "watchdog",
-    "DOUBT_AFTER": "watchdog", "FROZEN_CHANCE": "watchdog", "STUCK_TRAVEL": "watchdog",
-}  # fmt: skip
-"""Setting -> section of the control's parameters, and the name there if it is another one."""
 
 
 def unit(request: Request) -> Unit:
@@ -99,23 +90,16 @@ class Setting:
 
 def settable(fingers: int) -> Iterator[Setting]:
     """Yield what can be set, for a grasp of so many ``fingers``."""
-    rules = REALS["RULE"]
-    assert isinstance(rules, tuple)  # noqa: S101
-    for name in rules:
-        if name not in FIXED:
-            section, _, key = PARAMETERS[name].partition(".")
-            yield _setting(name, section, key or name.lower(), fingers)
-
-
-def _setting(name: str, section: str, key: str, fingers: int) -> Setting:
-    declared = declaration(getattr(ControlSettings(), section), key)
-    scale = NS if section == "watchdog" and declared.unit == "s" else 1
-    low, high, doc = declared.low * scale, declared.high * scale, declared.doc
-    unit = "ns" if scale == NS else "-" if declared.unit == "1" else declared.unit
-    if name == "QUANTILE":  # as GripController.wanted, where friction is not shared
-        low, high = (quantile(each_confidence(one, fingers, FINGER_CORRELATION)) for one in (low, high))
-        doc = f"standard normal, of each finger's probability: {doc}"
-    return Setting(name, f"{section}.{key}", scale, low, high, f"[{unit}] {low:.6g} .. {high:.6g}, {doc}")
+    for name, (section, key, scale) in RULES.items():
+        if name in FIXED:
+            continue
+        declared = declaration(getattr(ControlSettings(), section), key)
+        low, high, doc = declared.low * scale, declared.high * scale, declared.doc
+        unit = "ns" if scale == NS else "-" if declared.unit == "1" else declared.unit
+        if name == "QUANTILE":  # as GripController.wanted, where friction is not shared
+            low, high = (quantile(each_confidence(one, fingers, FINGER_CORRELATION)) for one in (low, high))
+            doc = f"standard normal, of each finger's probability: {doc}"
+        yield Setting(name, f"{section}.{key}", scale, low, high, f"[{unit}] {low:.6g} .. {high:.6g}, {doc}")
 
 
 def _row(meeting: Meeting) -> str:

@@ -1,10 +1,17 @@
 """Where everything of one finger that grips lies in its memory, behind what its estimator has there."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import NamedTuple
 
+from vegrip.clock import NS
+from vegrip.config import declaration
 from vegrip.estimator.memory import CHANNELS, SampleLayout, Sections, named_sections
 from vegrip.grip.confirmed_load import CONFIRM_SIZE
+from vegrip.grip.policies.margin_grip import GripSettings
+from vegrip.grip.safety.fail_safe import FailSafeSettings
+from vegrip.grip.safety.limits import LimitSettings
+from vegrip.grip.safety.watchdog import WatchdogSettings
 from vegrip.messages import Condition, Reason
 
 MECHANICAL_CHANNELS = 5
@@ -16,13 +23,41 @@ HISTORY_CHANNELS = len(CHANNELS) + 1
 WINDOW_SLOTS = 25
 """Of the window of the usual need; the largest need of each counts."""
 
+
+class Rule(NamedTuple):
+    """A setting that the step reads, ``key`` of a ``section`` of the control, in units of 1 / ``scale``."""
+
+    section: str
+    key: str
+    scale: int
+
+
+GROUPS = {
+    "grip": GripSettings,
+    "limits": LimitSettings,
+    "fail_safe": FailSafeSettings,
+    "watchdog": WatchdogSettings,
+}
+OF_GRASP = ("slip_every", "known_probability", "drive_lag", "burst_rate")
+"""Settings that the fingers follow together, and not the step of one."""
+RENAMED = {"probability": "QUANTILE", "force": "SAFE_FORCE"}
+
+
+def _rules() -> Iterator[tuple[str, Rule]]:
+    for section, group in GROUPS.items():
+        for one in fields(group):
+            if one.type is float and one.name not in OF_GRASP:
+                is_time = section == "watchdog" and declaration(group, one.name).unit == "s"
+                name = RENAMED.get(one.name, one.name.upper())
+                yield name, Rule(section, one.name, NS if is_time else 1)
+
+
+RULES = dict(_rules())
+"""By the name of their places. Times of the watchdog are in [ns], the probability of the whole grasp is a
+quantile of each finger."""
+
 REALS: Sections = {
-    "RULE": (
-        "WANTED_MARGIN", "QUANTILE", "DEAD_BAND", "RELEASE_TIME", "SETTLE_TIME", "USUAL_TIME", "SLIP_GROWTH",
-        "MIN_FORCE", "MAX_FORCE", "RAISE_RATE", "LOWER_RATE", "LIFETIME", "SAFE_FORCE", "HOLD_TIME",
-        "RAMP_RATE", "TIME_OUT", "FROZEN_AFTER", "FORCE_FROZEN_AFTER", "DOUBT_AFTER", "FROZEN_CHANCE",
-        "PROVEN_TIME", "STUCK_TRAVEL",
-    ),
+    "RULE": tuple(RULES),
     "LOWEST": len(CHANNELS), "HIGHEST": len(CHANNELS),
     "REPEATED": MECHANICAL_CHANNELS, "REPEATED_FORCE": 1,
     "WATCH": ("NOISE_LAST", "CHANGE", "REPEAT_LIMIT", "REPEATS", "TURNS", "LEVEL"),
@@ -39,7 +74,7 @@ REALS: Sections = {
              "ADJUSTMENT", "PROVEN", "PROVEN_TIME"),
     "LARGEST": WINDOW_SLOTS, "ORDERED": WINDOW_SLOTS,
 }  # fmt: skip
-"""RULE: settings (TIME_OUT to DOUBT_AFTER in [ns]); LOWEST, HIGHEST: believable ranges of the channels;
+"""RULE: settings; LOWEST, HIGHEST: believable ranges of the channels;
 REPEATED, REPEATED_FORCE: the mechanical channels last seen; WATCH: of the watchdog;
 CONFIRMED: the load that counts (:mod:`vegrip.grip.confirmed_load`); DEMAND: what the finger needs;
 ASKED: margin and quantile that this state is judged with; SHARED: how
