@@ -6,12 +6,11 @@ generated module of a model, where these names have that model's values.
 """
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import vegrip
-from vegrip.estimator.layout import layout_of
-from vegrip.estimator.memory import SampleLayout
+from vegrip.estimator.layout import NAMED, layout_of
 from vegrip.grip.compiled import constants
 from vegrip.grip.layout import FingerLayout
 from vegrip.model import paper_model
@@ -19,37 +18,44 @@ from vegrip.transport.codec.kernel_text import wire_text
 from vegrip.transport.codec.part_text import part_text
 
 ROOT = Path(vegrip.__file__).parent
+LAYOUT = layout_of(paper_model(1e-2))  # the names are the same for every model
 ARRAYS = {"f": "Floats", "t": "Wholes", "data": "Bytes"}
-HEADS = {
-    "estimator": """import numpy as np
+HEAD = """from typing import Any
+import numpy as np
 from numpy.typing import NDArray
 from vegrip.contact.limit_surface.fast import gauge as gauge
 from vegrip.contact.limit_surface.fast import radius_gradient_towards as radius_gradient_towards
 from vegrip.contact.limit_surface.fast import torsion_gradient as torsion_gradient
-from vegrip.model.generated import Floats as Floats, advance as advance, readout as readout
-Wholes = NDArray[np.int64]
-""",
-    "grip": """import numpy as np
-from typing import Any
-from numpy.typing import NDArray
-from vegrip.estimator.kernels.generated import *
+from vegrip.model.generated import advance as advance, readout as readout
 Bytes = NDArray[np.uint8]
-""",
-}
+"""
+Section = tuple[str, tuple[str, ...], int]
 
 
-def declarations(room: str) -> str:
-    """Return the text for the kernels of a room; the names are the same for every model."""
-    layout = layout_of(paper_model(1e-2))
-    texts = [layout.constants(), SampleLayout(layout).constants()]
-    if room == "grip":
-        finger = FingerLayout(layout, is_shared=True, part_bytes=1).constants()
-        known, texts = texts, [finger, constants(), wire_text(), part_text()]
-    else:
-        known = []
-    before = {line for text in known for line in _declared(text)}
-    lines = [line for text in texts for line in _declared(text) if line not in before]
-    return "\n".join([HEADS[room], *lines, ""])
+def declarations() -> str:
+    """Return the text for the kernels of the estimator and of the grip, which see one module."""
+    finger = FingerLayout(LAYOUT, late=1, history=1, is_shared=True, part_bytes=1)
+    parts = LAYOUT.sections().items()
+    filters: list[Section] = [(name, NAMED[name][1] if name in NAMED else (), n) for name, n in parts]
+    classes = [
+        *_class("Floats", "np.float64", "float", [*filters, *finger.real_sections()]),
+        *_class("Wholes", "np.int64", "int", finger.whole_sections()),
+    ]
+    texts = [LAYOUT.constants(), finger.constants(), constants(), wire_text(), part_text()]
+    return "\n".join([HEAD, *classes, *(line for text in texts for line in _declared(text)), ""])
+
+
+def _class(name: str, item: str, kind: str, sections: Iterable[Section]) -> Iterator[str]:
+    """Yield an array whose sections have names, and in them their numbers."""
+    own = []
+    for section, names, _ in sections:
+        if names:
+            yield f"class _{section}:"
+            yield from (f"    {one.lower()}: {kind}" for one in names)
+            yield f"    def __getitem__(self, place: int) -> {kind}: ..."
+            yield f"    def __setitem__(self, place: int, value: {kind}) -> None: ..."
+        own.append(f"    {section.lower()}: {f'_{section}' if names else f'NDArray[{item}]'}")
+    yield from [f"class {name}(np.ndarray[Any, np.dtype[{item}]]):", *own]
 
 
 def _declared(text: str) -> Iterator[str]:
@@ -71,8 +77,11 @@ def _type(value: ast.expr) -> str:
 
 def main() -> None:
     """Write both."""
-    for room in HEADS:
-        ROOT.joinpath(room, "kernels", "generated.pyi").write_text(declarations(room), encoding="utf-8")
+    for room, text in {
+        "estimator": declarations(),
+        "grip": "from vegrip.estimator.kernels.generated import *\n",
+    }.items():
+        ROOT.joinpath(room, "kernels", "generated.pyi").write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -155,7 +155,7 @@ class Layout:
             "F": (s + 1) * n, "B": n * n, "H": n, "G": n, "K": n, "BEND": s + 1,
             "NEXT": s + 1, "TRIAL": s + 1, "L": n * n,
             "D_FORCE": spread, "D_RADIUS": spread, "D_EXPONENT": spread, "D_FRICTION": spread,
-            "D_DELTA": spread, "TRY": n, "MID": n,
+            "D_DELTA": spread, "TRIED": n, "MID": n,
         }  # fmt: skip
 
     def places(self) -> dict[str, tuple[int, int]]:

@@ -25,14 +25,13 @@ def unit(request: Request) -> Unit:
     blank = ContactEstimator(model, request.noise, replace(settings, late=0))
     layout = blank.layout
     entries = {name: ENTRIES[name] for name in ("assimilate", "margin_of", "least_force")}
-    state = blank.named.layout.reals["STATE0"]
-    measured = (f"    e->f[{place}] = sample->{name};" for place, name in enumerate(CHANNELS, state))
+    measured = (f"    e->f.named.state.{name} = sample->{name};" for name in CHANNELS)
     words = {
         "recovery": str(settings.recovery), "horizon": f"{settings.horizon:g}",
         "risk": f"{1.0 - settings.confidence:.3g}",
         "quantile": literals.real(quantile(settings.confidence), reals), "margin": literals.real(MARGIN),
         "temperature": f"{model.reference_temperature:g}", "measured": "\n".join(measured),
-        "VALUES": str(layout.places()["VALUES"][0]), "believed": "true", "command": "",
+        "believed": "true", "command": "",
         "row": "frame", "ROW": "FRAME", "worst_sources": f"{p}_worst.c {p}_vectors.c {p}_estimator.c",
         **_parameters(request, layout), **_rows(vectors),
     }  # fmt: skip

@@ -23,11 +23,6 @@ from vegrip.messages import Condition
 from vegrip.transport.codec.database import database, layouts
 from vegrip.transport.codec.kernel_text import STATE
 
-PLACES = (
-    "SETUP_STATE_ID", "SETUP_COMMAND_ID", "SETUP_FINGER", "INPUT_CONDITION", "FAULTS0", "LINE_LOST",
-    "TURN_STARTED",
-)  # fmt: skip
-"""That the part written by hand needs."""
 FIXED = ("LIFETIME",)
 """Settings that others follow from; they are those of the export."""
 
@@ -39,8 +34,6 @@ def unit(request: Request) -> Unit:
     memory, settings = vectors.blank.memory, tuple(settable(len(request.fingers)))
     finger = FingerLayout(layout_of(model))
     entries = {name: ENTRIES[name] for name in ("finger_receive", "finger_tick")}
-    places = {name: str(finger.wholes[name]) for name in PLACES}
-    reals = {name: str(finger.reals[name]) for name in ("GRIP_HELD", "RULE_MIN_FORCE", "RULE_MAX_FORCE")}
     words = {
         "state_bytes": str(_state_bytes()), "command_bytes": str(COMMAND_BYTES),
         "command": f"    uint8_t command[{p.upper()}_COMMAND_BYTES]; /* the last command, as it is sent */\n",
@@ -54,11 +47,11 @@ def unit(request: Request) -> Unit:
         "setting_lowest": ", ".join(literals.real(one.low, precision.reals) for one in settings),
         "setting_highest": ", ".join(literals.real(one.high, precision.reals) for one in settings),
         "conditions": "\n".join(f"    {p.upper()}_{one.name} = {one.value}," for one in Condition),
-        "believed": f"e->t[{finger.wholes['INPUT_CONDITION']}] <= {int(Condition.DEGRADED)}",
+        "believed": f"e->t.named.input.condition <= {int(Condition.DEGRADED)}",
         "row": "meeting", "ROW": "MEETING", "meetings": str(len(vectors.meetings)),
         "frames": str(sum(bool(meeting.data) for meeting in vectors.meetings)),
         "rows": "\n".join(_row(meeting) for meeting in vectors.meetings),
-        "worst_sources": f"{p}_worst.c {p}_vectors.c", **places, **reals,
+        "worst_sources": f"{p}_worst.c {p}_vectors.c",
     }  # fmt: skip
     text = finger_text(model.effects, finger, request.settings.surface == "ellipse")
     return Unit(text, finger_places(model), entries, memory, vectors.reals, words, COMMAND_BYTES)

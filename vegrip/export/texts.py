@@ -1,18 +1,21 @@
 """The files of an export, as texts: the templates with the names and numbers of a model put in."""
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib import resources
 from string import Template
+from textwrap import wrap
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.c99 import LONGS, MEMORY, Program, literals, translate
 from vegrip.c99.kinds import RealType
+from vegrip.c99.names import local
 from vegrip.estimator.compiled import text_of
-from vegrip.estimator.layout import REPORT, Layout, layout_of
+from vegrip.estimator.layout import NAMED, Layout, layout_of
+from vegrip.estimator.memory import SampleLayout
 from vegrip.estimator.saved_numbers import CORRELATED, SavedNumbers, Span
 from vegrip.export import estimator, finger, frameworks
 from vegrip.export.precision import PRECISIONS
@@ -32,10 +35,6 @@ NAMES = {
 ONLY_TOUCHING = ("pressure_exponent", "limit_radius")
 ASKED = {"touches": (MEMORY, LONGS), "is_sound": (MEMORY, LONGS)}
 """Kernels that the part written by hand calls, too."""
-PLACES = (
-    "SAMPLE_BEGUN", "SAMPLE_TRUSTED", "SAMPLE_RESUMED", "SAMPLE_IS_INFORMED", "NEWS_STAMP", "TAKEN_LOAD",
-    "TAKEN_TORQUE",
-)  # fmt: skip
 FILES = {
     "unit.h": "{p}_{entry}.h", "unit.c": "{p}_{entry}.c", "vectors.c": "{p}_vectors.c",
     "Makefile": "Makefile", "counting.h": "{p}_counting.h", "CMakeLists.txt": "CMakeLists.txt",
@@ -80,8 +79,6 @@ def write(request: Request) -> Texts:
         reals=reals,
     )
     digest = hashlib.sha256(unit.text.encode()).hexdigest()
-    report = {name: str(layout.places()["REPORT"][0] + i) for i, name in enumerate(REPORT)}
-    places = unit.blank.layout.reals | unit.blank.layout.wholes
     n_bytes = -(-precision.number_bytes * len(unit.blank.f) // 8) * 8 + 8 * len(unit.blank.t) + unit.command
     known = {
         "p": p, "P": p.upper(), "entry": entry, "hash": digest[:NUMBER_DIGITS],
@@ -91,9 +88,9 @@ def write(request: Request) -> Texts:
         "blank_wholes": _table(literals.whole(one) for one in unit.blank.t.tolist()),
         "reals_at_end": _table(map(literals.hexadecimal, unit.reals.tolist())),
         "longest_gap": literals.real(request.settings.longest_gap),
-        "accessors": "\n".join(_accessor(p, entry, name, report) for name in NAMES),
-        **{name: str(places[name]) for name in PLACES},
-        **{f"REP_{name}": place for name, place in report.items()},
+        "reals_named": _record(f"{p}_reals", reals.c, _real_sections(unit.blank.layout)),
+        "wholes_named": _record(f"{p}_wholes", "int64_t", unit.blank.layout.whole_sections()),
+        "accessors": "\n".join(_accessor(p, entry, name) for name in NAMES),
         **precision.known, **frameworks.words(entry), **unit.words,
     }  # fmt: skip
     ellipse = request.settings.surface == "ellipse"
@@ -146,13 +143,33 @@ def saved_text(mark: float, model: ContactModel, layout: Layout, memory: NDArray
     return "".join(f"{literals.hexadecimal(one)}\n" for one in numbers.tolist())
 
 
-def _accessor(p: str, entry: str, name: str, report: dict[str, str]) -> str:
-    value, std = (report[one] for one in NAMES[name])
+def _accessor(p: str, entry: str, name: str) -> str:
+    value, std = (f"e->f.named.report.{one.lower()}" for one in NAMES[name])
     # indentation is told in the air, too, however wide
-    known = "true" if name == "indentation" else f"{p}_is_finite(e, {value}, {std})"
+    known = "true" if name == "indentation" else f"(isfinite({value} + {std}) != 0)"
     known += f" && {p}_in_contact(e)" if name in ONLY_TOUCHING else ""
     body = f"    return {p}_reported(e, {value}, {std}, {known});"
     return "\n".join([f"{p}_estimate {p}_{name}(const {p}_{entry} *e)", "{", body, "}", ""])
+
+
+def _record(name: str, kind: str, sections: Iterable[tuple[str, tuple[str, ...], int]]) -> str:
+    """Return the names of numbers that lie one behind the other as a struct in C."""
+    lines = ["typedef struct {"]
+    for section, names, length in sections:
+        if names:
+            text = f"struct {{ {kind} {', '.join(map(str.lower, names))}; }} {local(section.lower())};"
+            lines += wrap(text, 112, initial_indent="    ", subsequent_indent="        ")
+        elif length:
+            lines.append(f"    {kind} {local(section.lower())}[{length}];")
+    return "\n".join([*lines, f"}} {name};", ""])
+
+
+def _real_sections(layout: SampleLayout) -> Iterator[tuple[str, tuple[str, ...], int]]:
+    _, *rest = layout.real_sections()
+    for name, length in layout.filter.sections().items():
+        names = NAMED.get(name, ("", ()))[1]
+        yield name, names if len(names) == length else (), length
+    yield from rest
 
 
 def _table(words: Iterable[str]) -> str:

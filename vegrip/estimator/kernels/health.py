@@ -44,7 +44,7 @@ def look_at_cells(m: Floats, before: float, out: Floats) -> None:
     weights, weighted, judged, rejected = 0.0, 0.0, 0.0, 0.0
     worst, top, known = 0.0, 0.0, 0.0
     for channel in range(CHANNELS):
-        rejected += m[CHANNEL0 + CHANNEL_SIZE * channel + CH_REJECTED]
+        rejected += m.channel[CHANNEL_SIZE * channel + CH_REJECTED]
         for i in range(REGIMES):
             regime = float(i)
             cell, at = float(REGIMES * channel + i), HEALTH0 + CELL_SIZE * (REGIMES * channel + i)

@@ -27,15 +27,15 @@ def finger_part(
 
 def write_short_command(f: Floats, t: Wholes, out: Bytes) -> None:
     """Pack the command that was settled; what the frame cannot carry ends at its range, and is counted."""
-    force = nearest_steps(f[GRIP_HELD] / FORCE_SCALE)
-    adjustment = nearest_steps(f[GRIP_ADJUSTMENT] / ADJUSTMENT_SCALE)
+    force = nearest_steps(f.grip.held / FORCE_SCALE)
+    adjustment = nearest_steps(f.grip.adjustment / ADJUSTMENT_SCALE)
     carried = within(force, FORCE_LOW, FORCE_HIGH)
     carried_adjustment = within(adjustment, ADJUSTMENT_LOW, ADJUSTMENT_HIGH)
-    t[PARTS_CLIPPED_FORCE] += 1 if carried != force else 0
-    t[PARTS_CLIPPED_ADJUSTMENT] += 1 if carried_adjustment != adjustment else 0
-    counter, reason = t[TURN_SEQ] % RING, t[TURN_GIVEN_REASON]
-    pack_short_command(out, counter, carried, carried_adjustment, reason, t[SETUP_EXPIRES])
-    protect_short(out, SHORT_COMMAND_LENGTH, t[SETUP_COMMAND_ID])
+    t.parts.clipped_force += 1 if carried != force else 0
+    t.parts.clipped_adjustment += 1 if carried_adjustment != adjustment else 0
+    counter, reason = t.turn.seq % RING, t.turn.given_reason
+    pack_short_command(out, counter, carried, carried_adjustment, reason, t.setup.expires)
+    protect_short(out, SHORT_COMMAND_LENGTH, t.setup.command_id)
 
 
 def nearest_steps(steps: float) -> int:
