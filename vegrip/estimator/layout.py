@@ -2,7 +2,7 @@
 
 One flat array per finger makes a call cheap (numba unpacks every argument) and saving a state trivial. The
 generated module gets these places as constants: ``Y0`` is where the section ``Y`` begins, ``SET_DEPTH`` the
-place of one named number.
+place of one named number. Kernels write ``m.y[i]`` and ``m.set.depth`` (:mod:`vegrip.model.writer`).
 """
 
 from collections.abc import Iterator

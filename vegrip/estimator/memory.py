@@ -28,28 +28,55 @@ SLIPS = 1.0
 LEAST_SLIP_SPEED = 2e-4
 """Of a sliding contact [m/s]; a slower one contradicts the slip channel."""
 
-Sections = Mapping[str, tuple[str, ...] | int]
-"""Name of a section -> names of its numbers, or how many there are."""
+Sections = Mapping[str, tuple[str, ...] | type | int]
+"""Name of a section -> names of its numbers, a class that declares them, or how many there are."""
 
-REALS: Sections = {
-    "STATE": tuple(name.upper() for name in CHANNELS),
-    "TAKEN": ("LOAD", "TORQUE", "SLIP", "BOUND"),
-}
-"""STATE: the present state; TAKEN: tangential force [N], torque [N m] and slip of the last one that was
-taken, and the bound of the margin when a grip asked for it last."""
 
-WHOLES: Sections = {
-    "NEWS": ("SEQ", "STAMP"),
-    "CLOCK": ("RECOVERY", "GAP"),
-    "SAMPLE": (
-        "BEGUN", "STAMP", "INFORMED", "IS_INFORMED", "SHOWN", "TRUSTED", "SEQ", "RESUMED", "REFUSED",
-        "BACKWARDS", "REWIND_NEXT", "KEPT", "LATE", "FOLLOWED", "OFFERED",
-    ),
-}  # fmt: skip
-"""NEWS: of the present state; CLOCK: settings, refusals in a row after which the sender's clock has
-started anew, and the gap that counts as passed then; SAMPLE: stamps of the last sample that was taken,
-informed, was offered (SHOWN), whether that was taken (TRUSTED), and counts (SEQ: taken, KEPT: samples it can
-go back, LATE: put in their place, FOLLOWED: how often the sender's clock had started anew)."""
+class Taken:
+    """Of the last sample that was taken."""
+
+    load: float  # [N] tangential force; NaN: not measured
+    torque: float  # [N m]
+    slip: float
+    bound: float  # of the margin, when a grip asked for it last
+
+
+class News:
+    """The present state."""
+
+    seq: int
+    stamp: int  # [ns]
+
+
+class Clock:
+    """Settings of the clock of the samples."""
+
+    recovery: int  # refusals in a row after which the sender's clock has started anew
+    gap: int  # [ns] that counts as passed then
+
+
+class Sample:
+    """What the clock knows."""
+
+    begun: int  # whether a sample was taken
+    stamp: int  # [ns] of the last one that was taken
+    informed: int  # [ns] of the last one that said something about the contact
+    is_informed: int  # whether there was one
+    shown: int  # [ns] of the last one, taken or not
+    trusted: int  # whether that was taken
+    seq: int  # samples taken
+    resumed: int  # whether the memory is one that was kept, so that an unknown time has passed
+    refused: int  # samples whose stamp did not advance
+    backwards: int  # of them in a row
+    rewind_next: int  # slot of the next sample that is kept
+    kept: int  # samples it can go back
+    late: int  # samples that were put in their place
+    followed: int  # how often the sender's clock had started anew
+    offered: int  # samples, taken or not
+
+
+REALS: Sections = {"STATE": tuple(name.upper() for name in CHANNELS), "TAKEN": Taken}
+WHOLES: Sections = {"NEWS": News, "CLOCK": Clock, "SAMPLE": Sample}
 
 
 @dataclass(frozen=True)
@@ -170,8 +197,11 @@ class FingerMemory:
 def named_sections(table: Sections) -> Iterator[tuple[str, tuple[str, ...], int]]:
     """Yield name, names within and length of each section of a table."""
     for name, content in table.items():
-        names = () if isinstance(content, int) else content
-        yield name, names, content if isinstance(content, int) else len(content)
+        if isinstance(content, int):
+            yield name, (), content
+        else:
+            names = content.__annotations__ if isinstance(content, type) else content
+            yield name, tuple(map(str.upper, names)), len(names)
 
 
 def _places(sections: Iterator[tuple[str, tuple[str, ...], int]]) -> Iterator[tuple[str, int]]:

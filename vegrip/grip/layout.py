@@ -7,6 +7,7 @@ from typing import NamedTuple
 from vegrip.clock import NS
 from vegrip.config import declaration
 from vegrip.estimator.memory import CHANNELS, SampleLayout, Sections, named_sections
+from vegrip.grip import records
 from vegrip.grip.confirmed_load import CONFIRM_SIZE
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.safety.fail_safe import FailSafeSettings
@@ -60,75 +61,26 @@ REALS: Sections = {
     "RULE": tuple(RULES),
     "LOWEST": len(CHANNELS), "HIGHEST": len(CHANNELS),
     "REPEATED": MECHANICAL_CHANNELS, "REPEATED_FORCE": 1,
-    "WATCH": ("NOISE_LAST", "CHANGE", "REPEAT_LIMIT", "REPEATS", "TURNS", "LEVEL"),
+    "WATCH": records.Watch,
     "CONFIRMED": CONFIRM_SIZE,
-    "DEMAND": ("LEAST", "LOAD", "TORQUE", "BOUND"),
-    "ASKED": ("MARGIN", "QUANTILE"),
-    "SHARED": (
-        "KNOWN_QUANTILE", "WIDEST", "LOAD_NOISE", "SEEN", "SITE", "SITE_WEIGHTED", "BEFORE", "BEFORE_VAR",
-        "FLAG", "SPEED", "LEVEL", "SPREAD", "UNKNOWN",
-    ),
-    "TRANSFER": ("FORCE", "LOAD", "ARM"),
-    "TOLD": ("CONFIDENCE",),
-    "GRIP": ("HELD", "REQUIRED", "ENVELOPE", "QUIET", "SLOT", "PRESENT", "FILLED", "MEDIAN", "ELAPSED",
-             "ADJUSTMENT", "PROVEN", "PROVEN_TIME"),
+    "DEMAND": records.Demand, "ASKED": records.Asked, "SHARED": records.Shared,
+    "TRANSFER": records.Transfer, "TOLD": records.Told, "GRIP": records.Grip,
     "LARGEST": WINDOW_SLOTS, "ORDERED": WINDOW_SLOTS,
 }  # fmt: skip
-"""RULE: settings; LOWEST, HIGHEST: believable ranges of the channels;
-REPEATED, REPEATED_FORCE: the mechanical channels last seen; WATCH: of the watchdog;
-CONFIRMED: the load that counts (:mod:`vegrip.grip.confirmed_load`); DEMAND: what the finger needs;
-ASKED: margin and quantile that this state is judged with; SHARED: how
-the fingers of a grasp share friction, and what this one has of it (version of the belief, own evidence of the
-present loading, mean and variance of ln mu before the state, slip flag and
-slip speed as they are sensed, LEVEL, SPREAD, UNKNOWN: what is stated of friction beside its belief);
-TRANSFER: what a contact met in its middle began with; TOLD: of the slip margin that is told; GRIP: held and
-required force, envelope of the need, running median of it, time since a fault began, change of the force by
-the last command, lowest median of late; LARGEST: the median's slots; ORDERED: scratch.
-"""
+"""RULE: settings; LOWEST, HIGHEST: believable ranges of the channels; REPEATED, REPEATED_FORCE: the
+mechanical channels last seen; CONFIRMED: the load that counts (:mod:`vegrip.grip.confirmed_load`); LARGEST: the
+slots of the usual need; ORDERED: scratch."""
 
 WHOLES: Sections = {
-    "SETUP": (
-        "STATE_ID", "COMMAND_ID", "SENDER_TIME", "FINGER", "FINGERS", "THUMB", "RECOVER_AFTER", "LIFETIME",
-        "EXPIRES", "RENEWAL", "SHARES", "LEADS",
-        "CONTACT1_ID", "CONTACT2_ID", "MARGIN_ID", "REPORT_PERIOD",
-    ),
-    "LINE": ("LAST", "STAMP", "LOST"),
-    "INPUT": (
-        "CONDITION", "GOOD", "DOUBTFUL", "LOST", "SEEN", "PRESENT", "USABLE", "HEARD", "IS_HEARD", "CORRUPT",
-        "IS_CORRUPT", "SEQ", "STAMP", "IS_KNOWN", "LEAPS", "STILL_SINCE", "FORCE_STILL_SINCE", "RUN", "COUNT",
-        "QUICKEST", "TRAVEL_SINCE",
-    ),
-    "FAULTS": len(Condition),
-    "NEED": ("IN_CONTACT", "SLIPPING", "TRUSTED", "BELIEVED"),
-    "TURN": (
-        "SEEN", "HAS_MARGIN", "TRANSFER_SINCE", "IN_TRANSFER", "STARTED", "COMMANDED", "ASKED", "SEQ",
-        "REASON", "SLOTS", "NEXT_SLOT", "USED", "TOLD", "REPORT_DUE", "NOTED", "FETCHED", "GIVEN_REASON",
-        "LEARNED", "LED", "CONTACT_DUE", "HEALTH_DUE", "REPORTS", "REPORTED",
-    ),
+    "SETUP": records.Setup, "LINE": records.Line, "INPUT": records.Input, "FAULTS": len(Condition),
+    "NEED": records.Need, "TURN": records.Turn,
 }  # fmt: skip
-"""SETUP: settings; LINE: counter of the frames; INPUT: of the watchdog (LOST, SEEN, PRESENT: sets of
-channels, bit by bit); FAULTS: counts by condition; NEED: of the demand, and whether the state is believed;
-TURN: of the control: times (CONTACT_DUE: of the next report of contact and margin, 0: of the first one, which
-is a message; HEALTH_DUE: of the health; REPORT_DUE: the first of both), counters, states noted in the history
-and fetched from it, the reason in the last command (REASON is that of the required force).
-"""
+"""FAULTS: counts by condition."""
 
-
-NODE_REALS = {
-    "BASELINE": ("FORCE", "FRICTION", "SAFETY", "RADIUS", "POWER", "EXPONENT"),
-    "OWN": ("BASE", "STEP", "FORCE", "SHARE"),
-}
-"""Of a finger in a node: settings of a baseline policy (:mod:`vegrip.grip.policies.baselines`); what a policy
-or a share in Python is told (force to start from, time since it was asked) and has answered [N]."""
-
-NODE_WHOLES = {"CHOICE": ("POLICY", "ASKS", "SHARE", "REASON", "FORGOTTEN")}
-"""CHOICE: which policy rules, whether it asks for the least force, whether the share of the grasp comes from
-Python, reason of a policy in Python, and how often it has to forget the past."""
-
-PARTS = ("COUNTER", "STAMP", "EXPECTED", "INCOMPLETE", "CLIPPED_FORCE", "CLIPPED_ADJUSTMENT")
-"""Of a state that comes in several frames, where states do: counter and arrival of its first one, number of
-the frame that must come next (0: of a new state), states that were begun and not finished; and how many
-commands were beyond what their frame carries."""
+NODE_REALS: Sections = {"BASELINE": records.Baseline, "OWN": records.Own}
+NODE_WHOLES: Sections = {"CHOICE": records.Choice}
+"""Of a finger in a node."""
+PARTS: Sections = {"PARTS": records.Parts}
 
 
 @dataclass(frozen=True)
@@ -166,7 +118,7 @@ class FingerLayout(SampleLayout):
         yield "HISTORY_STAMP", (), self.history
         yield "HISTORY_SEQ", (), self.history
         if self.part_bytes:
-            yield "PARTS", PARTS, len(PARTS)
+            yield from named_sections(PARTS)
             yield "PART_BYTES", (), self.part_bytes
 
     def constants(self) -> str:
