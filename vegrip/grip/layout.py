@@ -68,8 +68,8 @@ REALS: Sections = {
     "LARGEST": WINDOW_SLOTS, "ORDERED": WINDOW_SLOTS,
 }  # fmt: skip
 """RULE: settings; LOWEST, HIGHEST: believable ranges of the channels; REPEATED, REPEATED_FORCE: the
-mechanical channels last seen; CONFIRMED: the load that counts (:mod:`vegrip.grip.confirmed_load`); LARGEST: the
-slots of the usual need; ORDERED: scratch."""
+mechanical channels last seen; CONFIRMED: the load that counts (:mod:`vegrip.grip.confirmed_load`); LARGEST:
+the slots of the usual need; ORDERED: scratch."""
 
 WHOLES: Sections = {
     "SETUP": records.Setup, "LINE": records.Line, "INPUT": records.Input, "FAULTS": len(Condition),

@@ -48,7 +48,7 @@ class Shared:
     speed: float  # [m/s] slip speed as it was sensed
     level: float  # ln mu that is stated beside the belief
     spread: float  # its std
-    unknown: float  # whether friction is stated as not known
+    unknown: float  # std of ln mu from which on nothing is known of the object
 
 
 class Transfer:
