@@ -157,7 +157,8 @@ def _record(name: str, kind: str, sections: Iterable[tuple[str, tuple[str, ...],
     lines = ["typedef struct {"]
     for section, names, length in sections:
         if names:
-            text = f"struct {{ {kind} {', '.join(map(str.lower, names))}; }} {local(section.lower())};"
+            numbers = " ".join(f"{kind} {one.lower()};" for one in names)
+            text = f"struct {{ {numbers} }} {local(section.lower())};"
             lines += wrap(text, 112, initial_indent="    ", subsequent_indent="        ")
         elif length:
             lines.append(f"    {kind} {local(section.lower())}[{length}];")
