@@ -68,7 +68,6 @@ format: $(STAMP)
 	$(V)/ruff format .
 	$(V)/ruff check --fix .
 	$(V)/python -m tools.write_eds proto
-	$(V)/python -m tools.write_declarations
 
 lint: $(STAMP)
 	$(V)/ruff format --check .
@@ -77,6 +76,7 @@ lint: $(STAMP)
 # mypy wants to see the package laid out as the wheel lays it out, and beside it what is not installed
 TYPES ?= build/types
 types: $(STAMP)
+	$(V)/python -m tools.write_declarations
 	mkdir -p $(TYPES)/vegrip && find $(TYPES) -type l -delete
 	ln -s $(CURDIR)/benchmarks $(CURDIR)/tools $(CURDIR)/validation $(TYPES)/
 	ln -s $(CURDIR)/vegrip/* $(CURDIR)/nodes $(CURDIR)/proto $(CURDIR)/launch $(TYPES)/vegrip/

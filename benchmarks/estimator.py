@@ -39,7 +39,7 @@ def run() -> dict[str, dict[str, float]]:
         model = model.with_value(symbol, model.values[symbol].value, learn=False)
     estimator = settled(model)
     assert estimator.layout.n == 8
-    module, m = estimator._module, estimator._memory.numbers
+    module, m = estimator._module, estimator.numbers
 
     def step() -> None:
         module.filter_step(m, DT, FORCE, DISPLACEMENT, NAN)
@@ -100,7 +100,7 @@ def against_c(step: Callable[[], object], estimator: ContactEstimator) -> dict[s
         many = host.load(library).many
     many.argtypes = [ctypes.c_int32, ctypes.c_void_p, *[ctypes.c_double] * 4]
     many.restype = None
-    m = estimator._memory.numbers.copy()
+    m = estimator.numbers.copy()
     figures = compared(step, lambda: many(IN_A_ROW, m.ctypes.data, DT, FORCE, DISPLACEMENT, NAN))
     theirs = figures["theirs_us"] / IN_A_ROW
     return {"ours_us": figures["ours_us"], "theirs_us": theirs, "ratio": theirs / figures["ours_us"]}
@@ -201,4 +201,4 @@ def start(estimator: ContactEstimator) -> tuple[Floats, Floats]:
     """State and covariance of the same moment, made safely positive for filterpy's Cholesky root."""
     P = estimator.covariance
     scale = np.maximum(np.diag(P), np.array([1e-12, 1e-8, 1e-8, 1e-8, 1e-6, 1e-6, 1e-13, 1e-7]))
-    return estimator._memory.numbers[: estimator.layout.n].copy(), np.diag(scale)
+    return estimator.numbers[: estimator.layout.n].copy(), np.diag(scale)

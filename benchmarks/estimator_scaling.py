@@ -23,7 +23,7 @@ SAMPLE = (FORCE, DISPLACEMENT, NAN, 0.2, 1e-4, 0.0)
 
 def run() -> dict[str, dict[str, float]]:
     estimator = settled(paper_model(8e-3))
-    module, m = estimator._module, estimator._memory.numbers
+    module, m = estimator._module, estimator.numbers
     results = {}
     for count in FINGERS:
         hands = [m.copy() for _ in range(count)]
@@ -56,5 +56,5 @@ def memory() -> dict[str, float]:
     ours, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     theirs = 60 * 1000 * 3 * 8  # t, force, displacement
-    assert kept._memory.numbers.nbytes < ours
+    assert kept.numbers.nbytes < ours
     return {"ours_us": ours, "theirs_us": theirs, "ratio": theirs / ours, "ours_bytes": ours}

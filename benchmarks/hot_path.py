@@ -184,7 +184,7 @@ def physics(log: Log) -> float:
             v = struct.unpack_from("<9f", state.data, VALUES_AT)
             estimator = replay.node.fingers[name].estimator
             assert isinstance(estimator, ContactEstimator)
-            module, memory = estimator._module, estimator._memory.numbers
+            module, memory = estimator._module, estimator.numbers
             load = float(np.hypot(v[1], v[2]))
             dt = 1.0 / 200.0 if name in begun else -1.0
             begun.add(name)

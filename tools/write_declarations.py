@@ -1,47 +1,87 @@
-"""Write ``vegrip/estimator/kernels/generated.py``, the declarations of what a layout puts before the kernels.
+"""Write ``generated.pyi`` beside the kernels: what they find in a generated module, for type checkers.
 
-Usage: ``python -m tools.write_declarations``; ``make format`` runs it. A test compares.
+Usage: ``python -m tools.write_declarations``; ``make types`` runs it. The kernels are ordinary files, to be
+read, linted and typed; nothing imports them. Their text, without the imports from vegrip, is appended to the
+generated module of a model, where these names have that model's values.
 """
 
+import ast
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from vegrip.estimator import kernels
-from vegrip.estimator.layout import layout_of
+import vegrip
+from vegrip.estimator.layout import NAMED, layout_of
+from vegrip.grip.compiled import constants
+from vegrip.grip.layout import FingerLayout
 from vegrip.model import paper_model
+from vegrip.transport.codec.kernel_text import wire_text
+from vegrip.transport.codec.part_text import part_text
 
-FILE = Path(kernels.__file__).parent / "generated.py"
-
-HEAD = '''"""What the kernels find in a generated module: the model, the gauge, sizes and places.
-
-The kernels are ordinary files, to be read, linted and typed; nothing imports them. Their text, without the
-imports from vegrip, is appended to the generated module of a model, where these names have that model's
-values (:meth:`vegrip.estimator.layout.Layout.names`). This file declares them; it is written by
-``python -m tools.write_declarations``.
+ROOT = Path(vegrip.__file__).parent
+LAYOUT = layout_of(paper_model(1e-2))  # the names are the same for every model
+ARRAYS = {"f": "Floats", "t": "Wholes", "data": "Bytes"}
+HEAD = """from typing import Any
+import numpy as np
+from numpy.typing import NDArray
+from vegrip.contact.limit_surface.fast import gauge as gauge
+from vegrip.contact.limit_surface.fast import radius_gradient_towards as radius_gradient_towards
+from vegrip.contact.limit_surface.fast import torsion_gradient as torsion_gradient
+from vegrip.model.generated import advance as advance, readout as readout
+Bytes = NDArray[np.uint8]
 """
-
-from vegrip.contact.limit_surface.fast import gauge, radius_gradient_towards, torsion_gradient
-from vegrip.model.generated import Floats, advance, readout
-
-__all__ = ["Floats", "advance", "gauge", "radius_gradient_towards", "readout", "torsion_gradient"]
-
-'''
+Section = tuple[str, tuple[str, ...], int]
 
 
 def declarations() -> str:
-    """Return the text of the file."""
-    names = layout_of(paper_model(1e-2)).names()  # the same names for every model
-    return HEAD + "".join(f"{name}: {_type(value)}\n" for name, value in names.items())
+    """Return the text for the kernels of the estimator and of the grip, which see one module."""
+    finger = FingerLayout(LAYOUT, late=1, history=1, is_shared=True, part_bytes=1)
+    parts = LAYOUT.sections().items()
+    filters: list[Section] = [(name, NAMED[name][1] if name in NAMED else (), n) for name, n in parts]
+    classes = [
+        *_class("Floats", "np.float64", "float", [*filters, *finger.real_sections()]),
+        *_class("Wholes", "np.int64", "int", finger.whole_sections()),
+    ]
+    texts = [LAYOUT.constants(), finger.constants(), constants(), wire_text(), part_text()]
+    return "\n".join([HEAD, *classes, *(line for text in texts for line in _declared(text)), ""])
 
 
-def _type(value: object) -> str:
-    if isinstance(value, tuple):
-        return f"tuple[{type(value[0]).__name__}, ...]"
-    return type(value).__name__
+def _class(name: str, item: str, kind: str, sections: Iterable[Section]) -> Iterator[str]:
+    """Yield an array whose sections have names, and in them their numbers."""
+    own = []
+    for section, names, _ in sections:
+        if names:
+            yield f"class _{section}:"
+            yield from (f"    {one.lower()}: {kind}" for one in names)
+            yield f"    def __getitem__(self, place: int) -> {kind}: ..."
+            yield f"    def __setitem__(self, place: int, value: {kind}) -> None: ..."
+        own.append(f"    {section.lower()}: {f'_{section}' if names else f'NDArray[{item}]'}")
+    yield from [f"class {name}(np.ndarray[Any, np.dtype[{item}]]):", *own]
+
+
+def _declared(text: str) -> Iterator[str]:
+    tree = ast.parse(text)
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef):
+            takes = ", ".join(f"{one.arg}: {ARRAYS.get(one.arg, 'float')}" for one in node.args.args)
+            yield f"def {node.name}({takes}) -> Any: ..."
+        elif isinstance(node, ast.Assign):
+            yield f"{ast.unparse(node.targets[0])}: {_type(node.value)}"
+
+
+def _type(value: ast.expr) -> str:
+    if isinstance(value, ast.Call):
+        return "NDArray[np.int64]"
+    found = ast.literal_eval(value)
+    return f"tuple[{type(found[0]).__name__}, ...]" if isinstance(found, tuple) else type(found).__name__
 
 
 def main() -> None:
-    """Write it."""
-    FILE.write_text(declarations(), encoding="utf-8")
+    """Write both."""
+    for room, text in {
+        "estimator": declarations(),
+        "grip": "from vegrip.estimator.kernels.generated import *\n",
+    }.items():
+        ROOT.joinpath(room, "kernels", "generated.pyi").write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -53,7 +53,7 @@ def differing(model: ContactModel, samples: int = 1200) -> str:
     estimator = ContactEstimator(model, SensorNoise())
     by_other, by_c = other_than_c(estimator), kernels_c.load(node_text_of(model, estimator.layout))
     memories, margins = (
-        [estimator._memory.blank.copy(), estimator._memory.blank.copy()],
+        [estimator._blank.copy(), estimator._blank.copy()],
         [np.full(5, np.nan), np.full(5, np.nan)],
     )
     places = estimator.layout.places()
@@ -99,7 +99,7 @@ def test_every_effect(names: list[str]) -> None:
 def test_the_filter_alone() -> None:
     estimator = ContactEstimator(paper_model(8e-3), SensorNoise())
     by_other, by_c = other_than_c(estimator), kernels_c.load(node_text_of(estimator.model, estimator.layout))
-    ours, theirs = estimator._memory.numbers.copy(), estimator._memory.numbers.copy()
+    ours, theirs = estimator.numbers.copy(), estimator.numbers.copy()
     for _, sample in eventful(estimator.model, 300):
         dt = max(sample[0], 0.0)
         by_other.filter_step(ours, dt, *sample[1:4])

@@ -45,7 +45,7 @@ def test_compiled_code_allocates_nothing_but_the_headers_of_its_arguments():
         estimator.slip_margin()
         estimator.least_force(0.1)
     after = rtsys.get_allocation_stats()
-    arrays = 1 + 2 + 1  # handed over by the three calls; numba wraps each in a header while the call lasts
+    arrays = 2 + 2 + 1  # handed over by the three calls; numba wraps each in a header while the call lasts
     assert after.alloc - before.alloc == arrays * len(given)
     assert after.free - before.free == arrays * len(given)
 

@@ -185,7 +185,7 @@ def test_filter_in_plain_python_agrees_with_the_compiled_one(
     model: ContactModel, press: Record, compiled: ContactEstimator
 ) -> None:
     plain = module_for(model, compiled.layout, plain=True)
-    fast, slow = compiled._memory.blank.copy(), compiled._memory.blank.copy()
+    fast, slow = compiled._blank.copy(), compiled._blank.copy()
     for i, s in enumerate(press(model, [0.0, 0.1, 0.2], [-5e-5, 5e-4, 5e-4])):
         sample = (
             -1.0 if i == 0 else 2e-3, s.normal_force, s.displacement, NAN, s.tangential_force_x, 0.0, 0.0

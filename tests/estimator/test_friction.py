@@ -108,7 +108,7 @@ def test_learned_friction_covers_the_truth(model: ContactModel, compiled: Contac
     prior, s = math.log(model.values["mu"].value), model.values["mu"].std
     inside = 0
     for _ in range(200):
-        m = compiled._memory.blank.copy()
+        m = compiled._blank.copy()
         ln_mu = prior + s * rng.standard_normal()
         for _ in range(12):
             limit = math.exp(ln_mu + 0.06 * rng.standard_normal())
@@ -137,7 +137,7 @@ def test_of_a_face_that_has_slipped_the_next_slip_comes_above_what_a_grip_counts
     told = compiled.settings.friction_scatter
     off, beyond, std = np.empty(faces), np.empty(faces), np.empty(faces)
     for face in range(faces):
-        m = compiled._memory.blank.copy()
+        m = compiled._blank.copy()
         mean = prior + s * rng.standard_normal()
         for _ in range(slips):
             limit = math.exp(mean + scatter * rng.standard_normal())

@@ -73,9 +73,9 @@ def loaded(estimator: ContactEstimator, press: Record, run: Run, force: float, t
     _, contact = held(model)
     z = contact.elastic_force[-1] - contact.normal_force[-1]
     at = 2 + model.plan.states.index("z1")
-    estimator._memory.numbers[:2] = DEPTHS[-1], 0.0
-    estimator._memory.numbers[at] = z
-    estimator._memory.numbers[2 + model.plan.states.index("largest_force")] = contact.normal_force.max()
+    estimator.numbers[:2] = DEPTHS[-1], 0.0
+    estimator.numbers[at] = z
+    estimator.numbers[2 + model.plan.states.index("largest_force")] = contact.normal_force.max()
 
 
 def simulated(model: ContactModel, stiffness: float) -> Simulation:
@@ -145,7 +145,7 @@ def test_a_contact_that_has_held_its_load_slips_by_the_conditional_law(
     N, load = future.normal_force, share * known.values["mu"].value * future.normal_force[0]
     estimator = holding(known, "position")
     loaded(estimator, press, run, load)
-    m = estimator._memory.numbers
+    m = estimator.numbers
     m[estimator._module.FRI_PEAK] = load / N[0]
     margin = estimator.slip_margin()
     rng = np.random.default_rng(0)

@@ -55,7 +55,7 @@ class Belief:
         if not abs(state.normal_force) < 1e50:  # not measured, or nothing that a sensor measures
             self.since = None
             return
-        bias = float(self.estimator._memory.section("Y")[-1])
+        bias = float(self.estimator.named.section("Y")[-1])
         if abs(state.normal_force - bias - force.value) <= FAR * force.std:
             self.since = None
             return
@@ -196,7 +196,7 @@ def test_a_number_that_is_not_finite_any_more_is_counted_and_begins_everything_a
     states = press(model, KNOTS, DEPTHS)
     run(estimator, states[:500])
     assert estimator.overflows == 0
-    estimator._memory.numbers[estimator.layout.places()["Y"][1] - 1] = math.inf
+    estimator.numbers[estimator.layout.places()["Y"][1] - 1] = math.inf
     run(estimator, states[500:502])
     assert estimator.overflows == 1
     assert np.isfinite(estimator.covariance).all()

@@ -1,64 +1,63 @@
-"""The packed numbers of an estimator by their names."""
+"""The numbers of an estimator by their names, alone and in the memory of a finger."""
 
 import math
 
-import numpy as np
 import pytest
 
-from vegrip.estimator.initial_state import initial_memory
-from vegrip.estimator.layout import REPORT, layout_of, state_names
-from vegrip.estimator.memory import EstimatorMemory
-from vegrip.estimator.settings import EstimatorSettings, SensorNoise
+from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.estimator.memory import FingerMemory
+from vegrip.grip.layout import FingerLayout
 from vegrip.messages import FingertipState
 from vegrip.model import paper_model
 
 
 @pytest.fixture
-def memory():
-    model = paper_model(8e-3)
-    layout = layout_of(model)
-    return EstimatorMemory(layout, initial_memory(model, layout, SensorNoise(), EstimatorSettings()))
+def estimator():
+    return ContactEstimator(paper_model(8e-3), SensorNoise())
 
 
-def test_every_name_finds_the_number_that_the_layout_puts_there(memory):
-    memory.numbers[:] = np.arange(memory.layout.size)
-    places = memory.layout.places()
-    assert memory.report("SOUND") == places["REPORT"][0] + REPORT.index("SOUND")
-    assert memory.reports() == [memory.report(name) for name in REPORT]
-    assert memory.count("OVERFLOWS") == places["COUNTS"][0] + 1
-    assert memory.friction[0] == memory.section("FRICTION")[0]
-    assert memory.means.tolist() == memory.section("Y").tolist()
-    n = memory.layout.n
-    assert memory.covariance[1, 2] == memory.section("P")[n + 2]
-    assert len(state_names(paper_model(8e-3), memory.layout)) == n
+@pytest.fixture
+def memory(estimator):
+    return FingerMemory(FingerLayout(estimator.layout, estimator.settings.late, history=5, is_shared=True))
 
 
-def test_what_is_read_is_a_copy_and_a_section_is_not(memory):
-    memory.means[0] = memory.covariance[0, 0] = 7.0
-    assert memory.section("Y")[0] != 7.0
-    memory.section("Y")[0] = 7.0
-    assert memory.means[0] == 7.0
+def test_every_number_has_one_name(memory):
+    layout = memory.layout
+    for places, first, end in (
+        (layout.reals, layout.filter.size, layout.n_reals),
+        (layout.wholes, 0, layout.n_wholes),
+    ):
+        named = [place for name, place in places.items() if not name.endswith("0")]
+        assert len(named) == len(set(named))
+        assert min(named) >= first
+        assert max(places.values()) < end
 
 
-def test_a_value_that_is_not_measured_leaves_what_effects_feel_as_it_was(memory):
-    memory.set_exogenous(FingertipState(0, "thumb", 0, temperature=31.0, slip=1.0, slip_speed=0.2), 1.5, 2.5)
-    felt = memory.section("EXOGENOUS").tolist()
-    assert felt[:4] == [31.0, 1.5, 2.5, 0.2]
-    memory.set_exogenous(FingertipState(1, "thumb", 1, temperature=math.nan), math.inf, math.nan)
-    assert memory.section("EXOGENOUS").tolist() == felt
+def test_a_value_that_is_not_measured_leaves_what_effects_feel_as_it_was(estimator):
+    felt = estimator.named.section("EXOGENOUS")
+    estimator.update(
+        FingertipState(0, "thumb", 0, 1.0, 1.5, 0.0, 2.5, temperature=31.0, slip=1.0, slip_speed=0.2)
+    )
+    assert felt.tolist()[:4] == [31.0, 1.5, 2.5, 0.2]
+    before = felt.tolist()
+    estimator.update(FingertipState(1, "thumb", 1, 1.0, math.inf, math.nan, math.nan, temperature=math.nan))
+    assert felt.tolist() == [*before[:4], math.inf if math.isinf(felt[4]) else before[4], before[5]]
 
 
-def test_the_noise_of_a_slip_speed_is_no_sliding_while_the_contact_sticks(memory):
-    memory.set_exogenous(FingertipState(0, "thumb", 0, slip=0.0, slip_speed=0.2), 1.0, 0.0)
-    assert memory.section("EXOGENOUS")[3] == 0.0
+def test_the_noise_of_a_slip_speed_is_no_sliding_while_the_contact_sticks(estimator):
+    estimator.update(FingertipState(0, "thumb", 0, 1.0, 1.0, slip=0.0, slip_speed=0.2))
+    assert estimator.named.section("EXOGENOUS")[3] == 0.0
 
 
-def test_it_moves_into_other_numbers_with_all_it_knows_and_is_reset_there(memory):
-    memory.section("Y")[0] = 7.0
-    lent = np.zeros(memory.layout.size)
-    memory.move_to(lent)
-    assert lent[memory.layout.places()["Y"][0]] == 7.0
-    lent[memory.layout.places()["Y"][0]] = 8.0
-    assert memory.means[0] == 8.0, "the kernels write there"
-    memory.reset()
-    assert memory.means[0] == lent[memory.layout.places()["Y"][0]] == 0.0
+def test_what_it_knows_moves_with_it_and_is_reset_where_it_lies(estimator, memory):
+    estimator.update(FingertipState(10**9, "thumb", 0, 1.0, displacement=1e-3))
+    before, known = estimator.memory.tobytes(), repr(estimator.contact_estimate())
+    memory["STATE_DISPLACEMENT"] = 7.0
+    estimator.mount(memory, "thumb")
+    assert memory["STATE_DISPLACEMENT"] == 7.0, "the state of the finger stays"
+    assert (estimator.memory.tobytes(), repr(estimator.contact_estimate())) == (before, known)
+    assert memory.section("ESTIMATOR").tobytes() == before
+    estimator.reset()
+    assert memory.section("ESTIMATOR").tobytes() != before
+    assert memory["SAMPLE_SEQ"] == 0
+    assert memory["CLOCK_RECOVERY"] == estimator.settings.recovery

@@ -4,97 +4,84 @@ import math
 
 import pytest
 
-from vegrip.estimator.sample_clock import MemoryClock, SampleClock, Turn
-from vegrip.estimator.settings import EstimatorSettings
-from vegrip.grip.layout import FingerLayout
-from vegrip.grip.memory import FingerMemory
+from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.messages import FingertipState
+from vegrip.model import paper_model
 
 MS = 1_000_000
 
 
-def at(milliseconds):
-    return FingertipState(milliseconds * MS, "thumb", milliseconds)
+def at(milliseconds, force=1.0, **values):
+    return FingertipState(round(milliseconds * MS), "thumb", 0, force, displacement=1e-3, **values)
 
 
 @pytest.fixture
-def clock():
-    return SampleClock(EstimatorSettings(recovery=3, longest_gap=0.25))
+def estimator():
+    settings = EstimatorSettings(recovery=3, longest_gap=0.25, late=3)
+    return ContactEstimator(paper_model(8e-3), SensorNoise(), settings)
 
 
-def take(clock, sample, *, informs=True):
-    assert clock.turn(sample) is Turn.NEXT
-    clock.take(sample, informs=informs)
+def test_a_sample_that_is_refused_leaves_nothing_trusted_until_the_next(estimator):
+    for time, is_trusted in ((5, True), (5, False), (4, False), (6, True)):
+        told = estimator.update(at(time))
+        assert told.stamp == time * MS
+        assert told.normal_force.valid == is_trusted
+    assert (told.seq, estimator.refused) == (2, 2)
 
 
-def test_stamps_that_advance_are_next_and_their_spacing_is_in_seconds(clock):
-    assert clock.since_last(at(5)) == -1.0, "there is none before the first"
-    take(clock, at(5))
-    assert clock.since_last(at(7)) == pytest.approx(2e-3)
-    take(clock, at(7))
-    assert clock.seq == 2
-    assert clock.is_trusted
+def test_only_refusals_in_a_row_start_the_clock_anew(estimator):
+    times = (5, 5, 5, 6, 6, 6)
+    assert [estimator.update(at(time)).seq for time in times] == [1, 1, 1, 2, 2, 2]
+    assert estimator.update(at(6)).seq == 3
+    assert estimator.refused == 5
 
 
-def test_a_sample_that_is_behind_is_not_trusted_until_the_next(clock):
-    take(clock, at(5))
-    assert clock.turn(at(5)) is Turn.BEHIND
-    assert clock.turn(at(4)) is Turn.BEHIND
-    assert not clock.is_trusted
-    assert clock.offered == at(4)
-    assert clock.taken == at(5)
-    take(clock, at(6))
-    assert clock.is_trusted
+def test_a_clock_that_starts_anew_leaves_a_gap_longer_than_the_longest(estimator):
+    estimator.update(at(5000))
+    for _ in range(3):
+        told = estimator.update(at(10, math.nan))
+    assert told.seq == 2
+    assert estimator.contact_estimate().normal_force.age == 0.0
+    estimator.update(FingertipState(11 * MS, "thumb", 0, slip=0.0))
+    assert estimator.contact_estimate().normal_force.age == pytest.approx(1e-3)
 
 
-def test_refusals_count_and_only_those_in_a_row_start_the_clock_anew(clock):
-    take(clock, at(5))
-    assert not clock.refuse()
-    assert not clock.refuse()
-    take(clock, at(6))
-    assert [clock.refuse() for _ in range(3)] == [False, False, True]
-    assert clock.refused == 5
+def test_the_first_sample_after_a_kept_memory_follows_an_unknown_gap(estimator):
+    estimator.update(at(5))
+    estimator.resume(estimator.memory)
+    assert not estimator.contact_estimate().normal_force.valid
+    assert estimator.update(FingertipState(10 * MS, "thumb", 0, slip=0.0)).normal_force.age == pytest.approx(
+        0.25, abs=1e-6
+    )
+    assert estimator.update(at(11)).normal_force.age == 0.0
+    assert estimator.refused == 0
 
 
-def test_a_clock_that_starts_anew_leaves_a_gap_longer_than_the_longest(clock):
-    take(clock, at(5000))
-    clock.follow(at(10))
-    assert 0.25 < clock.since_last(at(10)) < 0.2501
-    assert clock.age(at(10)) == clock.since_last(at(10))
+def test_age_is_that_of_the_last_sample_that_informed(estimator):
+    assert estimator.update(FingertipState(0, "thumb", 0)).normal_force.age == math.inf
+    estimator.update(at(5))
+    assert estimator.update(FingertipState(9 * MS, "thumb", 0, slip=0.0)).normal_force.age == pytest.approx(
+        4e-3
+    )
 
 
-def test_the_first_sample_after_a_kept_memory_follows_an_unknown_gap(clock):
-    clock.resume()
-    assert clock.turn(at(10)) is Turn.RESUMED
-    clock.follow(at(10))
-    assert 0.25 < clock.since_last(at(10)) < 0.2501
-    clock.take(at(10), informs=True)
-    assert clock.turn(at(11)) is Turn.NEXT
+def test_the_first_sample_must_measure_force_or_displacement(estimator):
+    told = estimator.update(FingertipState(MS, "thumb", 0, tangential_force_x=1.0))
+    assert (told.stamp, told.seq) == (MS, 0)
+    assert not told.normal_force.valid
 
 
-def test_age_is_that_of_the_last_sample_that_informed(clock):
-    assert clock.age(at(0)) == math.inf
-    take(clock, at(5))
-    take(clock, at(9), informs=False)
-    assert clock.age(at(9)) == pytest.approx(4e-3)
+def test_going_back_and_taking_again_counts_each_sample_once(estimator):
+    for time in (5, 6, 8, 9, 7):
+        told = estimator.update(at(time, slip=float(time == 7)))
+    assert (told.seq, estimator.late) == (5, 1)
+    assert estimator.slip_margin().stamp == 9 * MS
+    state = estimator.named.section("STATE")
+    assert state[6] == 1.0, "the state stays the present one"
 
 
-def test_going_back_and_taking_again_counts_each_sample_once(clock):
-    for t in (5, 6, 8, 9):
-        take(clock, at(t))
-    assert clock.turn(at(7)) is Turn.BEHIND
-    clock.rewind(at(6), 2)
-    for t in (7, 8, 9):
-        clock.take(at(t), informs=True)
-    assert clock.seq == 5
-    assert clock.taken == at(9)
-
-
-def test_the_step_of_a_finger_gets_the_clock_and_tells_of_it(clock):
-    take(clock, at(5))
-    clock.refuse()
-    memory = FingerMemory(FingerLayout(10))
-    clock.write_to(memory)
-    told = MemoryClock(memory, "tip")
-    assert (told.taken.stamp, told.seq, told.is_trusted, told.refused) == (at(5).stamp, 1, True, 1)
-    assert told.age(at(6)) == clock.age(at(6))
+@pytest.mark.parametrize("stamp", [2**63 - 1, -(2**63), 2**80, -(2**80)])
+def test_stamps_beyond_all_clocks_do_no_harm(estimator, stamp):
+    for step in (0, 1, 0, -1, 5, 2**70):
+        estimator.update(FingertipState(stamp + step, "thumb", 0, 1.0, displacement=1e-3))
+    assert math.isfinite(estimator.update(at(5)).normal_force.value)

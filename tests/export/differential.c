@@ -80,8 +80,8 @@ int main(void)
             a.result = vg_load(e, given);
         }
         memcpy(a.command, e->command, sizeof a.command);
-        a.reals = digest(e->f, VG_REALS);
-        a.wholes = digest_of_wholes(e->t);
+        a.reals = digest(e->f.all, VG_REALS);
+        a.wholes = digest_of_wholes(e->t.all);
         a.grasp = digest(grasp.needs, VG_FINGERS);
         if (fwrite(&a, sizeof a, 1, stdout) != 1 || fflush(stdout) != 0) {
             return 1;

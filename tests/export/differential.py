@@ -24,7 +24,7 @@ from vegrip.clock import NS
 from vegrip.errors import ConfigError, InputError
 from vegrip.estimator import ContactEstimator
 from vegrip.estimator.saved_numbers import SavedNumbers
-from vegrip.export import Request, finger
+from vegrip.export import Request, finger, texts
 from vegrip.export.finger_vectors import FingerVectors, alone
 from vegrip.export.saved import HEAD, TAIL, checksum, numbers_of, resumed
 from vegrip.grip.batch_text import COMMAND_BYTES, COMMANDED
@@ -123,7 +123,7 @@ class InPython:
     def save(self, number: int) -> NDArray[np.float64]:
         """Return what is saved of a finger."""
         memory = self.ones[number].memory
-        self.estimator._memory.numbers[:] = memory.section("ESTIMATOR")
+        self.estimator.numbers[:] = memory.section("ESTIMATOR")
         found = numbers_of(self.estimator)
         found[1] = memory["SAMPLE_BEGUN"]
         found[-TAIL] = checksum(found[:-TAIL])
@@ -312,9 +312,9 @@ class Attacker:
         return Order(LOAD, number, numbers=numbers)
 
 
-def build(request: Request, vectors: FingerVectors, folder: Path) -> Path:
+def build(request: Request, folder: Path) -> Path:
     """Return the program, under the sanitizers."""
-    for name, text in finger.write(request, vectors).files.items():
+    for name, text in texts.write(request).files.items():
         if name.startswith("vg_finger."):
             (folder / name).write_text(text)
     source, program = Path(__file__).with_suffix(".c"), folder / "differential"

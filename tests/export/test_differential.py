@@ -54,8 +54,8 @@ def vectors() -> FingerVectors:
 
 
 @pytest.fixture(scope="module")
-def program(vectors: FingerVectors, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build(REQUEST, vectors, tmp_path_factory.mktemp("differential"))
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build(REQUEST, tmp_path_factory.mktemp("differential"))
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from vegrip.c99 import host
-from vegrip.export import Request, finger, finger_vectors, texts, vectors
+from vegrip.export import Request, texts
 from vegrip.export.measure import STRICT
 from vegrip.model import paper_model
 
@@ -25,10 +25,7 @@ def exported(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
     """The files of an export, not measured."""
     entry, precision = request.param
     asked = Request(paper_model(8e-3), prefix="lh", frames=20, entry=entry, precision=precision)
-    if entry == "finger":
-        files = finger.write(asked, finger_vectors.record(asked)).files
-    else:
-        files = texts.write(asked, vectors.record(asked)).files
+    files = texts.write(asked).files
     folder = tmp_path_factory.mktemp("firmware")
     for name, text in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)

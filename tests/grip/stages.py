@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from vegrip.estimator.layout import layout_of
+from vegrip.estimator.memory import CHANNELS, FingerMemory
 from vegrip.grip.compiled import channels_of, finger_module
 from vegrip.grip.finger import FRESH, UNHEARD
-from vegrip.grip.layout import CHANNELS, FingerLayout
-from vegrip.grip.memory import FingerMemory
+from vegrip.grip.layout import FingerLayout
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.rules import write_choice, write_rules
@@ -25,11 +25,8 @@ from vegrip.model import paper_model
 from vegrip.transport.codec.part_text import payload_bytes
 
 MODEL = paper_model(8e-3)
-PLACES = layout_of(MODEL)
-FINGER = FingerLayout(
-    PLACES.size, PLACES.lasting, late=3, history=5, is_shared=True, part_bytes=payload_bytes()
-)
-KERNELS: ModuleType = finger_module(MODEL, PLACES, FINGER, mode="python")
+FINGER = FingerLayout(layout_of(MODEL), late=3, history=5, is_shared=True, part_bytes=payload_bytes())
+KERNELS: ModuleType = finger_module(MODEL, FINGER, mode="python")
 
 
 class Stage:

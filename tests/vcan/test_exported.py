@@ -19,7 +19,7 @@ import pytest
 
 from vegrip.c99 import host
 from vegrip.estimator import ContactEstimator
-from vegrip.export import finger, finger_vectors
+from vegrip.export import texts
 from vegrip.export.request import HAND, Request
 from vegrip.grip.node import GraspForce
 from vegrip.grip.safety.watchdog import WatchdogSettings
@@ -67,7 +67,7 @@ def program(tmp_path_factory):
     if host.compiler() is None:
         pytest.skip("no C compiler")
     folder = tmp_path_factory.mktemp("firmware")
-    for name, text in finger.write(REQUEST, finger_vectors.record(REQUEST)).files.items():
+    for name, text in texts.write(REQUEST).files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     make = shutil.which("make") or "make"

@@ -1,7 +1,7 @@
 """The generated module of an estimator: effects, limit surface and kernels in one flat file."""
 
-from collections.abc import Sequence
-from functools import lru_cache
+from collections.abc import Callable, Sequence
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from vegrip.contact import limit_surface
 from vegrip.effects.contract import Effect
 from vegrip.estimator import kernels_c
 from vegrip.estimator.layout import Layout
+from vegrip.estimator.memory import SampleLayout
 from vegrip.estimator.origins import Origins
 from vegrip.model import ContactModel, cache, writer
 from vegrip.model.composer import compose
@@ -22,9 +23,9 @@ KERNELS = (
     "load_loss", "hold_model", "slip_probability", "forecast", "update",
 )  # fmt: skip
 ENTRIES = ("update", "margin_of", "least_force", "filter_step")
-BESIDE_FIRMWARE = ("health",)
-"""Kernels that only a node calls; the firmware that is exported does not have them."""
 NODE_ENTRIES = ("look_at_cells",)
+"""What only a node calls; the firmware that is exported does not have it."""
+CLOCK_ENTRIES = ("assimilate",)
 
 ELLIPSE = "RADIUS_TABLE = 0.0 * RADIUS_TABLE"
 """Takes the correction off the limit surface: what is left is the ellipse through the same two ends."""
@@ -33,34 +34,58 @@ Kernels = Any
 """A generated module, or what stands for it: :class:`vegrip.estimator.kernels_c.KernelsC`."""
 
 
-def module_for(model: ContactModel, layout: Layout, *, plain: bool = False, ellipse: bool = False) -> Kernels:
+def module_for(
+    model: ContactModel, layout: Layout, *, late: int = 0, plain: bool = False, ellipse: bool = False
+) -> Kernels:
     """Return the module; ``plain`` leaves it uncompiled, to step through with a debugger.
 
     Where C cannot be had, numba runs it; the reason is told once if C was asked for, or the compiler failed.
     With ``ellipse`` the limit surface is the usual one, (f / mu N)^2 + (m / m_max)^2 = 1, for comparisons.
     """
-    text, mode = node_text_of(model, layout, ellipse=ellipse), kernel_mode()
+    text, mode = node_text_of(model, layout, late=late, ellipse=ellipse), kernel_mode()
     if plain or mode == "python":
         return cache.load_plain(text)
     if mode in {"c", "c-float"}:
         try:
-            single = layout.size if mode == "c-float" else 0
+            single = (layout.size, SampleLayout(layout, late).n_reals) if mode == "c-float" else None
             return kernels_c.load(text, Origins(model.effects).place, single=single)
         except (CompilerError, UntranslatableError) as error:
             tell_once(str(error))
     return cache.load(text)
 
 
+def bound_call(module: Kernels, name: str, *arrays: Any) -> Callable[..., int]:
+    """Return an entry of ``module`` on arrays that stay where they are and are kept by the caller."""
+    if isinstance(module, kernels_c.KernelsC):
+        return partial(module.entry(name), *map(kernels_c.address, arrays))
+    return partial(getattr(module, name), *arrays)
+
+
 def text_of(model: ContactModel, layout: Layout, *, ellipse: bool = False) -> str:
-    """Return the text of the module that firmware has."""
+    """Return the text of the filter alone; its hash marks what firmware saves."""
     return _text(model.effects, layout, ellipse)
 
 
-def node_text_of(model: ContactModel, layout: Layout, *, ellipse: bool = False) -> str:
+def node_text_of(model: ContactModel, layout: Layout, *, late: int = 0, ellipse: bool = False) -> str:
     """Return the text of the module that a node has, to be compiled by numba or translated to C."""
-    here = Path(__file__).parent / "kernels"
-    more = [here.joinpath(f"{name}.py").read_text(encoding="utf-8") for name in BESIDE_FIRMWARE]
-    return text_with(model, layout, more, NODE_ENTRIES, ellipse=ellipse)
+    health = kernel_text("health")
+    parts = [health, *clock_parts(SampleLayout(layout, late))]
+    return text_with(model, layout, parts, (*NODE_ENTRIES, *CLOCK_ENTRIES), ellipse=ellipse)
+
+
+def clock_text_of(model: ContactModel, layout: Layout, *, ellipse: bool = False) -> str:
+    """Return the text that firmware has of an estimator, which takes samples in the order of time."""
+    return text_with(model, layout, clock_parts(SampleLayout(layout)), CLOCK_ENTRIES, ellipse=ellipse)
+
+
+def clock_parts(layout: SampleLayout) -> list[str]:
+    """Return the texts of the clock of the samples: places and kernel."""
+    return [layout.constants(), kernel_text("sense")]
+
+
+def kernel_text(name: str) -> str:
+    """Return the text of one of the kernels."""
+    return Path(__file__).with_name("kernels").joinpath(f"{name}.py").read_text(encoding="utf-8")
 
 
 def text_with(
@@ -91,9 +116,7 @@ def _text(
 
 def estimator_parts(layout: Layout, *, ellipse: bool = False) -> list[str]:
     """Return the texts that stand below the model: places, limit surface, kernels."""
-    here = Path(__file__).parent
     surface = Path(limit_surface.__file__).with_name("fast.py").read_text(encoding="utf-8")
-    names = ("elapsed", *(f"kernels/{name}" for name in KERNELS))
-    kernels = [here.joinpath(f"{name}.py").read_text(encoding="utf-8") for name in names]
     parts = [layout.constants(), f"{surface}\n{ELLIPSE}\n" if ellipse else surface]
-    return [*parts, *kernels]
+    elapsed = Path(__file__).with_name("elapsed.py").read_text(encoding="utf-8")
+    return [*parts, elapsed, *map(kernel_text, KERNELS)]

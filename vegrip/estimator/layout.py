@@ -2,8 +2,7 @@
 
 One flat array per finger makes a call cheap (numba unpacks every argument) and saving a state trivial. The
 generated module gets these places as constants: ``Y0`` is where the section ``Y`` begins, ``SET_DEPTH`` the
-place of one named number. ``kernels/generated.py`` declares them for readers and type checkers; it is written
-from here by ``python -m tools.write_declarations``.
+place of one named number. Kernels write ``m.y[i]`` and ``m.set.depth`` (:mod:`vegrip.model.writer`).
 """
 
 from collections.abc import Iterator
@@ -156,7 +155,7 @@ class Layout:
             "F": (s + 1) * n, "B": n * n, "H": n, "G": n, "K": n, "BEND": s + 1,
             "NEXT": s + 1, "TRIAL": s + 1, "L": n * n,
             "D_FORCE": spread, "D_RADIUS": spread, "D_EXPONENT": spread, "D_FRICTION": spread,
-            "D_DELTA": spread, "TRY": n, "MID": n,
+            "D_DELTA": spread, "TRIED": n, "MID": n,
         }  # fmt: skip
 
     def places(self) -> dict[str, tuple[int, int]]:
@@ -179,7 +178,7 @@ class Layout:
 
     def names(self) -> dict[str, object]:
         """Return every constant of the generated module by its name."""
-        return dict(self._sizes()) | dict(self._tables()) | dict(self._places_of_names())
+        return dict(self._sizes()) | dict(self._tables()) | dict(self.named_places())
 
     def constants(self) -> str:
         """Return the constants as program text for the generated module."""
@@ -215,7 +214,7 @@ class Layout:
         yield "KEPT", (False, False, *self.extreme, *free)
         yield "FELT", (True, self.speed_felt, *[True] * (self.n - EFFECTS))
 
-    def _places_of_names(self) -> Iterator[tuple[str, object]]:
+    def named_places(self) -> Iterator[tuple[str, int]]:
         """Where the sections begin, and the numbers in them that have names."""
         for section, (start, end) in self.places().items():
             if section not in WITHOUT_START:

@@ -1,151 +1,212 @@
-"""The numbers of one estimator: one flat array that the kernels work on, and its numbers by name.
+"""The memory of one finger: where everything lies in its two arrays, by name.
 
-:mod:`vegrip.estimator.layout` says where everything lies.
+Real numbers begin with those of the filter (:mod:`vegrip.estimator.layout`), then comes what the clock of
+the samples needs; a finger that grips has more behind both (:mod:`vegrip.grip.layout`). The generated module
+gets the places as constants, ``SAMPLE_SEQ`` for SEQ of the section SAMPLE and ``HISTORY0`` for the beginning
+of the section HISTORY. Times are in seconds where they are real numbers, if nothing else is said, and in
+nanoseconds where they are whole.
 """
 
-import math
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vegrip.estimator.layout import (
-    CHANNELS,
-    COUNTS,
-    FRICTION,
-    MODE,
-    PER_CHANNEL,
-    PER_PART,
-    REPORT,
-    Layout,
-)
-from vegrip.messages import Channel, FingertipState
-from vegrip.types import Floats
+from vegrip.estimator.layout import Layout
 
-REPORT_PLACE = {name: i for i, name in enumerate(REPORT)}
-CHANNEL_BITS = (int(Channel.POSITION), int(Channel.FORCE), int(Channel.RADIUS))
-"""Bit of each of :data:`~vegrip.estimator.layout.CHANNELS`."""
-FRICTION_BELIEF = FRICTION.index("LN_MU"), FRICTION.index("BASE_VAR") + 1
-"""Where mean and variance of ln mu lie, now and before the present loading."""
+CHANNELS = (
+    "normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "displacement", "temperature",
+    "slip", "slip_speed", "contact_radius",
+)  # fmt: skip
+"""The measured quantities of a state, in the order of FingertipState."""
 
-assert len(CHANNEL_BITS) == len(CHANNELS)  # noqa: S101
+SLIPS = 1.0
+"""Value of the slip channel of a contact that slides; between 0 and this it says nothing."""
+LEAST_SLIP_SPEED = 2e-4
+"""Of a sliding contact [m/s]; a slower one contradicts the slip channel."""
+
+Sections = Mapping[str, tuple[str, ...] | type | int]
+"""Name of a section -> names of its numbers, a class that declares them, or how many there are."""
 
 
-class EstimatorMemory:
-    """Everything an estimator knows, packed.
+class Taken:
+    """Of the last sample that was taken."""
+
+    load: float  # [N] tangential force; NaN: not measured
+    torque: float  # [N m]
+    slip: float
+    bound: float  # of the margin, when a grip asked for it last
+
+
+class News:
+    """The present state."""
+
+    seq: int
+    stamp: int  # [ns]
+
+
+class Clock:
+    """Settings of the clock of the samples."""
+
+    recovery: int  # refusals in a row after which the sender's clock has started anew
+    gap: int  # [ns] that counts as passed then
+
+
+class Sample:
+    """What the clock knows."""
+
+    begun: int  # whether a sample was taken
+    stamp: int  # [ns] of the last one that was taken
+    informed: int  # [ns] of the last one that said something about the contact
+    is_informed: int  # whether there was one
+    shown: int  # [ns] of the last one, taken or not
+    trusted: int  # whether that was taken
+    seq: int  # samples taken
+    resumed: int  # whether the memory is one that was kept, so that an unknown time has passed
+    refused: int  # samples whose stamp did not advance
+    backwards: int  # of them in a row
+    rewind_next: int  # slot of the next sample that is kept
+    kept: int  # samples it can go back
+    late: int  # samples that were put in their place
+    followed: int  # how often the sender's clock had started anew
+    offered: int  # samples, taken or not
+
+
+REALS: Sections = {"STATE": tuple(name.upper() for name in CHANNELS), "TAKEN": Taken}
+WHOLES: Sections = {"NEWS": News, "CLOCK": Clock, "SAMPLE": Sample}
+
+
+@dataclass(frozen=True)
+class SampleLayout:
+    """Sizes and places for an estimator and the clock of its samples.
 
     Args:
-        layout: places of the numbers.
-        blank: the numbers before the first sample, shape (layout.size,).
+        filter: of the filter's numbers.
+        late: samples that the estimator can go back.
 
     """
 
-    def __init__(self, layout: Layout, blank: Floats) -> None:
+    filter: Layout
+    late: int = 0
+
+    def real_sections(self) -> Iterator[tuple[str, tuple[str, ...], int]]:
+        """Yield name, names within and length of the sections of real numbers."""
+        yield "ESTIMATOR", (), self.filter.size
+        yield from named_sections(REALS)
+        yield "REWIND", (), self.late * self.filter.lasting
+        yield "REWIND_STATE", (), self.late * len(CHANNELS)
+        yield "LATER", (), 2 * len(CHANNELS) if self.late else 0
+
+    def whole_sections(self) -> Iterator[tuple[str, tuple[str, ...], int]]:
+        """Yield name, names within and length of the sections of whole numbers."""
+        yield from named_sections(WHOLES)
+        yield from ((f"REWIND_{name}", (), self.late) for name in ("STAMP", "BEFORE", "BEGUN"))
+
+    @cached_property
+    def sections(self) -> dict[str, tuple[int, int]]:
+        """Name -> beginning and end of each section, in its array."""
+        found = {}
+        for table in (self.real_sections(), self.whole_sections()):
+            start = 0
+            for name, _, length in table:
+                found[name] = (start, start + length)
+                start += length
+        return found
+
+    @cached_property
+    def reals(self) -> dict[str, int]:
+        """Name -> place among the real numbers."""
+        return dict(_places(self.real_sections()))
+
+    @cached_property
+    def wholes(self) -> dict[str, int]:
+        """Name -> place among the whole numbers."""
+        return dict(_places(self.whole_sections()))
+
+    @property
+    def n_reals(self) -> int:
+        """Length of the array of real numbers."""
+        return sum(length for _, _, length in self.real_sections())
+
+    @property
+    def n_wholes(self) -> int:
+        """Length of the array of whole numbers."""
+        return sum(length for _, _, length in self.whole_sections())
+
+    def constants(self) -> str:
+        """Return the places, and what else the clock knows, as program text."""
+        return "\n".join([
+            *(f"{name} = {place}" for name, place in [*self.reals.items(), *self.wholes.items()]),
+            f"MEASURED = {len(CHANNELS)}",
+            f"SLIDES = {SLIPS!r}",
+            f"LEAST_SLIDING_SPEED = {LEAST_SLIP_SPEED!r}",
+            f"MU_LEARNED = {self.filter.mu_learned}",
+            f"LATE_SAMPLES = {self.late}",
+            f"LASTING_SIZE = {self.filter.lasting}",
+        ])  # fmt: skip
+
+
+class FingerMemory:
+    """Real numbers ``f``, whole numbers ``t``, and every one of them by its name.
+
+    Args:
+        layout: the names.
+
+    """
+
+    def __init__(self, layout: SampleLayout) -> None:
         self.layout = layout
-        self.blank = blank
-        self.numbers: Floats = blank.copy()
-        """What the kernels take, shape (layout.size,)."""
-        places = layout.places()
-        self._sections = {name: slice(*place) for name, place in places.items()}
-        self._report, self._exogenous = places["REPORT"][0], places["EXOGENOUS"][0]
-        self._mode, self._counts = places["MODE"][0], places["COUNTS"][0]
-        friction = places["FRICTION"][0]
-        self._friction = slice(friction + FRICTION_BELIEF[0], friction + FRICTION_BELIEF[1])
-        self._used = tuple(layout.channel_place(i, "USED") for i in range(len(CHANNELS)))
+        self.f = np.zeros(layout.n_reals)
+        self.t = np.zeros(layout.n_wholes, dtype=np.int64)
+        self._of_filter = layout.filter.places()
+        of_filter = {name: (self.f, place) for name, place in layout.filter.named_places()}
+        self._places: dict[str, tuple[NDArray[Any], int]] = {
+            **of_filter,
+            **{name: (self.f, place) for name, place in layout.reals.items()},
+            **{name: (self.t, place) for name, place in layout.wholes.items()},
+        }
 
-    def reset(self) -> None:
-        """Forget everything but the prior."""
-        self.numbers[:] = self.blank
+    def __getitem__(self, name: str) -> Any:
+        """Return a number."""
+        array, place = self._places[name]
+        return array.item(place)
 
-    def move_to(self, place: Floats) -> None:
-        """Lie in ``place`` from now on, shape (layout.size,)."""
-        place[:] = self.numbers
-        self.numbers = place
+    def __setitem__(self, name: str, value: float) -> None:
+        """Set a number."""
+        array, place = self._places[name]
+        array[place] = value
 
-    def section(self, name: str) -> Floats:
-        """Return the numbers of a section of the layout, to read and to write."""
-        return self.numbers[self._sections[name]]
+    def take_over(self, other: "FingerMemory", but: Collection[str]) -> None:
+        """Take all sections from another memory, but for those named."""
+        for name, (start, end) in other.layout.sections.items():
+            if name not in but and name in self.layout.sections and end > start:
+                self.section(name)[:] = other.section(name)
 
-    def report(self, name: str) -> float:
-        """Return one of :data:`~vegrip.estimator.layout.REPORT`."""
-        return float(self.numbers[self._report + REPORT_PLACE[name]])
+    def section(self, name: str) -> NDArray[Any]:
+        """Return the numbers of a section, also one of the filter, to read and to write."""
+        if name in self._of_filter:
+            start, end = self._of_filter[name]
+            return self.f[start:end]
+        start, end = self.layout.sections[name]
+        return self._places[f"{name}0"][0][start:end]
 
-    def reports(self) -> list[float]:
-        """Return all of :data:`~vegrip.estimator.layout.REPORT`; :data:`REPORT_PLACE` finds a name.
 
-        A list, because a dict of them would cost a fifth of a contact estimate.
-        """
-        reports: list[float] = self.section("REPORT").tolist()
-        return reports
+def named_sections(table: Sections) -> Iterator[tuple[str, tuple[str, ...], int]]:
+    """Yield name, names within and length of each section of a table."""
+    for name, content in table.items():
+        if isinstance(content, int):
+            yield name, (), content
+        else:
+            names = content.__annotations__ if isinstance(content, type) else content
+            yield name, tuple(map(str.upper, names)), len(names)
 
-    def mode(self, name: str) -> float:
-        """Return one of :data:`~vegrip.estimator.layout.MODE`."""
-        return float(self.numbers[self._mode + MODE.index(name)])
 
-    def count(self, name: str) -> int:
-        """Return one of :data:`~vegrip.estimator.layout.COUNTS`."""
-        return int(self.numbers[self._counts + COUNTS.index(name)])
-
-    @property
-    def friction(self) -> tuple[float, float, float, float]:
-        """Mean and variance of ln mu: now, and before the present loading."""
-        mean, variance, mean_before, variance_before = self.numbers[self._friction].tolist()
-        return mean, variance, mean_before, variance_before
-
-    @friction.setter
-    def friction(self, belief: tuple[float, float, float, float]) -> None:
-        self.numbers[self._friction] = belief
-
-    @property
-    def means(self) -> Floats:
-        """The filter's state, shape (layout.n,); a copy."""
-        return self.section("Y").copy()
-
-    @property
-    def covariance(self) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-        """Its covariance, shape (layout.n, layout.n); a copy."""
-        n = self.layout.n
-        return self.section("P").reshape(n, n).copy()
-
-    @property
-    def has_contact(self) -> bool:
-        """Whether the fingertip touches; made at two standard deviations, broken at half of one."""
-        return self.report("CONTACT") > 0.5
-
-    @property
-    def is_load_doubted(self) -> bool:
-        """Whether a part of the load is gone that may still be there."""
-        parts = self.section("PART")[PER_PART.index("LOST") :: len(PER_PART)]
-        return bool(parts.max() > 0.0)
-
-    @property
-    def is_sound(self) -> bool:
-        """Whether the last samples were not all refused."""
-        return self.report("SOUND") > 0.5
-
-    @property
-    def is_informed(self) -> bool:
-        """Whether force or displacement of the last sample was used."""
-        displacement, force, _ = self._used
-        return bool(self.numbers[displacement] > 0.0 or self.numbers[force] > 0.0)
-
-    def used_bits(self) -> int:
-        """Return which of :data:`CHANNELS` the last sample gave, as bits of :class:`Channel`."""
-        used = zip(self._used, CHANNEL_BITS, strict=True)
-        return sum(bit for place, bit in used if self.numbers[place] > 0.0)
-
-    def is_refused(self, channel: str) -> bool:
-        """Whether the last values of one of :data:`CHANNELS` were refused."""
-        place = self.layout.channel_place(CHANNELS.index(channel), "STREAK")
-        return bool(self.numbers[place] > 0.0)
-
-    def set_exogenous(self, state: FingertipState, load: float, torque: float) -> None:
-        """Pass on what effects may feel; a value that is not measured stays as it was."""
-        speed = 0.0 if state.slip == 0.0 else state.slip_speed  # noise is not sliding
-        x, y = state.tangential_force_x, state.tangential_force_y
-        for place, value in enumerate((state.temperature, load, torque, speed, x, y), self._exogenous):
-            if math.isfinite(value):
-                self.numbers[place] = value
-
-    def reset_health(self) -> None:
-        """Forget how well the model explained what was felt so far."""
-        self.section("HEALTH")[:] = 0.0
-        self.section("CHANNEL").reshape(len(CHANNELS), -1)[:, PER_CHANNEL.index("REJECTED")] = 0.0
+def _places(sections: Iterator[tuple[str, tuple[str, ...], int]]) -> Iterator[tuple[str, int]]:
+    at = 0
+    for section, names, length in sections:
+        yield f"{section}0", at
+        yield from ((f"{section}_{name}", at + i) for i, name in enumerate(names))
+        at += length

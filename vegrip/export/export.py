@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from vegrip.export import finger, finger_vectors, texts, vectors
+from vegrip.export import texts
 from vegrip.export.measure import Measured, measure
 from vegrip.export.precision import PRECISIONS
 from vegrip.export.report import report
@@ -28,11 +28,7 @@ def write_export(request: Request, folder: Path) -> Exported:
         OSError: a file cannot be written.
 
     """
-    written = (
-        finger.write(request, finger_vectors.record(request))
-        if request.entry == "finger"
-        else texts.write(request, vectors.record(request))
-    )
+    written = texts.write(request)
     paths = []
     for name, text in written.files.items():
         paths.append(_write(folder / name, text))

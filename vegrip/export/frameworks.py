@@ -10,17 +10,11 @@ SHARED = {
     "zephyr_Kconfig": "zephyr/Kconfig",
     "zephyr_sample_CMakeLists.txt": "zephyr/sample/CMakeLists.txt",
 }
-ESTIMATOR = SHARED | {
+OWN = {
     "arduino.ino": "arduino/{p}_{entry}/examples/grip/grip.ino",
     "zephyr_prj.conf": "zephyr/sample/prj.conf",
     "zephyr_sample.yaml": "zephyr/sample/sample.yaml",
     "zephyr_main.c": "zephyr/sample/src/main.c",
-}
-FINGER = SHARED | {
-    "finger_arduino.ino": "arduino/{p}_{entry}/examples/grip/grip.ino",
-    "finger_zephyr_prj.conf": "zephyr/sample/prj.conf",
-    "finger_zephyr_sample.yaml": "zephyr/sample/sample.yaml",
-    "finger_zephyr_main.c": "zephyr/sample/src/main.c",
 }
 """Template -> path in the folder."""
 TITLES = {"estimator": "Estimator of a soft fingertip's contact", "finger": "Grip of soft fingertips"}

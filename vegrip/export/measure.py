@@ -20,7 +20,7 @@ INSTRUCTIONS = re.compile(r"^(\w+): (\d+) instructions on average, (\d+) at most
 TRIED = re.compile(r"^(\d+) inputs tried$", re.MULTILINE)
 STACK = re.compile(r":([A-Za-z_]\w*)[\w.]*\t(\d+)\t(\S+)")
 CALLS = {
-    "estimator": {"update": "update", "slip_margin": "margin_of", "least_force": "least_force"},
+    "estimator": {"update": "assimilate", "slip_margin": "margin_of", "least_force": "least_force"},
     "finger": {"frame": "finger_receive", "tick": "finger_tick"},
 }
 """By what is exported: function of the header -> the kernel it calls."""

@@ -1,36 +1,30 @@
-"""The files of an export, as texts: the templates with a model's names and numbers put in."""
+"""The files of an export, as texts: the templates with the names and numbers of a model put in."""
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib import resources
 from string import Template
+from textwrap import wrap
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vegrip.c99 import LONG, Program, literals, translate
+from vegrip.c99 import LONGS, MEMORY, Program, literals, translate
 from vegrip.c99.kinds import RealType
+from vegrip.c99.names import local
 from vegrip.estimator.compiled import text_of
-from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS, quantile
-from vegrip.estimator.initial_state import initial_memory
-from vegrip.estimator.kernels_c import ENTRIES
-from vegrip.estimator.layout import FRICTION, REPORT, Layout, layout_of
-from vegrip.estimator.origins import Origins
+from vegrip.estimator.layout import NAMED, Layout, layout_of
+from vegrip.estimator.memory import SampleLayout
 from vegrip.estimator.saved_numbers import CORRELATED, SavedNumbers, Span
-from vegrip.export import frameworks
+from vegrip.export import estimator, finger, frameworks
 from vegrip.export.precision import PRECISIONS
-from vegrip.export.request import MARGIN, Request
+from vegrip.export.request import Request
 from vegrip.export.saved import HEAD, NUMBER_DIGITS, TAIL, packed, text_number
-from vegrip.export.vectors import ESTIMATES, FLAGS, OUTPUTS, Vectors
 from vegrip.model import ContactModel
 from vegrip.model.file import model_text
 
-BESIDE = 48
-"""Bytes of a finger beside the numbers of its memory, in double precision; 40 in single."""
 ONE_LINE = 6  # numbers
-TIMES = {"elapsed_time": (LONG, LONG), "bounded_time": (LONG,)}
-"""Kernels that the part written by hand calls, too."""
 NAMES = {
     "indentation": ("DEPTH_NOW", "DEPTH_STD"), "normal_force": ("FORCE", "FORCE_STD"),
     "contact_radius": ("RADIUS", "RADIUS_STD"), "pressure_exponent": ("EXPONENT", "EXPONENT_STD"),
@@ -39,14 +33,20 @@ NAMES = {
     "limit_radius": ("LIMIT_RADIUS", "LIMIT_RADIUS_STD"),
 }  # fmt: skip
 ONLY_TOUCHING = ("pressure_exponent", "limit_radius")
+ASKED = {"touches": (MEMORY, LONGS), "is_sound": (MEMORY, LONGS)}
+"""Kernels that the part written by hand calls, too."""
 FILES = {
-    "estimator.h": "{p}_estimator.h", "estimator.c": "{p}_estimator.c", "vectors.h": "{p}_vectors.h",
-    "vectors.c": "{p}_vectors.c", "selftest.c": "{p}_selftest.c", "Makefile": "Makefile",
-    "counting.h": "{p}_counting.h", "worst.c": "{p}_worst.c",
-    "CMakeLists.txt": "CMakeLists.txt", "bare_metal.c": "examples/bare_metal.c",
-    "linux.c": "examples/linux.c",
-    "startup.c": "{core}/startup.c", "link.ld": "{core}/link.ld", **frameworks.ESTIMATOR,
+    "unit.h": "{p}_{entry}.h", "unit.c": "{p}_{entry}.c", "vectors.c": "{p}_vectors.c",
+    "Makefile": "Makefile", "counting.h": "{p}_counting.h", "CMakeLists.txt": "CMakeLists.txt",
+    "startup.c": "{core}/startup.c", "link.ld": "{core}/link.ld",
 }  # fmt: skip
+OWN_FILES = {
+    "vectors.h": "{p}_vectors.h", "selftest.c": "{p}_selftest.c", "worst.c": "{p}_worst.c",
+    "bare_metal.c": "examples/bare_metal.c", "linux.c": "examples/linux.c", **frameworks.OWN,
+}  # fmt: skip
+"""Templates of which each entry has its own; those of the finger begin with ``finger_``."""
+PARTS = "/* ---- */\n"
+"""Stands in the template of an entry's header between what the header is about, types, and calls."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Texts:
     ram: int  # [bytes] of a finger
 
 
-def write(request: Request, vectors: Vectors) -> Texts:
+def write(request: Request) -> Texts:
     """Return the files.
 
     Raises:
@@ -67,37 +67,48 @@ def write(request: Request, vectors: Vectors) -> Texts:
 
     """
     model, p, precision = request.model, request.prefix, PRECISIONS[request.precision]
-    layout = layout_of(model)
-    text = text_of(model, layout, ellipse=request.settings.surface == "ellipse")
-    origins = Origins(model.effects)
-    entries = {name: ENTRIES[name] for name in ("update", "margin_of", "least_force")} | TIMES
+    layout, entry, reals = layout_of(model), request.entry, precision.reals
+    unit = (finger if entry == "finger" else estimator).unit(request)
     program = translate(
-        text,
-        entries,
+        unit.text,
+        {**unit.entries, **ASKED},
         prefix=f"{p}_k",
-        place=origins.place,
-        notes=origins.notes(),
+        place=unit.origins.place,
+        notes=unit.origins.notes(),
         is_public=False,
-        reals=precision.reals,
+        reals=reals,
     )
-    digest = hashlib.sha256(text.encode()).hexdigest()
+    digest = hashlib.sha256(unit.text.encode()).hexdigest()
+    n_bytes = -(-precision.number_bytes * len(unit.blank.f) // 8) * 8 + 8 * len(unit.blank.t) + unit.command
     known = {
-        "p": p, "P": p.upper(), "entry": "estimator", "hash": digest[:NUMBER_DIGITS],
-        "effects": ", ".join(e.name for e in model.effects),
-        **_settings(request, precision.reals), **_memory(request, layout, precision.reals),
-        **_vectors(vectors),
-        "kernels": program.text(),
-        "worst_sources": f"{p}_worst.c {p}_vectors.c {p}_estimator.c",
-        **precision.known, **frameworks.words("estimator"),
+        "p": p, "P": p.upper(), "entry": entry, "hash": digest[:NUMBER_DIGITS],
+        "effects": ", ".join(effect.name for effect in model.effects), "kernels": program.text(),
+        "reals": str(len(unit.blank.f)), "wholes": str(len(unit.blank.t)), "bytes": str(n_bytes),
+        "blank_reals": _table(literals.real(one, reals) for one in unit.blank.f.tolist()),
+        "blank_wholes": _table(literals.whole(one) for one in unit.blank.t.tolist()),
+        "reals_at_end": _table(map(literals.hexadecimal, unit.reals.tolist())),
+        "longest_gap": literals.real(request.settings.longest_gap),
+        "reals_named": _record(f"{p}_reals", reals.c, _real_sections(unit.blank.layout)),
+        "wholes_named": _record(f"{p}_wholes", "int64_t", unit.blank.layout.whole_sections()),
+        "accessors": "\n".join(_accessor(p, entry, name) for name in NAMES),
+        **precision.known, **frameworks.words(entry), **unit.words,
     }  # fmt: skip
-    known |= saving_words(known, text_number(digest), model, layout, precision.reals)
-    files = {}
-    for template, name in FILES.items():
-        files[name.format(p=p, entry="estimator", core=known["core"])] = filled(template, known)
-    files |= frameworks.arduino_sources(p, "estimator", files)
+    ellipse = request.settings.surface == "ellipse"
+    mark = text_number(hashlib.sha256(text_of(model, layout, ellipse=ellipse).encode()).hexdigest())
+    known |= saving_words(known, mark, model, layout, reals)
+    known["chance"] = filled("chance.c", known)
+    known["part_c"] = filled(f"{entry}.c", known)
+    known["about"], known["types"], known["calls"] = filled(f"{entry}.h", known).split(PARTS)
+    own = "finger_" if entry == "finger" else ""
+    wanted = FILES | {f"{own}{template}": name for template, name in OWN_FILES.items()} | frameworks.SHARED
+    files = {
+        name.format(p=p, entry=entry, core=known["core"]): filled(template, known)
+        for template, name in wanted.items()
+    }
+    files |= frameworks.arduino_sources(p, entry, files)
+    files["examples/finger.txt"] = saved_text(mark, model, layout, unit.reals[: layout.size])
     files["model.toml"] = model_text(model)
-    files["examples/finger.txt"] = saved_text(text_number(digest), model, layout, vectors.memory)
-    return Texts(files, program, digest, _ram(request, layout))
+    return Texts(files, program, digest, n_bytes)
 
 
 def filled(template: str, known: dict[str, str]) -> str:
@@ -132,100 +143,38 @@ def saved_text(mark: float, model: ContactModel, layout: Layout, memory: NDArray
     return "".join(f"{literals.hexadecimal(one)}\n" for one in numbers.tolist())
 
 
-def _ram(request: Request, layout: Layout) -> int:
-    """Return the bytes of a finger; two of its numbers lie beside the memory."""
-    number = PRECISIONS[request.precision].number_bytes
-    return number * layout.size + BESIDE - 2 * (8 - number)
+def _accessor(p: str, entry: str, name: str) -> str:
+    value, std = (f"e->f.named.report.{one.lower()}" for one in NAMES[name])
+    # indentation is told in the air, too, however wide
+    known = "true" if name == "indentation" else f"(isfinite({value} + {std}) != 0)"
+    known += f" && {p}_in_contact(e)" if name in ONLY_TOUCHING else ""
+    body = f"    return {p}_reported(e, {value}, {std}, {known});"
+    return "\n".join([f"{p}_estimate {p}_{name}(const {p}_{entry} *e)", "{", body, "}", ""])
 
 
-def _settings(request: Request, reals: RealType) -> dict[str, str]:
-    settings = request.settings
-    return {
-        "longest_gap": literals.real(settings.longest_gap),
-        "gap_ns": str(round(settings.longest_gap * 1e9) + 1),
-        "recovery": str(settings.recovery),
-        "horizon": f"{settings.horizon:g}",
-        "risk": f"{1.0 - settings.confidence:.3g}",
-        "quantile": literals.real(quantile(settings.confidence), reals),
-        "margin": literals.real(MARGIN),
-        "slips": literals.real(SLIPS),
-        "least_slip_speed": literals.real(LEAST_SLIP_SPEED),
-        "temperature": f"{request.model.reference_temperature:g}",
-    }
+def _record(name: str, kind: str, sections: Iterable[tuple[str, tuple[str, ...], int]]) -> str:
+    """Return the names of numbers that lie one behind the other as a struct in C."""
+    lines = ["typedef struct {"]
+    for section, names, length in sections:
+        if names:
+            numbers = " ".join(f"{kind} {one.lower()};" for one in names)
+            text = f"struct {{ {numbers} }} {local(section.lower())};"
+            lines += wrap(text, 112, initial_indent="    ", subsequent_indent="        ")
+        elif length:
+            lines.append(f"    {kind} {local(section.lower())}[{length}];")
+    return "\n".join([*lines, f"}} {name};", ""])
 
 
-def _memory(request: Request, layout: Layout, reals: RealType) -> dict[str, str]:
-    model, p, places = request.model, request.prefix, layout.places()
-    start = {name: str(place[0]) for name, place in places.items()}
-    report = {name: str(places["REPORT"][0] + i) for i, name in enumerate(REPORT)}
-    variances, stds, lines = [], [], []
-    for place, (symbol, (effect, declared)) in enumerate(model.parameters.items()):
-        value = model.values[symbol]
-        variances.append(str(_variance_of(layout, place)))
-        stds.append(literals.real(0.0 if np.isnan(value.std) else value.std, reals))
-        learned = "learned" if place in layout.learned or place == layout.mu else "as told"
-        doc = f"{effect}: {declared.doc}".replace("*/", "* /")
-        lines.append(f"    {p.upper()}_PARAMETER_{symbol}, /* [{declared.unit}] {doc}; {learned} */")
-    memory = initial_memory(model, layout, request.noise, request.settings)
-    return {
-        "size": str(layout.size),
-        "bytes": str(_ram(request, layout)),
-        "parameters": "\n".join(lines),
-        "variance_of": ", ".join(variances),
-        "std_of": ", ".join(stds),
-        "blank": _numbers(literals.real(one, reals) for one in memory.tolist()),
-        "EXOGENOUS": start["EXOGENOUS"],
-        "CHANNEL": start["CHANNEL"],
-        "VALUES": start["VALUES"],
-        **{f"REP_{name}": place for name, place in report.items()},
-        "accessors": "\n".join(_accessor(p, name, report) for name in ESTIMATES),
-    }
+def _real_sections(layout: SampleLayout) -> Iterator[tuple[str, tuple[str, ...], int]]:
+    _, *rest = layout.real_sections()
+    for name, length in layout.filter.sections().items():
+        names = NAMED.get(name, ("", ()))[1]
+        yield name, names if len(names) == length else (), length
+    yield from rest
 
 
-def _variance_of(layout: Layout, place: int) -> int:
-    """Return where the variance of a parameter lies in the memory, or -1."""
-    if place == layout.mu:
-        return layout.places()["FRICTION"][0] + FRICTION.index("VAR")
-    if place in layout.learned:
-        j = layout.learned_from + layout.learned.index(place)
-        return layout.places()["P"][0] + j * layout.n + j
-    return -1
-
-
-def _accessor(p: str, name: str, report: dict[str, str]) -> str:
-    value, std = NAMES[name]
-    known = f"{p}_in_contact(e)" if name in ONLY_TOUCHING else "true"
-    reported = f"{p}_reported(e, {report[value]}, {report[std]}, {known})"
-    body = [f"    return {reported};"]
-    if name == "indentation":  # is told in the air, too, however wide
-        body = [
-            f"    {p}_estimate found = {reported};",
-            f"    found.valid = e->trusted && {p}_is_sound(e);",
-            "    return found;",
-        ]
-    return "\n".join([f"{p}_estimate {p}_{name}(const {p}_estimator *e)", "{", *body, "}", ""])
-
-
-def _vectors(vectors: Vectors) -> dict[str, str]:
-    rows = []
-    for frame in vectors.frames:
-        inputs = ", ".join(literals.hexadecimal(one) for one in frame.inputs)
-        outputs = ", ".join(literals.hexadecimal(one) for one in frame.outputs)
-        rows.append(f"    {{{frame.stamp}LL, {{{inputs}}},\n     {{{outputs}}}, {frame.flags}U}},")
-    return {
-        "frames": str(len(vectors.frames)),
-        "outputs": str(len(OUTPUTS)),
-        "output_names": ", ".join(OUTPUTS),
-        "flag_names": ", ".join(FLAGS),
-        "rows": "\n".join(rows),
-        "memory": _numbers(map(literals.hexadecimal, vectors.memory.tolist())),
-    }
-
-
-def _numbers(words: Iterable[str]) -> str:
-    return "\n".join(f"    {', '.join(line)}," for line in _lines(words))
-
-
-def _lines(words: Iterable[str]) -> list[list[str]]:
-    all_words = list(words)
-    return [all_words[i : i + ONE_LINE] for i in range(0, len(all_words), ONE_LINE)]
+def _table(words: Iterable[str]) -> str:
+    """Return the lines of an array in C."""
+    every = list(words)
+    lines = [every[i : i + ONE_LINE] for i in range(0, len(every), ONE_LINE)]
+    return "\n".join(f"    {', '.join(line)}," for line in lines)

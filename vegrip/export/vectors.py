@@ -44,7 +44,7 @@ class Vectors:
     """The frames, and the whole memory after the last one."""
 
     frames: tuple[Frame, ...]
-    memory: NDArray[np.float64]
+    reals: NDArray[np.float64]
 
 
 def record(request: Request) -> Vectors:
@@ -52,7 +52,7 @@ def record(request: Request) -> Vectors:
     settings = replace(request.settings, late=0)  # the export takes samples in the order of time
     estimator = ContactEstimator(request.model, request.noise, settings)
     frames = tuple(_frame(estimator, state) for state in simulated(request))
-    return Vectors(frames, estimator.memory)
+    return Vectors(frames, estimator.named.f.copy())
 
 
 def simulated(request: Request) -> Iterator[FingertipState]:

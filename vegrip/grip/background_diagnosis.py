@@ -16,7 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from vegrip.clock import NS
-from vegrip.grip.layout import CHANNELS
+from vegrip.estimator.memory import CHANNELS
 from vegrip.grip.recent_states import KeptStates
 from vegrip.host.realtime import SideTask
 from vegrip.messages import FingertipState, ModelHealth

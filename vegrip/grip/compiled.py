@@ -18,13 +18,13 @@ from vegrip.c99.bridge import Lengths
 from vegrip.c99.host import CompilerError
 from vegrip.c99.kinds import Kind
 from vegrip.effects.contract import Effect
-from vegrip.estimator.compiled import estimator_parts
-from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS
-from vegrip.estimator.layout import Layout
+from vegrip.estimator.compiled import clock_parts, estimator_parts
+from vegrip.estimator.kernels_c import address
+from vegrip.estimator.memory import CHANNELS
 from vegrip.estimator.origins import Origins
 from vegrip.grip import packet_text
 from vegrip.grip.batch_text import REPORT_ARGUMENTS, STEP_ARGUMENTS, batch_text
-from vegrip.grip.layout import CHANNELS, MECHANICAL_CHANNELS, WINDOW_SLOTS, FingerLayout
+from vegrip.grip.layout import MECHANICAL_CHANNELS, WINDOW_SLOTS, FingerLayout
 from vegrip.grip.slip_trust import TRUST_SIZE
 from vegrip.grip.wires import ENTRIES, MESSAGE_ENTRIES, NODE_ENTRIES, NODE_KERNELS, WIRES
 from vegrip.model import ContactModel, cache, native, writer
@@ -33,7 +33,7 @@ from vegrip.transport.codec.kernel_text import wire_text
 from vegrip.transport.codec.part_text import part_text
 
 HERE: Final = Path(__file__).parent / "kernels"
-INPUT_KERNELS: Final = ("bits", "words", "protection", "receive", "stillness", "noise", "watchdog", "sense")
+INPUT_KERNELS: Final = ("bits", "words", "protection", "receive", "stillness", "noise", "watchdog")
 GRIP_KERNELS: Final = (
     "demand", "takeover", "usual_need", "margin_grip", "fail_safe", "limits", "share", "control",
     "finger_step",
@@ -57,15 +57,10 @@ log = logging.getLogger(__name__)
 
 
 def finger_module(
-    model: ContactModel,
-    layout: Layout,
-    finger: FingerLayout,
-    *,
-    ellipse: bool = False,
-    mode: str = "",
+    model: ContactModel, finger: FingerLayout, *, ellipse: bool = False, mode: str = ""
 ) -> FingerKernels:
     """Return the compiled finger step of a model; ``mode`` goes before ``VEGRIP_KERNEL``."""
-    text, mode = finger_text(model.effects, layout, finger, ellipse), mode or _mode()
+    text, mode = finger_text(model.effects, finger, ellipse), mode or _mode()
     if mode == "python":
         return cache.load_plain(text)
     if mode in {"c", "c-float"}:
@@ -95,7 +90,7 @@ def bound_step(module: FingerKernels, wire: str, f: Any, t: Any, g: Any, out: An
 def bound_call(module: FingerKernels, name: str, *arrays: Any) -> Callable[..., int]:
     """Return an entry of ``module`` on arrays that stay where they are and are kept by the caller."""
     if isinstance(module, FingerKernelsC):
-        return partial(module.entry(name), *map(_address, arrays))
+        return partial(module.entry(name), *map(address, arrays))
     return partial(getattr(module, name), *arrays)
 
 
@@ -132,7 +127,7 @@ def finger_places(model: ContactModel) -> Origins:
 
 
 @lru_cache(maxsize=32)
-def finger_text(effects: tuple[Effect, ...], layout: Layout, finger: FingerLayout, ellipse: bool) -> str:
+def finger_text(effects: tuple[Effect, ...], finger: FingerLayout, ellipse: bool) -> str:
     """Return the text of the module.
 
     Raises:
@@ -141,8 +136,8 @@ def finger_text(effects: tuple[Effect, ...], layout: Layout, finger: FingerLayou
     """
     kernels = [path.read_text(encoding="utf-8") for path in kernels_of(finger)]
     frames = wire_text() + part_text() if finger.is_shared else wire_text()
-    known = [finger.constants(), constants(layout), frames]
-    parts = [*estimator_parts(layout, ellipse=ellipse), *known]
+    known = [*clock_parts(finger), constants(), frames]
+    parts = [*estimator_parts(finger.filter, ellipse=ellipse), *known]
     names = [effect.name for effect in effects]
     return writer.write(compose(effects), names, [*parts, *kernels], tuple(entries_of(finger)))
 
@@ -164,17 +159,13 @@ def entries_of(finger: FingerLayout) -> Mapping[str, tuple[Kind, ...]]:
     return NODE_ENTRIES if finger.is_shared else ENTRIES
 
 
-def constants(layout: Layout) -> str:
+def constants() -> str:
     """Return what the kernels know beside places."""
     return "\n".join([
-        f"MEASURED = {len(CHANNELS)}",
         f"MECHANICAL = {MECHANICAL_CHANNELS}",
         f"USUAL_SLOTS = {WINDOW_SLOTS}",
         f"LOADING = {bits_of(LOAD_CHANNELS)}",
         f"SUFFICIENT = {bits_of(SUFFICIENT_CHANNELS)}",
-        f"SLIDES = {SLIPS!r}",
-        f"LEAST_SLIDING_SPEED = {LEAST_SLIP_SPEED!r}",
-        f"MU_LEARNED = {layout.mu_learned}",
     ])  # fmt: skip
 
 
@@ -215,63 +206,46 @@ class FingerKernelsC:
         self, f: Any, t: Any, g: Any, frame: Any, length: int, arrival: int, now: int, out: Any
     ) -> int:
         """As :func:`vegrip.grip.kernels.finger_step.finger_step`."""
-        at = _address
+        at = address
         done: int = self._step(at(f), at(t), at(g), at(frame), length, arrival, now, at(out))
         return done
 
     def bound_step(self, wire: str, f: Any, t: Any, g: Any, out: Any) -> Step:
         """Return the step of a wire on arrays that stay where they are and are kept by the caller."""
-        step, answer = self.entry(WIRES[wire].step), _address(out)
-        at_f, at_t, at_g = map(_address, (f, t, g))
+        step, answer = self.entry(WIRES[wire].step), address(out)
+        at_f, at_t, at_g = map(address, (f, t, g))
         if not WIRES[wire].writes:
 
             def call_with(values: Any, counter: int, stamp: int, arrival: int, now: int) -> int:
-                done: int = step(at_f, at_t, at_g, _address(values), counter, stamp, arrival, now)
+                done: int = step(at_f, at_t, at_g, address(values), counter, stamp, arrival, now)
                 return done
 
             return call_with
 
         def call(frame: Any, length: int, arrival: int, now: int) -> int:
-            done: int = step(at_f, at_t, at_g, _address(frame), length, arrival, now, answer)
+            done: int = step(at_f, at_t, at_g, address(frame), length, arrival, now, answer)
             return done
 
         return call
 
     def finger_tick(self, f: Any, t: Any, g: Any, now: int, out: Any) -> int:
         """As :func:`vegrip.grip.kernels.finger_step.finger_tick`."""
-        done: int = self._tick(_address(f), _address(t), _address(g), now, _address(out))
+        done: int = self._tick(address(f), address(t), address(g), now, address(out))
         return done
 
     def finger_receive(
         self, f: Any, t: Any, g: Any, frame: Any, length: int, arrival: int, now: int, out: Any
     ) -> int:
         """As :func:`vegrip.grip.kernels.finger_step.finger_receive`."""
-        at = _address
+        at = address
         done: int = self._receive(at(f), at(t), at(g), at(frame), length, arrival, now, at(out))
         return done
 
     def finger_report(self, f: Any, t: Any, now: int, contact1: Any, contact2: Any, margin: Any) -> int:
         """As :func:`vegrip.grip.kernels.reports.finger_report`."""
-        at = _address
+        at = address
         told: int = self._report(at(f), at(t), now, at(contact1), at(contact2), at(margin))
         return told
-
-
-_known: dict[int, tuple[Any, int]] = {}
-KEPT: Final = 512  # addresses of arrays
-
-
-def _address(array: Any) -> int:
-    """Return where an array lies; asking numpy costs a tenth of a step."""
-    found = _known.get(id(array))
-    if found is not None and found[0] is array:
-        return found[1]
-    if not array.flags.c_contiguous or not array.flags.writeable:
-        raise TypeError("an array without gaps that can be written to is needed")
-    if len(_known) >= KEPT:
-        _known.clear()
-    _known[id(array)] = (array, array.ctypes.data)
-    return _known[id(array)][1]
 
 
 def _plain(library: ctypes.CDLL, name: str, arguments: Sequence[Any], returns: Any) -> Any:

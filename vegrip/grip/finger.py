@@ -21,6 +21,7 @@ from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator
 from vegrip.estimator.estimator import quantile
 from vegrip.estimator.learning import Learned
+from vegrip.estimator.memory import CHANNELS, FingerMemory
 from vegrip.grip.batch_text import COMMAND_BYTES, REPORT_BYTES
 from vegrip.grip.compiled import (
     FingerKernels,
@@ -32,8 +33,7 @@ from vegrip.grip.compiled import (
     finger_module,
 )
 from vegrip.grip.estimator_protocol import Estimator
-from vegrip.grip.layout import CHANNELS, HISTORY_CHANNELS, FingerLayout
-from vegrip.grip.memory import FingerMemory
+from vegrip.grip.layout import HISTORY_CHANNELS, FingerLayout
 from vegrip.grip.own_estimate import STAND_IN, OwnEstimate
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.policy import GripPolicy
@@ -158,7 +158,8 @@ class GraspFinger:
         self._forgotten = 0  # how often the policy was told to forget
         self._lifetime = 0  # [ns] of a command
         self._estimator = estimator
-        self.memory = FingerMemory(self._layout_of(estimator))
+        self.layout = self._layout_of(estimator)
+        self.memory = FingerMemory(self.layout)
         self._build(estimator)
         memory = self.memory
         for names in (FRESH, UNHEARD):
@@ -208,17 +209,17 @@ class GraspFinger:
         places = STAND_IN.layout if own else estimator.layout  # type: ignore[attr-defined]
         late = 0 if own else estimator.settings.late  # type: ignore[attr-defined]
         if self._alone:
-            return FingerLayout(places.size, places.lasting, late)
-        return FingerLayout(places.size, places.lasting, late, RECENT_STATES, True, payload_bytes())
+            return FingerLayout(places, late)
+        return FingerLayout(places, late, RECENT_STATES, True, payload_bytes())
 
     def _module(self, estimator: Estimator, layout: FingerLayout) -> FingerKernels:
         found = estimator if isinstance(estimator, ContactEstimator) else STAND_IN
         ellipse = isinstance(found, ContactEstimator) and found.settings.surface == "ellipse"
-        return finger_module(found.model, found.layout, layout, ellipse=ellipse, mode=self._mode)
+        return finger_module(found.model, layout, ellipse=ellipse, mode=self._mode)
 
     def _build(self, estimator: Estimator, module: FingerKernels | None = None) -> None:
         """Have a memory and calls for this estimator and the present wire; what is known moves there."""
-        layout = self._layout_of(estimator)
+        layout = self.layout = self._layout_of(estimator)
         self.module = module if module is not None else self._module(estimator, layout)
         memory = FingerMemory(layout)
         memory.take_over(self.memory, () if estimator is self._estimator else OF_ESTIMATOR)
@@ -226,6 +227,7 @@ class GraspFinger:
         self._own: OwnEstimate | None = None
         if isinstance(estimator, ContactEstimator):
             estimator.mount(memory, self.name)
+            memory["TOLD_CONFIDENCE"] = estimator.settings.confidence
         else:
             self._own = OwnEstimate(estimator, memory, self._shared, self._place.number)
         self._bind()
@@ -239,7 +241,7 @@ class GraspFinger:
         sizes = REPORT_BYTES if self.line is not None and self.line.report_ids else ()
         self.report_frames = tuple(np.zeros(size, dtype=np.uint8) for size in sizes)
         """Both frames of the last contact that was told by :meth:`tell`, and that of the slip margin."""
-        compile_now(self.module, self.memory.layout, wire, f, t, self.answer_frame)
+        compile_now(self.module, self.layout, wire, f, t, self.answer_frame)
         if wire != MESSAGE:
             self._step = bound_step(self.module, wire, f, t, self._shared, self.answer_frame)
 

@@ -4,8 +4,8 @@ import math
 from typing import Final, NamedTuple
 
 from vegrip.clock import NS
-from vegrip.estimator.estimator import SLIPS
 from vegrip.estimator.layout import Layout, layout_of
+from vegrip.estimator.memory import SLIPS
 from vegrip.estimator.settings import SensorNoise
 from vegrip.grip.confirmed_load import confirm_load
 from vegrip.grip.drive_lag import follow_drive
@@ -20,8 +20,8 @@ LONGEST_STEP_S: Final = 0.1
 USUAL_NOISE: Final = SensorNoise()
 """Of the sensors of a finger whose estimator does not tell it."""
 LOADING: Final = 0b1110
-"""Tangential forces and torque, bit by bit (:data:`vegrip.grip.layout.CHANNELS`): one that was lost is not
-zero, so without it the margin is not believed."""
+"""Tangential forces and torque, bit by bit (:data:`vegrip.estimator.memory.CHANNELS`): one that was lost is
+not zero, so without it the margin is not believed."""
 
 
 class _StandIn(NamedTuple):
@@ -47,11 +47,6 @@ class OwnEstimate:
 
     def __init__(self, estimator: Estimator, memory: NamedNumbers, shared: Floats, number: int) -> None:
         self._estimator, self._memory, self._shared, self._number = estimator, memory, shared, number
-        names = STAND_IN.layout.names()
-        self._contact, self._force, self._radius = (
-            int(names[f"REP_{name}"])  # type: ignore[call-overload]
-            for name in ("CONTACT", "FORCE", "RADIUS")
-        )
 
     def take(self, state: FingertipState, wanted: tuple[float, float], *, asks: bool) -> None:
         """Take in a state that is believed, and set the demand; ``asks`` for the least force.
@@ -60,15 +55,14 @@ class OwnEstimate:
         """
         estimator, memory = self._estimator, self._memory
         estimator.assimilate(state)
-        known = memory.section("ESTIMATOR")
         touches = estimator.in_contact
-        memory["SAMPLE_BEGUN"], known[self._contact] = 1, float(touches)
+        memory["SAMPLE_BEGUN"], memory["REP_CONTACT"] = 1, float(touches)
         if not memory["TURN_HAS_MARGIN"]:
             memory["TAKEN_BOUND"], memory["TURN_HAS_MARGIN"] = estimator.slip_margin().lower_bound, 1
         if not memory["TURN_STARTED"]:
-            known[self._force] = estimator.normal_force.value
+            memory["REP_FORCE"] = estimator.normal_force.value
         if not memory["TURN_SEEN"]:
-            known[self._radius] = estimator.contact_estimate().contact_radius.value
+            memory["REP_RADIUS"] = estimator.contact_estimate().contact_radius.value
         x, y = state.tangential_force_x, state.tangential_force_y
         memory["DEMAND_LOAD"], memory["DEMAND_TORQUE"] = math.sqrt(x * x + y * y), abs(state.torque_z)
         memory["NEED_SLIPPING"], memory["NEED_IN_CONTACT"] = state.slip >= SLIPS, touches

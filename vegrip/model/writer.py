@@ -32,6 +32,11 @@ BATCH = frozenset({"run", "channels", "depths"})
 """Entries that let other threads run: whole recordings. A single step must not, getting the lock back costs
 more than the step."""
 
+MEMORIES = ("f", "t", "m")
+"""Names of the arrays in kernels whose numbers have names: real ones, whole ones, those of the filter."""
+PREFIX = {"report": "REP", "friction": "FRI", "counts": "COUNT"}
+"""Section -> what the constants of its numbers begin with, where that is another word."""
+
 ADVANCE = "m_, values_, states_, delta, speed, exogenous_, elastic_before, dt, new_states_"
 READOUT = "m_, values_, states_, delta, speed, exogenous_, x, elastic_force, force"
 SLOPE_STEP = 1e-5  # relative; truncation 1e-5, rounding 1e-11
@@ -296,7 +301,41 @@ def _indent(lines: Sequence[str]) -> str:
 def _without_our_imports(text: str) -> str:
     tree = parsed(text)
     tree.body = [node for node in tree.body if not _is_ours_or_text(node)]
-    return ast.unparse(tree)
+    return ast.unparse(PLACES.visit(tree))
+
+
+class _Places(ast.NodeTransformer):
+    """Names of numbers in a memory, ``f.grip.held``, ``f.lowest[i]``, as the places that a layout gives."""
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        if not isinstance(node.value, ast.Attribute) or not _is_memory(node.value.value):
+            return node
+        section = node.value.attr
+        place = f"{PREFIX.get(section, section.upper())}_{node.attr.upper()}"
+        return ast.Subscript(node.value.value, ast.Name(place, ast.Load()), node.ctx)
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+        self.generic_visit(node)
+        if not isinstance(node.value, ast.Attribute) or not _is_memory(node.value.value):
+            return node
+        start = ast.Name(f"{node.value.attr.upper()}0", ast.Load())
+        if isinstance(node.slice, ast.Constant) and node.slice.value == 0:
+            return ast.Subscript(node.value.value, start, node.ctx)
+        return ast.Subscript(node.value.value, _sum(start, node.slice), node.ctx)
+
+
+PLACES = _Places()
+
+
+def _is_memory(node: ast.expr) -> bool:
+    return isinstance(node, ast.Name) and node.id in MEMORIES
+
+
+def _sum(start: ast.expr, index: ast.expr) -> ast.expr:
+    """Return ``start + index``, from the left as Python adds, so that a place reads as it is written."""
+    if isinstance(index, ast.BinOp) and isinstance(index.op, ast.Add | ast.Sub):
+        return ast.BinOp(_sum(start, index.left), index.op, index.right)
+    return ast.BinOp(start, ast.Add(), index)
 
 
 def _is_ours_or_text(node: ast.stmt) -> bool:

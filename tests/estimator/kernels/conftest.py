@@ -22,7 +22,7 @@ def held(model: ContactModel, compiled: ContactEstimator, press: object) -> Floa
     compiled.reset()
     for state in press(model, [0.0, 0.3, 0.8, 1.8], [-1e-4, -1e-4, 9e-4, 9e-4], share=0.5):
         compiled.assimilate(state)
-    memory = np.array(compiled._memory.numbers)
+    memory = np.array(compiled.numbers)
     compiled.reset()
     return memory
 

@@ -31,8 +31,8 @@ def calm(kernels, m, P, rng):
 
 def force_at(kernels, m, y):
     """Return the sensed force [N] of a state, without its zero."""
-    section(kernels, m, "TRY")[:] = y
-    return kernels.contact(m, kernels.TRY0)[3]
+    section(kernels, m, "TRIED")[:] = y
+    return kernels.contact(m, kernels.TRIED0)[3]
 
 
 def test_the_variance_of_what_is_expected_is_that_of_a_linear_form(kernels, calm, P) -> None:
@@ -232,8 +232,8 @@ def test_slopes_of_force_and_radius_are_the_derivatives(kernels, m, P, blind, mo
     m[kernels.MODE_BLIND] = blind
     y = section(kernels, m, "Y").copy()
     asked = kernels.LEARNED_FROM if blind else kernels.M
-    section(kernels, m, "TRY")[:] = y
-    assert kernels.force_gradient(m, kernels.TRY0) == pytest.approx(force_at(kernels, m, y))
+    section(kernels, m, "TRIED")[:] = y
+    assert kernels.force_gradient(m, kernels.TRIED0) == pytest.approx(force_at(kernels, m, y))
     slope = section(kernels, m, "H").copy()
     noted = []
     monkeypatch.setattr(kernels, "apply_measurement", lambda *given: noted.append(given[1:]))
@@ -241,8 +241,8 @@ def test_slopes_of_force_and_radius_are_the_derivatives(kernels, m, P, blind, mo
     by_radius = section(kernels, m, "H").copy()
 
     def radius_at(state):
-        section(kernels, m, "TRY")[:] = state
-        return kernels.radius_of(m, kernels.TRY0)
+        section(kernels, m, "TRIED")[:] = state
+        return kernels.radius_of(m, kernels.TRIED0)
 
     for function, found, count in ((force_at, slope, asked), (radius_at, by_radius, kernels.M)):
         for j in range(kernels.N):
@@ -269,7 +269,7 @@ def test_without_a_displacement_the_force_is_linearised_where_it_is(kernels, m, 
     R, base = m[kernels.SET_R_FORCE], force_at(kernels, m, y)
     value = share * base + y[kernels.BIAS]
     innovation, S = kernels.expect_force_alone(m, value)
-    at, H = section(kernels, m, "TRY").copy(), section(kernels, m, "H").copy()
+    at, H = section(kernels, m, "TRIED").copy(), section(kernels, m, "H").copy()
     threshold = 3.0 * math.sqrt(R + P[kernels.BIAS, kernels.BIAS])
     here = force_at(kernels, m, at)
     assert abs(here - share * base) < 1e-6
@@ -284,6 +284,6 @@ def test_without_a_displacement_the_force_is_linearised_where_it_is(kernels, m, 
         base + 0.9 * threshold,
         base - 0.9 * threshold,
     ):  # too little, or there already
-        section(kernels, m, "TRY")[:] = y
-        kernels.linearise_at_force(m, kernels.TRY0, force, threshold)
-        assert m[kernels.TRY0 + kernels.DELTA] == y[kernels.DELTA]
+        section(kernels, m, "TRIED")[:] = y
+        kernels.linearise_at_force(m, kernels.TRIED0, force, threshold)
+        assert m[kernels.TRIED0 + kernels.DELTA] == y[kernels.DELTA]

@@ -83,9 +83,9 @@ def test_the_change_of_the_memory_is_that_of_the_law(kernels, m) -> None:
     F = m[kernels.F0 : kernels.F0 + kernels.NS * kernels.N].reshape(kernels.NS, kernels.N).copy()
 
     def ahead(y, end):
-        m[kernels.TRY0 : kernels.TRY0 + kernels.N] = y
+        m[kernels.TRIED0 : kernels.TRIED0 + kernels.N] = y
         end = end - y[kernels.OFFSET]
-        kernels.propagate(m, kernels.TRY0, end, y[kernels.SPEED], dt, kernels.TRIAL0)
+        kernels.propagate(m, kernels.TRIED0, end, y[kernels.SPEED], dt, kernels.TRIAL0)
         return m[kernels.TRIAL0 : kernels.TRIAL0 + kernels.NS].copy()
 
     y = m[kernels.Y0 : kernels.Y0 + kernels.N].copy()
@@ -145,8 +145,8 @@ def test_a_running_maximum_follows_but_for_two_and_a_half_deviations_of_its_nois
     y = m[kernels.Y0 : kernels.Y0 + kernels.N].copy()
 
     def peak(depth):
-        m[kernels.TRY0 : kernels.TRY0 + kernels.N] = np.where(kernels.KEPT, 0.0, y)
-        kernels.propagate(m, kernels.TRY0, depth, y[kernels.SPEED], dt, kernels.TRIAL0)
+        m[kernels.TRIED0 : kernels.TRIED0 + kernels.N] = np.where(kernels.KEPT, 0.0, y)
+        kernels.propagate(m, kernels.TRIED0, depth, y[kernels.SPEED], dt, kernels.TRIAL0)
         return m[kernels.TRIAL0 + i]
 
     depth = y[kernels.DELTA]

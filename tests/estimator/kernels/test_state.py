@@ -40,7 +40,7 @@ def test_a_step_along_the_root_is_the_kurtosis_of_a_normal_variable(kernels, m, 
     L = root_of(kernels, m)
     j = kernels.LEARNED_FROM
     kernels.shift_along_root(m, kernels.Y0, j, sign)
-    shift = m[kernels.TRY0 : kernels.TRY0 + kernels.N] - m[kernels.Y0 : kernels.Y0 + kernels.N]
+    shift = m[kernels.TRIED0 : kernels.TRIED0 + kernels.N] - m[kernels.Y0 : kernels.Y0 + kernels.N]
     assert_allclose(shift, sign * math.sqrt(3.0) * L[:, j], atol=1e-14)
 
 
@@ -82,7 +82,7 @@ def test_a_variance_grows_to_its_limit_and_never_shrinks(kernels, m, P) -> None:
 def test_sections_are_cleared_and_copied_whole(kernels, m) -> None:
     y = slice(kernels.Y0, kernels.Y0 + kernels.N)
     kernels.copy_state(m)
-    assert_allclose(m[kernels.TRY0 : kernels.TRY0 + kernels.N], m[y])
+    assert_allclose(m[kernels.TRIED0 : kernels.TRIED0 + kernels.N], m[y])
     before = m.copy()
     kernels.clear_section(m, kernels.Y0 + 1, kernels.Y0 + 3)
     before[kernels.Y0 + 1 : kernels.Y0 + 3] = 0.0

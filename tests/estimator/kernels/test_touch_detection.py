@@ -67,21 +67,21 @@ def test_a_force_of_the_noise_alone_is_no_touch_and_a_missing_one_changes_nothin
 
 
 def test_the_unseen_depth_has_a_force_of_three_standard_deviations_in_the_softest_tip(kernels, m) -> None:
-    depth, at = kernels.unseen_depth(m), kernels.TRY0 + kernels.DELTA
+    depth, at = kernels.unseen_depth(m), kernels.TRIED0 + kernels.DELTA
     kernels.copy_state(m)
 
     def force(x):
         m[at] = x
-        return kernels.contact(m, kernels.TRY0)[3]
+        return kernels.contact(m, kernels.TRIED0)[3]
 
     threshold = 3.0 * math.sqrt(m[kernels.SET_R_FORCE])
     here = brentq(lambda x: force(x) - threshold, 0.0, 2e-3)
     shares = []
     for j in range(kernels.LEARNED_FROM, kernels.M):
-        keep = m[kernels.TRY0 + j]
-        m[kernels.TRY0 + j] = keep + 2.0 * math.sqrt(m[kernels.P0 + j * kernels.N + j])
+        keep = m[kernels.TRIED0 + j]
+        m[kernels.TRIED0 + j] = keep + 2.0 * math.sqrt(m[kernels.P0 + j * kernels.N + j])
         shares.append(force(here) / threshold - 1.0)
-        m[kernels.TRY0 + j] = keep
+        m[kernels.TRIED0 + j] = keep
     assert 0.05 < math.hypot(*shares) < 2.0
     assert force(depth) == pytest.approx(threshold * (1.0 + math.hypot(*shares)), rel=0.02)
 

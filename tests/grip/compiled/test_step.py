@@ -15,12 +15,15 @@ from validation.compiled_finger import Log, Replay, bits_left, hostile
 from vegrip.c99 import BYTES, LONGS, MEMORY, host
 from vegrip.clock import NS
 from vegrip.contact.limit_surface import fast
+from vegrip.estimator.layout import layout_of
+from vegrip.estimator.memory import CHANNELS
 from vegrip.grip.compiled import compile_now
 from vegrip.grip.finger import LEFT_ALONE
-from vegrip.grip.layout import CHANNELS, FingerLayout
+from vegrip.grip.layout import FingerLayout
 from vegrip.grip.safety.ranges import CHECKED_CHANNELS
 from vegrip.grip.wires import NODE_ENTRIES, WIRES
 from vegrip.messages import FingertipState
+from vegrip.model import paper_model
 from vegrip.model.native import kernel_mode
 from vegrip.transport.codec.line import FD
 
@@ -77,7 +80,7 @@ def test_before_the_first_frame_numba_has_compiled_what_a_node_calls() -> None:
     """Else it would do so within the loop. These functions stand for the module's, which take minutes."""
     table = WIRES[FD]
     names = (table.step, *table.reports)
-    finger = FingerLayout(9, is_shared=True)
+    finger = FingerLayout(layout_of(paper_model(8e-3)), is_shared=True)
     module = SimpleNamespace(
         finger_step=numba.njit(lambda a, b, c, d, e, f, g, h: (a, b, c, d, e, f, g, h)),
         finger_report=numba.njit(lambda a, b, c, d, e, f: (a, b, c, d, e, f)),
@@ -108,15 +111,6 @@ def test_the_first_states_after_activation_compile_nothing(hand_log: Log) -> Non
 
 def test_channels_stand_in_one_order_everywhere() -> None:
     assert CHANNELS == CHECKED_CHANNELS == tuple(FingertipState.__dataclass_fields__)[3:]
-
-
-def test_every_place_has_one_name() -> None:
-    layout = FingerLayout(100, 50, late=3, history=5)
-    for places, first, end in ((layout.reals, 100, layout.n_reals), (layout.wholes, 0, layout.n_wholes)):
-        named = {place for name, place in places.items() if not name.endswith("0")}
-        assert min(named) >= first
-        assert max(places.values()) < end
-        assert len(named) == sum(not name.endswith("0") for name in places)
 
 
 def test_kernels_multiply_where_python_and_c_would_raise_to_a_power_differently() -> None:

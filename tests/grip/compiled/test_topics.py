@@ -15,7 +15,7 @@ from validation.compiled_topics import TopicReplay, hostile_topics, on_topics
 from validation.faults.table import CASES, Case
 from vegrip.c99 import host
 from vegrip.clock import WallClock
-from vegrip.grip.layout import CHANNELS
+from vegrip.estimator.memory import CHANNELS
 from vegrip.messages import FingertipState, ForceCommand, Reason, SlipMargin
 from vegrip.model.native import kernel_mode
 from vegrip.runtime.runner import LoopSettings, Runner

@@ -12,7 +12,11 @@ def put(kernels, f, t, **values) -> None:
     """Set numbers by name: real ones in ``f``, whole ones in ``t``."""
     for name, value in values.items():
         array = (
-            t if name.startswith(("TURN_", "NEED_", "SAMPLE_", "SETUP_", "INPUT_", "NEWS_", "CHOICE_")) else f
+            t
+            if name.startswith(
+                ("TURN_", "CLOCK_", "NEED_", "SAMPLE_", "SETUP_", "INPUT_", "NEWS_", "CHOICE_")
+            )
+            else f
         )
         array[getattr(kernels, name)] = value
 
@@ -72,7 +76,7 @@ def test_a_state_is_taken_after_the_last_one_or_by_a_clock_that_has_started_anew
     kernels, f, t, taken, before, stamp, dt, after
 ) -> None:
     """After three in a row that are not, and after a rest, an unknown time has passed, here a second."""
-    put(kernels, f, t, SETUP_RECOVERY=3, SETUP_GAP=10**9, NEWS_STAMP=stamp, STATE_NORMAL_FORCE=1.0, **before)
+    put(kernels, f, t, CLOCK_RECOVERY=3, CLOCK_GAP=10**9, NEWS_STAMP=stamp, STATE_NORMAL_FORCE=1.0, **before)
     kernels.assimilate(f, t)
     assert [given[0] for given in taken] == pytest.approx(dt)
     assert {name: t[getattr(kernels, name)] for name in after} == after

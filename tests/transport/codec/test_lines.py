@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from vegrip.grip.layout import CHANNELS
+from vegrip.estimator.memory import CHANNELS
 from vegrip.messages import FingertipState
 from vegrip.transport.codec.database import database, layouts
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec

@@ -1,4 +1,7 @@
-"""The compiled part of the estimator, as source: see :mod:`vegrip.estimator.kernels.generated`.
+"""The compiled part of the estimator, as source.
+
+The files are ordinary ones, to be read, linted and typed; nothing imports them. Their text stands in the
+generated module of a model; ``python -m tools.write_declarations`` declares what they find there.
 
 Extended Kalman filter of one contact; state delta, speed, effects, learned parameters, d0, bF::
 

@@ -2,25 +2,7 @@
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    BIAS,
-    MODE_CONTRADICTED,
-    MODE_LOST,
-    MODE_RADIUS_CONTRADICTED,
-    OFFSET,
-    REP_DEPTH_NOW,
-    REP_DEPTH_STD,
-    REP_FORCE,
-    REP_FORCE_STD,
-    REP_RADIUS,
-    REP_RADIUS_SOUND,
-    REP_RADIUS_STD,
-    REP_SOUND,
-    SET_R_DISPLACEMENT,
-    SET_R_RADIUS,
-    Y0,
-    Floats,
-)
+from vegrip.estimator.kernels.generated import *
 
 FAR = 25.0
 """Square of the standard deviations by which an estimate may differ from its own measurement, and"""
@@ -36,20 +18,20 @@ def note_contradiction(m: Floats, dt: float, force: float, displacement: float, 
     """
     far = False
     if math.isfinite(force):
-        off = force - m[REP_FORCE] - m[Y0 + BIAS]
-        far = off * off > FAR * (m[REP_FORCE_STD] * m[REP_FORCE_STD])
+        off = force - m.report.force - m.y[BIAS]
+        far = off * off > FAR * (m.report.force_std * m.report.force_std)
     if math.isfinite(displacement):
-        off = displacement - m[REP_DEPTH_NOW] - m[Y0 + OFFSET]
-        far = far or off * off > FAR * (m[REP_DEPTH_STD] * m[REP_DEPTH_STD] + m[SET_R_DISPLACEMENT])
-    m[MODE_CONTRADICTED] = duration_of(m[MODE_CONTRADICTED], dt, far)
-    if m[MODE_CONTRADICTED] > PATIENCE or m[MODE_LOST] > PATIENCE:
-        m[REP_SOUND] = 0.0
+        off = displacement - m.report.depth_now - m.y[OFFSET]
+        far = far or off * off > FAR * (m.report.depth_std * m.report.depth_std + m.set.r_displacement)
+    m.mode.contradicted = duration_of(m.mode.contradicted, dt, far)
+    if m.mode.contradicted > PATIENCE or m.mode.lost > PATIENCE:
+        m.report.sound = 0.0
     far = False
-    if math.isfinite(radius) and radius > 0.0 and m[REP_RADIUS] > 0.0:
-        off = radius - m[REP_RADIUS]
-        far = off * off > FAR * (m[REP_RADIUS_STD] * m[REP_RADIUS_STD] + m[SET_R_RADIUS])
-    m[MODE_RADIUS_CONTRADICTED] = duration_of(m[MODE_RADIUS_CONTRADICTED], dt, far)
-    m[REP_RADIUS_SOUND] = 0.0 if m[MODE_RADIUS_CONTRADICTED] > PATIENCE else m[REP_SOUND]
+    if math.isfinite(radius) and radius > 0.0 and m.report.radius > 0.0:
+        off = radius - m.report.radius
+        far = off * off > FAR * (m.report.radius_std * m.report.radius_std + m.set.r_radius)
+    m.mode.radius_contradicted = duration_of(m.mode.radius_contradicted, dt, far)
+    m.report.radius_sound = 0.0 if m.mode.radius_contradicted > PATIENCE else m.report.sound
 
 
 def duration_of(before: float, dt: float, far: bool) -> float:

@@ -1,24 +1,15 @@
 """Losing the displacement: what force alone can tell."""
 
-from vegrip.estimator.kernels.generated import (
-    DELTA,
-    LEARNED_FROM,
-    MODE_BLIND,
-    MOTION_RESTLESS,
-    P0,
-    Floats,
-    M,
-    N,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.state import contact, difference_step
 
 
 def follow_displacement_loss(m: Floats, blind: bool) -> None:
     """Note whether the displacement is measured, and what changes when it is lost."""
-    was = m[MODE_BLIND] > 0.5
-    m[MODE_BLIND] = 1.0 if blind else 0.0
+    was = m.mode.blind > 0.5
+    m.mode.blind = 1.0 if blind else 0.0
     if blind:
-        m[MOTION_RESTLESS] = 1.0
+        m.motion.restless = 1.0
     if blind and not was:
         lose_displacement(m)
 
@@ -33,8 +24,8 @@ def lose_displacement(m: Floats) -> None:
     for i in range(LEARNED_FROM, M):
         for j in range(N):
             if not LEARNED_FROM <= j < M:
-                m[P0 + i * N + j] = 0.0
-                m[P0 + j * N + i] = 0.0
+                m.p[i * N + j] = 0.0
+                m.p[j * N + i] = 0.0
 
 
 def slope_at_constant_force(m: Floats, y: int, j: int) -> float:

@@ -9,26 +9,7 @@ contact holds by now is used too (``slip_probability.py``): what has held its lo
 import math
 
 from vegrip.estimator.kernels.covariance_root import WIDE
-from vegrip.estimator.kernels.generated import (
-    DELTA,
-    FRI_LN_MU,
-    FRI_SLIDING,
-    FRI_VAR,
-    REP_CONTACT,
-    REP_FORCE,
-    REP_FORCE_STD,
-    REP_GAUGE_REL,
-    SET_HOLD,
-    SET_HORIZON,
-    SET_QUANTILE,
-    SET_S_TANGENTIAL,
-    SET_S_TORQUE,
-    SET_TIP_RADIUS,
-    TRY0,
-    Y0,
-    Floats,
-    gauge,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.hold_model import begin_hold, keep_hold, surface_of, try_hold
 from vegrip.estimator.kernels.load_loss import load_to_hold
 from vegrip.estimator.kernels.report import upper_gauge
@@ -78,10 +59,10 @@ def slip_probability_after(
     g = gauge_of(force, a, k, mu, load)
     if g == math.inf:
         return 1.0, delta, elastic
-    noise = math.hypot(m[SET_S_TANGENTIAL], 0.0 if load[1] == 0.0 else m[SET_S_TORQUE] / a)
+    noise = math.hypot(m.set.s_tangential, 0.0 if load[1] == 0.0 else m.set.s_torque / a)
     lost = SHARE_SPREAD * math.log(begun[1] / force) if begun[1] > 0.0 else 0.0
     unsure = math.hypot(lost, noise / (mu * force) / max(g, 1e-300))
-    return onset_probability(m, g * math.exp(m[FRI_LN_MU]), unsure), delta, elastic
+    return onset_probability(m, g * math.exp(m.friction.ln_mu), unsure), delta, elastic
 
 
 def bound_gauge(
@@ -90,19 +71,19 @@ def bound_gauge(
     """Upper bound of the gauge at the wanted confidence, the force gone from ``fresh`` to ``force``."""
     force, a = max(force, TINY), max(a, TINY)
     # absolute spread of N kept, so its relative part grows as N falls or shrinks as N rises
-    now = m[REP_FORCE_STD] / force
+    now = m.report.force_std / force
     lost = SHARE_SPREAD * math.log(fresh / force) if fresh > 0.0 else 0.0
     relative = math.sqrt(variance_without_force(m) + now * now + lost * lost)
-    noise = math.hypot(m[SET_S_TANGENTIAL], 0.0 if load[1] == 0.0 else m[SET_S_TORQUE] / a)
+    noise = math.hypot(m.set.s_tangential, 0.0 if load[1] == 0.0 else m.set.s_torque / a)
     return upper_gauge(g, relative, noise / (mu * force), quantile)
 
 
 def variance_without_force(m: Floats) -> float:
     """Relative variance of the gauge that does not come from the force; out of contact, that of friction."""
-    relative = m[REP_GAUGE_REL]
-    part = m[REP_FORCE_STD] / m[REP_FORCE] if m[REP_FORCE] > 0.0 else math.inf
+    relative = m.report.gauge_rel
+    part = m.report.force_std / m.report.force if m.report.force > 0.0 else math.inf
     if not (relative < UNKNOWN and part < UNKNOWN):
-        spread = math.sinh(WIDE * math.sqrt(m[FRI_VAR])) / WIDE
+        spread = math.sinh(WIDE * math.sqrt(m.friction.var)) / WIDE
         return spread * spread
     return float(max(relative * relative - part * part, 0.0))
 
@@ -113,15 +94,15 @@ def slip_times(m: Floats, tangential: float, torque: float, chance: float) -> tu
     The load stays, and the hold is followed once for both, in steps that grow; the step of a crossing is
     halved. NaN when the load, the contact or what the hold leads to is not known.
     """
-    load, y = load_of(tangential, torque), TRY0
-    if math.isnan(load[0]) or m[REP_CONTACT] < 0.5:
+    load, y = load_of(tangential, torque), TRIED0
+    if math.isnan(load[0]) or m.report.contact < 0.5:
         return math.nan, math.nan
     copy_state(m)
     put_learned(m, y)
     elastic, origin, fresh = begin_hold(m, y)
     begun = (origin, fresh)
     slipped = slip_probability_after(m, y, elastic, 0.0, begun, load)[0]
-    slides = m[FRI_SLIDING] > 0.5
+    slides = m.friction.sliding > 0.5
     likely = 0.0 if slides or slipped >= 0.5 else OPEN
     earliest = 0.0 if slides or slipped >= chance else OPEN
     t, dt = 0.0, FIRST
@@ -165,11 +146,11 @@ def worst_gauge(m: Floats, y: int, depth: float, load: Load, quantile: float) ->
     elastic, _, fresh = begin_hold(m, y)
     begun = (depth, fresh)
     worst = gauge_after(m, y, elastic, 0.0, begun, load, quantile)[0]
-    if m[SET_HOLD] == 0.0 or m[SET_HORIZON] == 0.0 or math.isnan(worst):
+    if m.set.hold == 0.0 or m.set.horizon == 0.0 or math.isnan(worst):
         return worst
     t = 0.0
     for part in PARTS:
-        dt = part * m[SET_HORIZON] - t
+        dt = part * m.set.horizon - t
         g, delta, elastic = gauge_after(m, y, elastic, dt, begun, load, quantile)
         if math.isnan(g):
             return math.nan
@@ -188,18 +169,18 @@ def least_force(m: Floats, tangential: float, torque: float, margin: float, quan
     in by the whole tip radius does not suffice. NaN when the load, or what the contact would carry, is not
     known. A part of the load that may be gone by a fault of its channel alone counts as it was.
     """
-    load, y = load_of(tangential, torque), TRY0
+    load, y = load_of(tangential, torque), TRIED0
     load = load_to_hold(m, load[0], load[1])
     if math.isnan(load[0] + margin + quantile):
         return math.nan
     copy_state(m)
     put_learned(m, y)
-    pressed = worst_gauge(m, y, m[SET_TIP_RADIUS], load, quantile)
+    pressed = worst_gauge(m, y, m.set.tip_radius, load, quantile)
     if math.isnan(pressed):
         return math.nan
     if pressed > 1.0 - margin or margin >= 1.0:
         return math.inf
-    depth = least_depth(m, y, load, 1.0 - margin, m[Y0 + DELTA], quantile)
+    depth = least_depth(m, y, load, 1.0 - margin, m.y[DELTA], quantile)
     copy_state(m)
     m[y + DELTA] = depth
     return begin_hold(m, y)[2]
@@ -212,7 +193,7 @@ def least_depth(m: Floats, y: int, load: Load, wanted: float, present: float, qu
     to delta^2): a step from the ``present`` one along that line, then false position in the bracket, with
     halving of the kept end's value (Illinois) [DowellJarratt1971]_.
     """
-    high = math.log(m[SET_TIP_RADIUS])
+    high = math.log(m.set.tip_radius)
     low = high - 18.0  # 1.5e-8 of the radius
     above, below = -1.0, 1.0  # ln(gauge / wanted) at high and low: signs known, values not yet
     x = min(max(math.log(max(present, 1e-300)), low), high)
@@ -246,8 +227,8 @@ def load_of(tangential: float, torque: float) -> Load:
 
 def force_reserve(m: Floats, tangential: float, torque: float) -> float:
     """Normal force [N] that could be lost now before the margin's lower bound is 0; negative: too little."""
-    hold = m[SET_HOLD]
-    m[SET_HOLD] = 0.0  # now, not over the horizon
-    needed = least_force(m, tangential, torque, 0.0, m[SET_QUANTILE])
-    m[SET_HOLD] = hold
-    return float(m[REP_FORCE] - needed)
+    hold = m.set.hold
+    m.set.hold = 0.0  # now, not over the horizon
+    needed = least_force(m, tangential, torque, 0.0, m.set.quantile)
+    m.set.hold = hold
+    return float(m.report.force - needed)

@@ -18,30 +18,7 @@ nothing, and a second of wrong ones no more than its noise allows:
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    FRI_BASE_LN,
-    FRI_BASE_VAR,
-    FRI_BEST,
-    FRI_EVENTS,
-    FRI_HELD_LEAST,
-    FRI_HELD_TIME,
-    FRI_LN_MU,
-    FRI_PEAK,
-    FRI_PROVEN,
-    FRI_SCATTER_VAR,
-    FRI_SLIDE_COUNT,
-    FRI_SLIDE_MEAN,
-    FRI_SLIDING,
-    FRI_SMOOTH,
-    FRI_TOUCHING,
-    FRI_UNCONFIRMED,
-    FRI_VAR,
-    SET_MU_DRIFT,
-    SET_MU_PRIOR_VAR,
-    SET_REGRASP,
-    SET_SCATTER,
-    Floats,
-)
+from vegrip.estimator.kernels.generated import *
 
 NEWS = 1.03  # a record counts again when it is topped by this factor: noise alone tops it by less
 VAGUE = 0.1  # relative std of u beyond which not slipping says nothing (light touch: noise is all there is)
@@ -65,48 +42,49 @@ def learn_friction(
     inflate_friction(m, dt, touching)
     known = 0.0 < u < math.inf and relative_std < 10.0 and touching and sound
     if not known or not (slip <= 0.0 or slip >= 1.0):
-        m[FRI_SLIDE_COUNT] = m[FRI_HELD_TIME] = 0.0
+        m.friction.slide_count = m.friction.held_time = 0.0
         return
-    noise = relative_std * relative_std + m[FRI_SCATTER_VAR]
+    noise = relative_std * relative_std + m.friction.scatter_var
     if slip >= 0.5:
-        m[FRI_HELD_TIME] = 0.0
+        m.friction.held_time = 0.0
         count_slide(m, math.log(u), noise)
         return
-    if m[FRI_SLIDING] > 0.5:
+    if m.friction.sliding > 0.5:
         new_loading(m)
-        m[FRI_SMOOTH] = 0.0
-    m[FRI_SLIDING] = m[FRI_SLIDE_COUNT] = 0.0
+        m.friction.smooth = 0.0
+    m.friction.sliding = m.friction.slide_count = 0.0
     if relative_std > VAGUE:
-        m[FRI_SMOOTH] = m[FRI_HELD_TIME] = 0.0
+        m.friction.smooth = m.friction.held_time = 0.0
         return
-    m[FRI_SMOOTH] += (1.0 - math.exp(-dt / 0.02)) * (u - m[FRI_SMOOTH])  # a peak of noise is no evidence
-    follow_loading(m, m[FRI_SMOOTH])
+    # a peak of noise is no evidence
+    m.friction.smooth += (1.0 - math.exp(-dt / 0.02)) * (u - m.friction.smooth)
+    follow_loading(m, m.friction.smooth)
     count_stick(m, dt, u, noise)
 
 
 def count_slide(m: Floats, ln_u: float, noise: float) -> None:
     """One sample of slip: believed from SLIDE of them on, while u stays the same."""
-    count = m[FRI_SLIDE_COUNT]
+    count = m.friction.slide_count
     if count == 0.0:
-        m[FRI_SLIDE_MEAN] = ln_u
-    if count < 0.0 or abs(ln_u - m[FRI_SLIDE_MEAN]) > STEADY_SLIDE + 3.0 * math.sqrt(noise):
-        m[FRI_SLIDE_COUNT] = -1.0 if count >= SLIDE or count < 0.0 else 0.0
+        m.friction.slide_mean = ln_u
+    if count < 0.0 or abs(ln_u - m.friction.slide_mean) > STEADY_SLIDE + 3.0 * math.sqrt(noise):
+        m.friction.slide_count = -1.0 if count >= SLIDE or count < 0.0 else 0.0
         return
     count += 1.0
-    m[FRI_SLIDE_COUNT] = count
-    m[FRI_SLIDE_MEAN] += (ln_u - m[FRI_SLIDE_MEAN]) / count
-    if count == SLIDE and not is_confirmed(m, m[FRI_SLIDE_MEAN], noise):
-        m[FRI_SLIDE_COUNT] = -1.0
+    m.friction.slide_count = count
+    m.friction.slide_mean += (ln_u - m.friction.slide_mean) / count
+    if count == SLIDE and not is_confirmed(m, m.friction.slide_mean, noise):
+        m.friction.slide_count = -1.0
         return
     if count >= SLIDE:
-        update_by_slip(m, m[FRI_SLIDE_MEAN], noise, count == SLIDE)
+        update_by_slip(m, m.friction.slide_mean, noise, count == SLIDE)
 
 
 def is_confirmed(m: Floats, ln_u: float, noise: float) -> bool:
     """Whether a slide at ``ln_u`` is to be believed; one far above the belief waits for another like it."""
-    above = (ln_u - m[FRI_BASE_LN]) / math.sqrt(m[FRI_BASE_VAR] + noise)
-    alike = abs(ln_u - m[FRI_UNCONFIRMED]) < ALIKE
-    m[FRI_UNCONFIRMED] = ln_u if above > FAR_ABOVE else math.inf
+    above = (ln_u - m.friction.base_ln) / math.sqrt(m.friction.base_var + noise)
+    alike = abs(ln_u - m.friction.unconfirmed) < ALIKE
+    m.friction.unconfirmed = ln_u if above > FAR_ABOVE else math.inf
     return bool(above <= FAR_ABOVE or alike)
 
 
@@ -115,61 +93,61 @@ def update_by_slip(m: Floats, ln_u: float, noise: float, first: bool) -> None:
 
     Later samples of the same slide are the ``first`` one again, better averaged.
     """
-    off = ln_u - m[FRI_BASE_LN]
-    if first and m[FRI_EVENTS] > 0.0:
-        excess = off * off - m[FRI_BASE_VAR] - (noise - m[FRI_SCATTER_VAR])
-        gain = 1.0 / (PRIOR_EVENTS + m[FRI_EVENTS])
-        grown = m[FRI_SCATTER_VAR] + gain * (max(excess, 0.0) - m[FRI_SCATTER_VAR])
-        noise += grown - m[FRI_SCATTER_VAR]
-        m[FRI_SCATTER_VAR] = grown
-    gain = m[FRI_BASE_VAR] / (m[FRI_BASE_VAR] + noise)
-    m[FRI_LN_MU] = m[FRI_BASE_LN] + gain * off
-    m[FRI_VAR] = (1.0 - gain) * m[FRI_BASE_VAR]
-    m[FRI_SLIDING] = 1.0
-    m[FRI_BEST] = m[FRI_PEAK] = m[FRI_PROVEN] = 0.0
+    off = ln_u - m.friction.base_ln
+    if first and m.friction.events > 0.0:
+        excess = off * off - m.friction.base_var - (noise - m.friction.scatter_var)
+        gain = 1.0 / (PRIOR_EVENTS + m.friction.events)
+        grown = m.friction.scatter_var + gain * (max(excess, 0.0) - m.friction.scatter_var)
+        noise += grown - m.friction.scatter_var
+        m.friction.scatter_var = grown
+    gain = m.friction.base_var / (m.friction.base_var + noise)
+    m.friction.ln_mu = m.friction.base_ln + gain * off
+    m.friction.var = (1.0 - gain) * m.friction.base_var
+    m.friction.sliding = 1.0
+    m.friction.best = m.friction.peak = m.friction.proven = 0.0
     if first:
-        m[FRI_EVENTS] += 1.0
+        m.friction.events += 1.0
 
 
 def new_loading(m: Floats) -> None:
     """What is known now is what the next loading starts from."""
-    m[FRI_BEST] = max(m[FRI_BEST], m[FRI_PROVEN])
-    m[FRI_BASE_LN] = m[FRI_LN_MU]
-    m[FRI_BASE_VAR] = m[FRI_VAR]
-    m[FRI_PEAK] = m[FRI_PROVEN] = m[FRI_HELD_TIME] = 0.0
+    m.friction.best = max(m.friction.best, m.friction.proven)
+    m.friction.base_ln = m.friction.ln_mu
+    m.friction.base_var = m.friction.var
+    m.friction.peak = m.friction.proven = m.friction.held_time = 0.0
 
 
 def follow_loading(m: Floats, u: float) -> None:
     """Note the largest utilisation of this loading; when it has fallen to half, the next one begins."""
-    if u < 0.5 * m[FRI_PEAK]:
+    if u < 0.5 * m.friction.peak:
         new_loading(m)
-    m[FRI_PEAK] = max(m[FRI_PEAK], u)
+    m.friction.peak = max(m.friction.peak, u)
 
 
 def count_stick(m: Floats, dt: float, u: float, noise: float) -> None:
     """One sample without slip: after SUSTAINED, the least u of that time is proven."""
-    if m[FRI_HELD_TIME] == 0.0:
-        m[FRI_HELD_LEAST] = u
-    m[FRI_HELD_LEAST] = min(m[FRI_HELD_LEAST], u)
-    m[FRI_HELD_TIME] += dt
-    if m[FRI_HELD_TIME] >= SUSTAINED:
-        update_by_stick(m, m[FRI_HELD_LEAST], noise)
-        m[FRI_HELD_TIME] = 0.0
+    if m.friction.held_time == 0.0:
+        m.friction.held_least = u
+    m.friction.held_least = min(m.friction.held_least, u)
+    m.friction.held_time += dt
+    if m.friction.held_time >= SUSTAINED:
+        update_by_stick(m, m.friction.held_least, noise)
+        m.friction.held_time = 0.0
 
 
 def update_by_stick(m: Floats, u: float, noise: float) -> None:
     """Stick at utilisation ``u``: the posterior of this loading, from its beginning, with its largest u."""
-    if u <= m[FRI_PROVEN]:
+    if u <= m.friction.proven:
         return
-    m[FRI_PROVEN] = u
-    if u <= NEWS * m[FRI_BEST]:
+    m.friction.proven = u
+    if u <= NEWS * m.friction.best:
         return
-    spread = math.sqrt(m[FRI_BASE_VAR] + noise)
-    z = (m[FRI_BASE_LN] - math.log(u)) / spread
+    spread = math.sqrt(m.friction.base_var + noise)
+    z = (m.friction.base_ln - math.log(u)) / spread
     ratio = inverse_mills(z)
-    share = m[FRI_BASE_VAR] / spread
-    m[FRI_LN_MU] = m[FRI_BASE_LN] + share * ratio
-    m[FRI_VAR] = max(m[FRI_BASE_VAR] - share * share * ratio * (z + ratio), 1e-8)
+    share = m.friction.base_var / spread
+    m.friction.ln_mu = m.friction.base_ln + share * ratio
+    m.friction.var = max(m.friction.base_var - share * share * ratio * (z + ratio), 1e-8)
 
 
 def inverse_mills(z: float) -> float:
@@ -184,15 +162,15 @@ def inflate_friction(m: Floats, dt: float, touching: bool) -> None:
 
     Where slips scatter less than was told, regrasping changes less as well.
     """
-    grown = m[SET_MU_DRIFT] * m[SET_MU_DRIFT] * dt
-    if touching and m[FRI_TOUCHING] < 0.5:
+    grown = m.set.mu_drift * m.set.mu_drift * dt
+    if touching and m.friction.touching < 0.5:
         grown += (
-            m[SET_REGRASP] * m[SET_REGRASP] * min(m[FRI_SCATTER_VAR] / (m[SET_SCATTER] * m[SET_SCATTER]), 1.0)
+            m.set.regrasp * m.set.regrasp * min(m.friction.scatter_var / (m.set.scatter * m.set.scatter), 1.0)
         )
-        m[FRI_SLIDING] = m[FRI_SLIDE_COUNT] = 0.0
-        m[FRI_SMOOTH] = 0.0
+        m.friction.sliding = m.friction.slide_count = 0.0
+        m.friction.smooth = 0.0
         new_loading(m)
-    m[FRI_TOUCHING] = 1.0 if touching else 0.0
-    limit = m[SET_MU_PRIOR_VAR]
-    m[FRI_VAR] = min(m[FRI_VAR] + grown, max(limit, m[FRI_VAR]))
-    m[FRI_BASE_VAR] = min(m[FRI_BASE_VAR] + grown, max(limit, m[FRI_BASE_VAR]))
+    m.friction.touching = 1.0 if touching else 0.0
+    limit = m.set.mu_prior_var
+    m.friction.var = min(m.friction.var + grown, max(limit, m.friction.var))
+    m.friction.base_var = min(m.friction.base_var + grown, max(limit, m.friction.base_var))

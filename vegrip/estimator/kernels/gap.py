@@ -8,27 +8,7 @@ that is possible at this indentation.
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    B0,
-    BEND0,
-    DELTA,
-    EFFECTS,
-    LEARNED_FROM,
-    MODE_CORNER,
-    MODE_ZERO_KNOWN,
-    NS,
-    OFFSET,
-    OLD0,
-    P0,
-    REP_CONTACT,
-    SET_TIP_RADIUS,
-    STATE_HIGH,
-    TRIAL0,
-    TRY0,
-    Y0,
-    Floats,
-    N,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.initialisation import begin_contact, bound_scale, bounding_quantity, is_touching
 from vegrip.estimator.kernels.motion import begin_motion
 from vegrip.estimator.kernels.predict import add_random_walks, predict
@@ -39,43 +19,43 @@ RECOVERY_STEPS = 60  # into which a pause is cut
 
 def bridge_gap(m: Floats, dt: float, force: float, displacement: float) -> None:
     """Carry what is known over a pause of ``dt`` [s]."""
-    if m[REP_CONTACT] < 0.5 and math.isfinite(displacement) and not is_touching(m, force):
-        m[MODE_CORNER] = 0.0
+    if m.report.contact < 0.5 and math.isfinite(displacement) and not is_touching(m, force):
+        m.mode.corner = 0.0
         for i in range(RECOVERY_STEPS):
             predict(m, gap_step(dt, i), displacement)
             bound_state(m)
         begin_motion(m, displacement)
         return
-    zero_known = m[MODE_ZERO_KNOWN]
+    zero_known = m.mode.zero_known
     add_random_walks(m, dt)
     for i in range(NS):
         for j in range(N):
-            m[B0 + i * N + j] = m[P0 + (EFFECTS + i) * N + j]
+            m.b[i * N + j] = m.p[(EFFECTS + i) * N + j]
     copy_state(m)
     for i in range(NS):
-        m[TRY0 + EFFECTS + i] = largest_memory(m, i)
-    m[TRY0 + DELTA] = -m[SET_TIP_RADIUS]
+        m.tried[EFFECTS + i] = largest_memory(m, i)
+    m.tried[DELTA] = -m.set.tip_radius
     for i in range(NS):
-        m[BEND0 + i] = m[TRY0 + EFFECTS + i]
+        m.bend[i] = m.tried[EFFECTS + i]
     for i in range(RECOVERY_STEPS):
-        propagate(m, TRY0, -m[SET_TIP_RADIUS], 0.0, gap_step(dt, i), TRIAL0)
-        copy_section(m, TRIAL0, TRY0 + EFFECTS, NS)
+        propagate(m, TRIED0, -m.set.tip_radius, 0.0, gap_step(dt, i), TRIAL0)
+        copy_section(m, TRIAL0, TRIED0 + EFFECTS, NS)
     copy_section(m, TRIAL0, OLD0, NS)
     begin_contact(m, force, displacement)
-    if m[MODE_ZERO_KNOWN] < 0.5:
-        m[MODE_ZERO_KNOWN] = zero_known
+    if m.mode.zero_known < 0.5:
+        m.mode.zero_known = zero_known
         return
     for i in range(NS):
-        before = m[BEND0 + i]
-        left = min(max(m[OLD0 + i] / before, 1e-12), 1.0) if before != 0.0 else 1.0
+        before = m.bend[i]
+        left = min(max(m.old[i] / before, 1e-12), 1.0) if before != 0.0 else 1.0
         mean, square = mean_decay(left)
         z = EFFECTS + i
-        m[Y0 + z] = before * mean
+        m.y[z] = before * mean
         for j in range(LEARNED_FROM, N):
-            m[P0 + z * N + j] = m[P0 + j * N + z] = mean * m[B0 + i * N + j]
-        m[P0 + z * N + DELTA] = m[P0 + DELTA * N + z] = -m[P0 + z * N + OFFSET]
+            m.p[z * N + j] = m.p[j * N + z] = mean * m.b[i * N + j]
+        m.p[z * N + DELTA] = m.p[DELTA * N + z] = -m.p[z * N + OFFSET]
         spread = before * before * max(square - mean * mean, 0.0)
-        m[P0 + z * N + z] = mean * mean * m[B0 + i * N + z] + spread
+        m.p[z * N + z] = mean * mean * m.b[i * N + z] + spread
 
 
 def gap_step(dt: float, i: int) -> float:
@@ -91,11 +71,9 @@ def largest_memory(m: Floats, i: int) -> float:
     """Return what effect state ``i`` was, or could have become in a hold."""
     x, elastic_force, force, _ = contact(m, Y0)
     if STATE_HIGH[i] == 0:
-        return float(m[Y0 + EFFECTS + i])
+        return float(m.y[EFFECTS + i])
     return float(
-        max(
-            m[Y0 + EFFECTS + i], bound_scale(m, i) * bounding_quantity(STATE_HIGH[i], x, elastic_force, force)
-        )
+        max(m.y[EFFECTS + i], bound_scale(m, i) * bounding_quantity(STATE_HIGH[i], x, elastic_force, force))
     )
 
 

@@ -7,26 +7,7 @@ deep, slow or fast, early or late, and sliding. What follows a jerk tells of the
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    CELL_MEAN,
-    CELL_NIS,
-    CELL_SIZE,
-    CELL_WEIGHT,
-    CH_REJECTED,
-    CHANNEL0,
-    CHANNEL_DISPLACEMENT,
-    CHANNEL_SIZE,
-    CHANNELS,
-    HEALTH0,
-    REGIME_AIR,
-    REGIME_DEEP_HOLD,
-    REGIME_HOLD,
-    REGIME_JERK,
-    REGIME_LATE_HOLD,
-    REGIME_SLIDING,
-    REGIMES,
-    Floats,
-)
+from vegrip.estimator.kernels.generated import *
 
 LEAST_NIS = 0.4
 MOST_NIS = 1.4
@@ -63,7 +44,7 @@ def look_at_cells(m: Floats, before: float, out: Floats) -> None:
     weights, weighted, judged, rejected = 0.0, 0.0, 0.0, 0.0
     worst, top, known = 0.0, 0.0, 0.0
     for channel in range(CHANNELS):
-        rejected += m[CHANNEL0 + CHANNEL_SIZE * channel + CH_REJECTED]
+        rejected += m.channel[CHANNEL_SIZE * channel + CH_REJECTED]
         for i in range(REGIMES):
             regime = float(i)
             cell, at = float(REGIMES * channel + i), HEALTH0 + CELL_SIZE * (REGIMES * channel + i)

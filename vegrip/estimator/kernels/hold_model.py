@@ -11,18 +11,7 @@ elastic force that is linear within the step, so a held indentation may be stepp
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    DELTA,
-    EFFECTS,
-    EXOGENOUS0,
-    NS,
-    SET_HOLD,
-    TRIAL0,
-    VALUES0,
-    Floats,
-    advance,
-    readout,
-)
+from vegrip.estimator.kernels.generated import *
 
 SOLVED = 1e-7  # of the force: what is left of the drive's equation
 TRIES = 12
@@ -44,7 +33,7 @@ def keep_hold(m: Floats, y: int, delta: float) -> None:
     """Take the step that was tried last: its indentation, and its states from S1."""
     m[y + DELTA] = delta
     for i in range(NS):
-        m[y + EFFECTS + i] = m[TRIAL0 + i]
+        m[y + EFFECTS + i] = m.trial[i]
 
 
 def try_hold(
@@ -57,7 +46,7 @@ def try_hold(
     one solution.
     """
     origin, fresh = begun
-    drive, delta = m[SET_HOLD], m[y + DELTA]
+    drive, delta = m.set.hold, m[y + DELTA]
     x, elastic, force, _ = advance(m, VALUES0, y + EFFECTS, delta, 0.0, EXOGENOUS0, before, dt, TRIAL0)
     if drive == math.inf:
         return delta, x, elastic, force

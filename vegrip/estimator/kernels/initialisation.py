@@ -2,43 +2,7 @@
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    BEND_SUM0,
-    BIAS,
-    COUNT_OVERFLOWS,
-    DELTA,
-    EFFECTS,
-    F0,
-    KEPT_P0,
-    KEPT_Y0,
-    LEARNED_FROM,
-    MODE0,
-    MODE1,
-    MODE_CONTRADICTED,
-    MODE_FREE_DEPTH,
-    MODE_LOST,
-    MODE_MET,
-    MODE_ZERO_KNOWN,
-    NS,
-    OFFSET,
-    P0,
-    P1,
-    PRIOR0,
-    SET_DEPTH,
-    SET_R_DISPLACEMENT,
-    SET_R_FORCE,
-    SPEED,
-    START0,
-    STATE_HIGH,
-    STATE_LOW,
-    STATE_SHARE,
-    TRY0,
-    VALUES0,
-    Y0,
-    Floats,
-    M,
-    N,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.measure import linearise_at_force
 from vegrip.estimator.kernels.motion import begin_motion
 from vegrip.estimator.kernels.state import (
@@ -57,44 +21,44 @@ def begin_filter(m: Floats, force: float, displacement: float) -> None:
     clear_section(m, MODE0, MODE1)
     copy_section(m, START0, Y0, N)
     for j in range(N):
-        m[P0 + j * N + j] = m[PRIOR0 + j]
-    m[MODE_FREE_DEPTH] = -math.inf
+        m.p[j * N + j] = m.prior[j]
+    m.mode.free_depth = -math.inf
     begin_contact(m, force, displacement)
 
 
 def begin_contact(m: Floats, force: float, displacement: float) -> None:
     """Begin the motion and the memory at this sample, with the parameters and zeros as they are."""
     if math.isfinite(displacement):
-        m[Y0 + DELTA] = displacement - m[Y0 + OFFSET]
+        m.y[DELTA] = displacement - m.y[OFFSET]
         for j in range(N):
-            m[P0 + DELTA * N + j] = m[P0 + j * N + DELTA] = -m[P0 + OFFSET * N + j]
-        m[P0 + DELTA * N + DELTA] = m[P0 + OFFSET * N + OFFSET] + m[SET_R_DISPLACEMENT]
+            m.p[DELTA * N + j] = m.p[j * N + DELTA] = -m.p[OFFSET * N + j]
+        m.p[DELTA * N + DELTA] = m.p[OFFSET * N + OFFSET] + m.set.r_displacement
         begin_motion(m, displacement)
     else:
-        m[Y0 + DELTA] = 0.0
+        m.y[DELTA] = 0.0
         for j in range(N):
-            m[P0 + DELTA * N + j] = m[P0 + j * N + DELTA] = 0.0
-        m[P0 + DELTA * N + DELTA] = m[PRIOR0 + DELTA]
-        begin_motion(m, m[Y0 + OFFSET])
-    m[Y0 + SPEED] = 0.0
+            m.p[DELTA * N + j] = m.p[j * N + DELTA] = 0.0
+        m.p[DELTA * N + DELTA] = m.prior[DELTA]
+        begin_motion(m, m.y[OFFSET])
+    m.y[SPEED] = 0.0
     for i in range(NS):
-        m[BEND_SUM0 + i] = 0.0
+        m.bend_sum[i] = 0.0
         for j in range(N):
-            m[P0 + (EFFECTS + i) * N + j] = m[P0 + j * N + EFFECTS + i] = 0.0
-        m[Y0 + EFFECTS + i] = m[START0 + EFFECTS + i]
+            m.p[(EFFECTS + i) * N + j] = m.p[j * N + EFFECTS + i] = 0.0
+        m.y[EFFECTS + i] = m.start[EFFECTS + i]
     bound_state(m)
     touching = is_touching(m, force)
-    m[MODE_ZERO_KNOWN] = 0.0 if touching else 1.0
+    m.mode.zero_known = 0.0 if touching else 1.0
     if touching:
-        m[MODE_MET] = 1.0
+        m.mode.met = 1.0
         set_unknown_history(m, force, displacement)
 
 
 def is_touching(m: Floats, force: float) -> bool:
     """Whether the force, or without one the indentation, is surely that of a contact."""
     if math.isfinite(force):
-        return bool(force - m[Y0 + BIAS] > 4.0 * math.sqrt(m[SET_R_FORCE] + m[P0 + BIAS * N + BIAS]))
-    return bool(m[Y0 + DELTA] > 4.0 * math.sqrt(m[P0 + DELTA * N + DELTA]))
+        return bool(force - m.y[BIAS] > 4.0 * math.sqrt(m.set.r_force + m.p[BIAS * N + BIAS]))
+    return bool(m.y[DELTA] > 4.0 * math.sqrt(m.p[DELTA * N + DELTA]))
 
 
 def keep_finite(m: Floats) -> None:
@@ -103,40 +67,40 @@ def keep_finite(m: Floats) -> None:
     for i in range(Y0, P1):
         total += 0.0 * m[i]
     if total != 0.0 or math.isnan(total):
-        m[COUNT_OVERFLOWS] += 1.0
-        contradicted, lost = m[MODE_CONTRADICTED], m[MODE_LOST]
+        m.counts.overflows += 1.0
+        contradicted, lost = m.mode.contradicted, m.mode.lost
         begin_filter(m, math.nan, math.nan)
-        m[MODE_CONTRADICTED], m[MODE_LOST] = contradicted, lost
+        m.mode.contradicted, m.mode.lost = contradicted, lost
 
 
 def set_unknown_history(m: Floats, force: float, displacement: float) -> None:
     """The effects may have any history: each state lies evenly between its bounds, and moves with them."""
     copy_state(m)
     if not math.isfinite(displacement):
-        linearise_at_force(m, TRY0, force, 0.0)
-        m[Y0 + DELTA] = m[TRY0 + DELTA]
-    m[Y0 + DELTA] = max(m[Y0 + DELTA], 0.01 * m[SET_DEPTH])
+        linearise_at_force(m, TRIED0, force, 0.0)
+        m.y[DELTA] = m.tried[DELTA]
+    m.y[DELTA] = max(m.y[DELTA], 0.01 * m.set.depth)
     set_midpoint_states(m, Y0)
     copy_state(m)
     for j in range(M):
         if is_not_effect_state(j):
-            h = min(difference_step(m, Y0, j), 1e-3 * m[Y0 + DELTA] if j < EFFECTS else 1e-3)
-            m[TRY0 + j] = m[Y0 + j] + h
-            set_midpoint_states(m, TRY0)
-            m[TRY0 + j] = m[Y0 + j]
+            h = min(difference_step(m, Y0, j), 1e-3 * m.y[DELTA] if j < EFFECTS else 1e-3)
+            m.tried[j] = m.y[j] + h
+            set_midpoint_states(m, TRIED0)
+            m.tried[j] = m.y[j]
             for i in range(NS):
-                m[F0 + i * N + j] = (m[TRY0 + EFFECTS + i] - m[Y0 + EFFECTS + i]) / h if h > 0.0 else 0.0
+                m.f[i * N + j] = (m.tried[EFFECTS + i] - m.y[EFFECTS + i]) / h if h > 0.0 else 0.0
     for i in range(NS):
         for c in range(N):
             if is_not_effect_state(c):
-                m[P0 + (EFFECTS + i) * N + c] = m[P0 + c * N + EFFECTS + i] = covariance_with_state(m, i, c)
+                m.p[(EFFECTS + i) * N + c] = m.p[c * N + EFFECTS + i] = covariance_with_state(m, i, c)
     for i in range(NS):
         for k in range(NS):
             spread = midpoint_variance(m, i) if i == k else 0.0
             for j in range(M):
                 if is_not_effect_state(j):
-                    spread += m[P0 + (EFFECTS + i) * N + j] * m[F0 + k * N + j]
-            m[P0 + (EFFECTS + i) * N + EFFECTS + k] = spread
+                    spread += m.p[(EFFECTS + i) * N + j] * m.f[k * N + j]
+            m.p[(EFFECTS + i) * N + EFFECTS + k] = spread
 
 
 def covariance_with_state(m: Floats, i: int, c: int) -> float:
@@ -144,7 +108,7 @@ def covariance_with_state(m: Floats, i: int, c: int) -> float:
     s = 0.0
     for j in range(M):
         if is_not_effect_state(j):
-            s += m[F0 + i * N + j] * m[P0 + j * N + c]
+            s += m.f[i * N + j] * m.p[j * N + c]
     return s
 
 
@@ -174,7 +138,7 @@ def midpoint_variance(m: Floats, j: int) -> float:
 
 def bound_scale(m: Floats, j: int) -> float:
     """Return the parameter that scales the bounds of effect state ``j``; the contact was looked at before."""
-    return m[VALUES0 + STATE_SHARE[j]] if STATE_SHARE[j] >= 0 else 1.0
+    return m.values[STATE_SHARE[j]] if STATE_SHARE[j] >= 0 else 1.0
 
 
 def bounding_quantity(code: int, x: float, elastic_force: float, force: float) -> float:

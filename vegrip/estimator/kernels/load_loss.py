@@ -12,20 +12,7 @@ nothing else shows; so the end of one, where a part falls as suddenly, raises no
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    PART0,
-    PART_AVERAGE,
-    PART_BEFORE,
-    PART_BLOCK,
-    PART_LAST,
-    PART_LEAST,
-    PART_LOST,
-    PART_SIZE,
-    SET_LONGEST_GAP,
-    SET_S_TANGENTIAL,
-    SET_S_TORQUE,
-    Floats,
-)
+from vegrip.estimator.kernels.generated import *
 
 PART_OF_FORCE = 0
 PART_OF_TORQUE = 1
@@ -42,10 +29,10 @@ FELT_NOISE = 6.0  # standard deviations from which a part is felt, and by which 
 def follow_load(m: Floats, dt: float, tangential: float, torque: float) -> None:
     """Follow both parts of the load [N], [N m]; NaN = not measured."""
     force, moment = abs(tangential), abs(torque)
-    force_stays = does_part_stay(m, PART_OF_FORCE, force, m[SET_S_TANGENTIAL])
-    torque_stays = does_part_stay(m, PART_OF_TORQUE, moment, m[SET_S_TORQUE])
-    follow_part(m, PART_OF_FORCE, dt, force, m[SET_S_TANGENTIAL], torque_stays)
-    follow_part(m, PART_OF_TORQUE, dt, moment, m[SET_S_TORQUE], force_stays)
+    force_stays = does_part_stay(m, PART_OF_FORCE, force, m.set.s_tangential)
+    torque_stays = does_part_stay(m, PART_OF_TORQUE, moment, m.set.s_torque)
+    follow_part(m, PART_OF_FORCE, dt, force, m.set.s_tangential, torque_stays)
+    follow_part(m, PART_OF_TORQUE, dt, moment, m.set.s_torque, force_stays)
 
 
 def does_part_stay(m: Floats, part: int, value: float, noise: float) -> bool:
@@ -59,7 +46,7 @@ def does_part_stay(m: Floats, part: int, value: float, noise: float) -> bool:
 def follow_part(m: Floats, part: int, dt: float, value: float, noise: float, other_stays: bool) -> None:
     """Follow a part that is ``value`` now and whose noise has the std ``noise``."""
     at = PART0 + PART_SIZE * part
-    if not math.isfinite(value) or dt > m[SET_LONGEST_GAP]:
+    if not math.isfinite(value) or dt > m.set.longest_gap:
         forget_part(m, at)
     elif m[at + PART_LOST] > 0.0:
         wait_for_part(m, at, dt, value)
@@ -115,7 +102,7 @@ def is_load_doubted(m: Floats) -> bool:
 
 def is_part_doubted(m: Floats, part: int) -> bool:
     """Whether one part is."""
-    return bool(m[PART0 + PART_SIZE * part + PART_LOST] > 0.0)
+    return bool(m.part[PART_SIZE * part + PART_LOST] > 0.0)
 
 
 def load_to_hold(m: Floats, tangential: float, torque: float) -> tuple[float, float]:

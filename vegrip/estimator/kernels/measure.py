@@ -8,48 +8,7 @@ touch tells stiffness and zero at once, and slopes at the mean would count the s
 import math
 
 from vegrip.estimator.kernels.covariance_root import WIDE, bend_variance, shift_along_root, square_root
-from vegrip.estimator.kernels.generated import (
-    B0,
-    BIAS,
-    CHANNEL_RADIUS,
-    DELTA,
-    EFFECTS,
-    EXOGENOUS0,
-    FELT,
-    G0,
-    H0,
-    H1,
-    L0,
-    LEARNED_FROM,
-    MID0,
-    MODE_BEND,
-    MODE_BLIND,
-    MODE_PERIOD,
-    MODE_REGIME,
-    MODE_SLOPE,
-    MODE_TOLERATED,
-    MODE_UNEXPLAINED,
-    MODE_ZERO_KNOWN,
-    OFFSET,
-    P0,
-    RATIO0,
-    RATIO_COUNT,
-    RATIO_PLACE,
-    REGIME_HOLD,
-    SET_R_DISPLACEMENT,
-    SET_R_FORCE,
-    SET_R_RADIUS,
-    SET_TIP_RADIUS,
-    SPEED,
-    TRIAL0,
-    TRY0,
-    VALUES0,
-    Y0,
-    Floats,
-    M,
-    N,
-    readout,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.predict import STRAIGHT
 from vegrip.estimator.kernels.scalar_update import apply_measurement, spread_of
 from vegrip.estimator.kernels.state import clear_section, contact, copy_section, copy_state, difference_step
@@ -87,26 +46,26 @@ def expect_force(m: Floats, value: float) -> Expected:
             break
         narrow = bend < BENT * R
         for i in range(N):
-            m[MID0 + i] = m[Y0 + i] + m[G0 + i] / S * innovation
+            m.mid[i] = m.y[i] + m.g[i] / S * innovation
         if not narrow:
             for i in range(N):
                 for j in range(N):
-                    m[B0 + i * N + j] = m[P0 + i * N + j] - m[G0 + i] * m[G0 + j] / S
+                    m.b[i * N + j] = m.p[i * N + j] - m.g[i] * m.g[j] / S
             square_root(m, B0)
         expected, bend = regress_force(m)
         innovation = value - expected
         for j in range(N):
-            innovation -= m[H0 + j] * (m[Y0 + j] - m[MID0 + j])
+            innovation -= m.h[j] * (m.y[j] - m.mid[j])
         S = R + bend + spread_of(m)
         if narrow:
             break
-    if m[MODE_ZERO_KNOWN] > 0.5:
+    if m.mode.zero_known > 0.5:
         S += coherent_variance(m, bend)
-    m[MODE_SLOPE] = m[H0 + DELTA]
-    if m[H0 + DELTA] > 0.0 and expected - m[MID0 + BIAS] > SURELY * math.sqrt(S):
+    m.mode.slope = m.h[DELTA]
+    if m.h[DELTA] > 0.0 and expected - m.mid[BIAS] > SURELY * math.sqrt(S):
         S += smooth_slopes(m)
     else:
-        m[RATIO_PLACE] = -m[SET_TIP_RADIUS]  # out of reach
+        m.ratio.place = -m.set.tip_radius  # out of reach
     return innovation, S
 
 
@@ -117,8 +76,8 @@ def coherent_variance(m: Floats, bend: float) -> float:
     as independent it would be averaged away, and the first touch would tell stiffness and zero too well.
     """
     sd = math.sqrt(bend)
-    before = m[MODE_BEND] * BENT_TIME / (BENT_TIME + m[MODE_PERIOD])
-    m[MODE_BEND] = before + sd
+    before = m.mode.bend * BENT_TIME / (BENT_TIME + m.mode.period)
+    m.mode.bend = before + sd
     return float(2.0 * sd * before)
 
 
@@ -128,19 +87,19 @@ def smooth_slopes(m: Floats) -> float:
     Noise turns the direction of the gradient a little from sample to sample, and a filter that takes each for
     exact learns in time along the direction that no sample tells: stiffness against zero.
     """
-    n, place = m[RATIO_COUNT], m[RATIO_PLACE]
-    holds = m[MODE_REGIME] == REGIME_HOLD and m[MODE_ZERO_KNOWN] > 0.5
-    near = holds and abs(m[Y0 + DELTA] - place) < NEAR * math.sqrt(m[SET_R_DISPLACEMENT])
-    n = min(n + 1.0, RATIO_TIME / max(m[MODE_PERIOD], 1e-4)) if near else 0.0
-    m[RATIO_COUNT] = n
-    m[RATIO_PLACE] = place + (m[Y0 + DELTA] - place) / (1.0 + n) if near else m[Y0 + DELTA]  # mean place
+    n, place = m.ratio.count, m.ratio.place
+    holds = m.mode.regime == REGIME_HOLD and m.mode.zero_known > 0.5
+    near = holds and abs(m.y[DELTA] - place) < NEAR * math.sqrt(m.set.r_displacement)
+    n = min(n + 1.0, RATIO_TIME / max(m.mode.period, 1e-4)) if near else 0.0
+    m.ratio.count = n
+    m.ratio.place = place + (m.y[DELTA] - place) / (1.0 + n) if near else m.y[DELTA]  # mean place
     before = 0.0
     for j in range(N):
-        before += m[H0 + j] * m[G0 + j]
+        before += m.h[j] * m.g[j]
     for j in range(EFFECTS, M):
-        ratio = m[H0 + j] / m[H0 + DELTA]
-        m[RATIO0 + j] += (ratio - m[RATIO0 + j]) / (1.0 + n)
-        m[H0 + j] = m[H0 + DELTA] * m[RATIO0 + j]
+        ratio = m.h[j] / m.h[DELTA]
+        m.ratio[j] += (ratio - m.ratio[j]) / (1.0 + n)
+        m.h[j] = m.h[DELTA] * m.ratio[j]
     return spread_of(m) - before
 
 
@@ -149,55 +108,55 @@ def force_variance(m: Floats) -> float:
 
     Of a second of white noise some is always left; less than a third of its variance is not counted.
     """
-    m[MODE_TOLERATED] = max(m[MODE_UNEXPLAINED] - CHANCE * m[SET_R_FORCE], 0.0)
-    return float(m[SET_R_FORCE] + m[MODE_TOLERATED])
+    m.mode.tolerated = max(m.mode.unexplained - CHANCE * m.set.r_force, 0.0)
+    return float(m.set.r_force + m.mode.tolerated)
 
 
 def regress_force(m: Floats) -> tuple[float, float]:
     """Fill H with the slope of the sensed force about MID over the spread L; return mean and bend [N^2]."""
-    copy_section(m, MID0, TRY0, N)
-    base = contact(m, TRY0)[3]
+    copy_section(m, MID0, TRIED0, N)
+    base = contact(m, TRIED0)[3]
     missed = bend = 0.0
     for j in range(M):
-        m[G0 + j] = 0.0
-        if m[L0 + j * N + j] > 0.0:
+        m.g[j] = 0.0
+        if m.l[j * N + j] > 0.0:
             shift_along_root(m, MID0, j, 1.0)
-            rise = contact(m, TRY0)[3] - base
+            rise = contact(m, TRIED0)[3] - base
             fall = rise
             if not (base > 0.0 and abs(rise) <= STRAIGHT * base):
                 shift_along_root(m, MID0, j, -1.0)
-                fall = base - contact(m, TRY0)[3]
-            m[G0 + j] = (rise + fall) / (2.0 * WIDE)
+                fall = base - contact(m, TRIED0)[3]
+            m.g[j] = (rise + fall) / (2.0 * WIDE)
             missed += (rise - fall) / (2.0 * WIDE * WIDE)
             bend += bend_variance(rise - fall)
     solve_slopes(m)
-    m[H0 + OFFSET] = 0.0
-    m[H0 + BIAS] = 1.0
-    return base + missed + m[MID0 + BIAS], bend
+    m.h[OFFSET] = 0.0
+    m.h[BIAS] = 1.0
+    return base + missed + m.mid[BIAS], bend
 
 
 def solve_slopes(m: Floats) -> None:
     """From changes along the columns of L, in G, to slopes over the coordinates: ``L' H = G``."""
     for j in range(M - 1, -1, -1):
-        root = m[L0 + j * N + j]
-        s = m[G0 + j]
+        root = m.l[j * N + j]
+        s = m.g[j]
         for i in range(j + 1, M):
-            s -= m[L0 + i * N + j] * m[H0 + i]
-        m[H0 + j] = s / root if root > 0.0 else 0.0
+            s -= m.l[i * N + j] * m.h[i]
+        m.h[j] = s / root if root > 0.0 else 0.0
 
 
 def expect_force_alone(m: Floats, value: float) -> Expected:
     """As ``expect_force`` without a displacement (displacement_loss.py): linearised where the force is."""
-    y = TRY0
+    y = TRIED0
     copy_state(m)
     R = force_variance(m)
     bias = m[y + BIAS]
-    linearise_at_force(m, y, value - bias, 3.0 * math.sqrt(R + m[P0 + BIAS * N + BIAS]))
+    linearise_at_force(m, y, value - bias, 3.0 * math.sqrt(R + m.p[BIAS * N + BIAS]))
     base = force_gradient(m, y)
     innovation = value - base - bias
     for j in range(M):
-        innovation -= m[H0 + j] * (m[Y0 + j] - m[y + j])
-    m[MODE_SLOPE] = m[H0 + DELTA]
+        innovation -= m.h[j] * (m.y[j] - m[y + j])
+    m.mode.slope = m.h[DELTA]
     return innovation, R + spread_of(m)
 
 
@@ -205,14 +164,14 @@ def force_gradient(m: Floats, y: int) -> float:
     """Fill H with the derivative of the sensed force at ``y``; return that force."""
     clear_section(m, H0, H1)
     base = contact(m, y)[3]
-    for j in range(LEARNED_FROM if m[MODE_BLIND] > 0.5 else M):
+    for j in range(LEARNED_FROM if m.mode.blind > 0.5 else M):
         h = difference_step(m, y, j)
         if FELT[j] and h > 0.0:
             keep = m[y + j]
             m[y + j] = keep + h
-            m[H0 + j] = (contact(m, y)[3] - base) / h
+            m.h[j] = (contact(m, y)[3] - base) / h
             m[y + j] = keep
-    m[H0 + BIAS] = 1.0
+    m.h[BIAS] = 1.0
     return base
 
 
@@ -226,7 +185,7 @@ def linearise_at_force(m: Floats, y: int, force: float, threshold: float) -> Non
     found = contact(m, y)[3]
     if abs(found - force) < threshold:
         return
-    low, high = min(m[y + DELTA], 0.0), m[SET_TIP_RADIUS]
+    low, high = min(m[y + DELTA], 0.0), m.set.tip_radius
     for _ in range(40):
         m[y + DELTA] = 0.5 * (low + high)
         if contact(m, y)[3] < force:
@@ -237,7 +196,7 @@ def linearise_at_force(m: Floats, y: int, force: float, threshold: float) -> Non
 
 def measure_radius(m: Floats, value: float) -> None:
     """``contact_radius = a``."""
-    y = TRY0
+    y = TRIED0
     copy_state(m)
     clear_section(m, H0, H1)
     base = radius_of(m, y)
@@ -248,9 +207,9 @@ def measure_radius(m: Floats, value: float) -> None:
         if FELT[j] and h > 0.0:
             keep = m[y + j]
             m[y + j] = keep + h
-            m[H0 + j] = (radius_of(m, y) - base) / h
+            m.h[j] = (radius_of(m, y) - base) / h
             m[y + j] = keep
-    apply_measurement(m, CHANNEL_RADIUS, value - base, m[SET_R_RADIUS] + spread_of(m))
+    apply_measurement(m, CHANNEL_RADIUS, value - base, m.set.r_radius + spread_of(m))
 
 
 def radius_of(m: Floats, y: int) -> float:

@@ -12,43 +12,7 @@ Without a displacement the tip goes on at the speed it had (``motion.py``).
 import math
 
 from vegrip.estimator.kernels.covariance_root import WIDE, bend_variance, shift_along_root, square_root
-from vegrip.estimator.kernels.generated import (
-    B0,
-    BEND0,
-    BEND_SUM0,
-    BIAS,
-    DELTA,
-    DRIFT0,
-    EFFECTS,
-    F0,
-    H0,
-    KEPT,
-    L0,
-    LEARNED_FROM,
-    MODE_BLIND,
-    MODE_CORNER,
-    MODE_REST,
-    MODE_SLOPE,
-    MOTION_SPEED,
-    MOTION_VAR_SPEED,
-    NEXT0,
-    NS,
-    OFFSET,
-    OLD0,
-    P0,
-    PRIOR0,
-    SET_ACCELERATION,
-    SET_LEARNING_REST,
-    SET_R_DISPLACEMENT,
-    SET_R_FORCE,
-    SPEED,
-    TRIAL0,
-    TRY0,
-    Y0,
-    Floats,
-    M,
-    N,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.state import copy_section, copy_state, propagate, walk_within
 
 STRAIGHT = 0.02  # relative change below which a law is taken for straight over the spread of the state
@@ -63,25 +27,25 @@ def predict(m: Floats, dt: float, displacement: float) -> None:
     driven = math.isfinite(displacement)
     add_random_walks(m, dt)
     copy_section(m, Y0, OLD0, N)
-    m[Y0 + SPEED] = m[MOTION_SPEED]
+    m.y[SPEED] = m.motion.speed
     square_root(m, P0)
-    error = m[SET_R_DISPLACEMENT]
+    error = m.set.r_displacement
     if not driven:
-        error = dt * dt * (m[MOTION_VAR_SPEED] + m[SET_ACCELERATION] * dt / 3.0)
+        error = dt * dt * (m.motion.var_speed + m.set.acceleration * dt / 3.0)
     end = predicted_depth(m, Y0, displacement, dt)
     effects_ahead(m, dt, displacement, math.sqrt(error))
     move_covariance(m, driven)
     add_depth_error(m, error, dt)
-    m[Y0 + DELTA] = end
+    m.y[DELTA] = end
     for i in range(NS):
-        m[Y0 + EFFECTS + i] = m[NEXT0 + i]
+        m.y[EFFECTS + i] = m.next[i]
 
 
 def predicted_depth(m: Floats, y: int, displacement: float, dt: float) -> float:
     """Indentation [m] at the end of the step, from the state ``y``."""
     if math.isfinite(displacement):
         return float(displacement - m[y + OFFSET])
-    return float(m[y + DELTA] + m[MOTION_SPEED] * dt)
+    return float(m[y + DELTA] + m.motion.speed * dt)
 
 
 def add_random_walks(m: Floats, dt: float) -> None:
@@ -89,10 +53,10 @@ def add_random_walks(m: Floats, dt: float) -> None:
 
     In a long rest nothing is learned, so what changes then is a zero: both may drift RESTING times as fast.
     """
-    rests = m[MODE_REST] > m[SET_LEARNING_REST]
+    rests = m.mode.rest > m.set.learning_rest
     for j in range(LEARNED_FROM, N):
         faster = RESTING * RESTING if rests and j >= M else 1.0
-        walk_within(m, j, faster * m[DRIFT0 + j] * dt, faster * m[PRIOR0 + j])
+        walk_within(m, j, faster * m.drift[j] * dt, faster * m.prior[j])
 
 
 def effects_ahead(m: Floats, dt: float, displacement: float, error: float) -> None:
@@ -101,86 +65,84 @@ def effects_ahead(m: Floats, dt: float, displacement: float, error: float) -> No
         return
     copy_state(m)
     end = predicted_depth(m, Y0, displacement, dt)
-    propagate(m, TRY0, end, m[Y0 + SPEED], dt, NEXT0)
-    propagate(m, TRY0, end + error, m[Y0 + SPEED], dt, TRIAL0)
+    propagate(m, TRIED0, end, m.y[SPEED], dt, NEXT0)
+    propagate(m, TRIED0, end + error, m.y[SPEED], dt, TRIAL0)
     for i in range(NS):
-        m[H0 + i] = m[TRIAL0 + i] - m[NEXT0 + i]
+        m.h[i] = m.trial[i] - m.next[i]
     for i in range(NS):
-        m[B0 + i] = 0.0
-        m[BEND0 + i] = 0.0
+        m.b[i] = 0.0
+        m.bend[i] = 0.0
     for j in range(N):
         for i in range(NS):
-            m[F0 + i * N + j] = 0.0
+            m.f[i * N + j] = 0.0
         known = (
-            LEARNED_FROM <= j < M and m[MODE_BLIND] > 0.5
+            LEARNED_FROM <= j < M and m.mode.blind > 0.5
         )  # parameters without a displacement, see displacement_loss.py
-        if j != BIAS and m[L0 + j * N + j] > 0.0 and not known:
+        if j != BIAS and m.l[j * N + j] > 0.0 and not known:
             step_along(m, dt, displacement, j)
     for i in range(NS):
-        m[NEXT0 + i] += m[B0 + i]
+        m.next[i] += m.b[i]
 
 
 def step_along(m: Floats, dt: float, displacement: float, j: int) -> None:
     """One column of F; where the law bends, also what that adds to mean (B) and variance (BEND)."""
     shift_along_root(m, Y0, j, 1.0)
-    propagate(m, TRY0, predicted_depth(m, TRY0, displacement, dt), m[TRY0 + SPEED], dt, TRIAL0)
+    propagate(m, TRIED0, predicted_depth(m, TRIED0, displacement, dt), m.tried[SPEED], dt, TRIAL0)
     straight = True
     for i in range(NS):
-        m[F0 + i * N + j] = m[TRIAL0 + i] - m[NEXT0 + i]
-        straight = (
-            straight and abs(m[NEXT0 + i]) > 0.0 and abs(m[F0 + i * N + j]) <= STRAIGHT * abs(m[NEXT0 + i])
-        )
+        m.f[i * N + j] = m.trial[i] - m.next[i]
+        straight = straight and abs(m.next[i]) > 0.0 and abs(m.f[i * N + j]) <= STRAIGHT * abs(m.next[i])
     if straight:
         for i in range(NS):
-            m[F0 + i * N + j] /= WIDE
+            m.f[i * N + j] /= WIDE
         return
     shift_along_root(m, Y0, j, -1.0)
-    propagate(m, TRY0, predicted_depth(m, TRY0, displacement, dt), m[TRY0 + SPEED], dt, TRIAL0)
+    propagate(m, TRIED0, predicted_depth(m, TRIED0, displacement, dt), m.tried[SPEED], dt, TRIAL0)
     for i in range(NS):
-        rise, fall = m[F0 + i * N + j], m[NEXT0 + i] - m[TRIAL0 + i]
-        m[F0 + i * N + j] = (rise + fall) / (2.0 * WIDE)
+        rise, fall = m.f[i * N + j], m.next[i] - m.trial[i]
+        m.f[i * N + j] = (rise + fall) / (2.0 * WIDE)
         if not KEPT[EFFECTS + i]:
-            m[B0 + i] += (rise - fall) / (2.0 * WIDE * WIDE)
-            m[BEND0 + i] += bend_variance(rise - fall)
+            m.b[i] += (rise - fall) / (2.0 * WIDE * WIDE)
+            m.bend[i] += bend_variance(rise - fall)
 
 
 def move_covariance(m: Floats, driven: bool) -> None:
     """``P = A L (A L)'``: the rows of indentation and effects move, those of parameters and zeros stay."""
     for c in range(N):  # B = A L, the rows that move
-        m[B0 + DELTA * N + c] = -m[L0 + OFFSET * N + c] if driven else m[L0 + DELTA * N + c]
+        m.b[DELTA * N + c] = -m.l[OFFSET * N + c] if driven else m.l[DELTA * N + c]
         for i in range(NS):
-            m[B0 + (EFFECTS + i) * N + c] = m[F0 + i * N + c]
+            m.b[(EFFECTS + i) * N + c] = m.f[i * N + c]
     for a in range(LEARNED_FROM):
         if a == SPEED:
             continue
         for b in range(LEARNED_FROM, N):
             s = 0.0
             for c in range(b + 1):  # L is lower triangular
-                s += m[B0 + a * N + c] * m[L0 + b * N + c]
-            m[P0 + a * N + b] = m[P0 + b * N + a] = s
+                s += m.b[a * N + c] * m.l[b * N + c]
+            m.p[a * N + b] = m.p[b * N + a] = s
         for b in range(a, LEARNED_FROM):
             if b != SPEED:
                 s = 0.0
                 for c in range(N):
-                    s += m[B0 + a * N + c] * m[B0 + b * N + c]
-                m[P0 + a * N + b] = m[P0 + b * N + a] = s
+                    s += m.b[a * N + c] * m.b[b * N + c]
+                m.p[a * N + b] = m.p[b * N + a] = s
     for c in range(N):
-        m[P0 + SPEED * N + c] = m[P0 + c * N + SPEED] = 0.0
-    m[P0 + SPEED * N + SPEED] = m[MOTION_VAR_SPEED]
+        m.p[SPEED * N + c] = m.p[c * N + SPEED] = 0.0
+    m.p[SPEED * N + SPEED] = m.motion.var_speed
 
 
 def add_depth_error(m: Floats, error: float, dt: float) -> None:
     """Add the error of the indentation [m^2], what it does to the memory, and where the motion turned."""
     sd = math.sqrt(error)
     for i in range(NS):
-        m[P0 + DELTA * N + EFFECTS + i] += m[H0 + i] * sd
-        m[P0 + (EFFECTS + i) * N + DELTA] = m[P0 + DELTA * N + EFFECTS + i]
+        m.p[DELTA * N + EFFECTS + i] += m.h[i] * sd
+        m.p[(EFFECTS + i) * N + DELTA] = m.p[DELTA * N + EFFECTS + i]
         for k in range(i, NS):
-            m[P0 + (EFFECTS + i) * N + EFFECTS + k] += m[H0 + i] * m[H0 + k]
-            m[P0 + (EFFECTS + k) * N + EFFECTS + i] = m[P0 + (EFFECTS + i) * N + EFFECTS + k]
-        turned = 0.0 if KEPT[EFFECTS + i] or sd == 0.0 else WITHIN * m[H0 + i] * m[MODE_CORNER] / sd
-        m[P0 + (EFFECTS + i) * N + EFFECTS + i] += turned * turned + bend_again(m, i, dt)
-    m[P0 + DELTA * N + DELTA] += error
+            m.p[(EFFECTS + i) * N + EFFECTS + k] += m.h[i] * m.h[k]
+            m.p[(EFFECTS + k) * N + EFFECTS + i] = m.p[(EFFECTS + i) * N + EFFECTS + k]
+        turned = 0.0 if KEPT[EFFECTS + i] or sd == 0.0 else WITHIN * m.h[i] * m.mode.corner / sd
+        m.p[(EFFECTS + i) * N + EFFECTS + i] += turned * turned + bend_again(m, i, dt)
+    m.p[DELTA * N + DELTA] += error
 
 
 def bend_again(m: Floats, i: int, dt: float) -> float:
@@ -190,12 +152,12 @@ def bend_again(m: Floats, i: int, dt: float) -> float:
     deviations. Added as if they were independent, amplitude and rate came out five times too sure. A state
     that forgets itself forgets its bends as fast.
     """
-    bend = CROSS * math.sqrt(m[BEND0 + i])
+    bend = CROSS * math.sqrt(m.bend[i])
     j = EFFECTS + i
-    own = m[L0 + j * N + j]
-    kept = min(max(m[F0 + i * N + j] / own, 0.0), 1.0) if own > 0.0 else 0.0
-    before = m[BEND_SUM0 + i] * kept * FADES / (FADES + dt)
-    m[BEND_SUM0 + i] = before + bend
+    own = m.l[j * N + j]
+    kept = min(max(m.f[i * N + j] / own, 0.0), 1.0) if own > 0.0 else 0.0
+    before = m.bend_sum[i] * kept * FADES / (FADES + dt)
+    m.bend_sum[i] = before + bend
     return float(bend * (bend + 2.0 * before))
 
 
@@ -211,22 +173,22 @@ def follow_extremes(m: Floats, dt: float, driven: bool) -> None:
     if not kept or dt <= 0.0:
         return
     noise = indentation_noise(m, driven)
-    copy_section(m, OLD0, TRY0, N)
-    propagate(m, TRY0, m[Y0 + DELTA] + noise, m[Y0 + SPEED], dt, TRIAL0)
-    propagate(m, TRY0, m[Y0 + DELTA], m[Y0 + SPEED], dt, NEXT0)
+    copy_section(m, OLD0, TRIED0, N)
+    propagate(m, TRIED0, m.y[DELTA] + noise, m.y[SPEED], dt, TRIAL0)
+    propagate(m, TRIED0, m.y[DELTA], m.y[SPEED], dt, NEXT0)
     for i in range(NS):
         if KEPT[EFFECTS + i]:
-            old, discount = m[OLD0 + EFFECTS + i], 2.5 * abs(m[TRIAL0 + i] - m[NEXT0 + i])
-            if m[NEXT0 + i] > old:
-                m[Y0 + EFFECTS + i] = max(old, m[NEXT0 + i] - discount)
+            old, discount = m.old[EFFECTS + i], 2.5 * abs(m.trial[i] - m.next[i])
+            if m.next[i] > old:
+                m.y[EFFECTS + i] = max(old, m.next[i] - discount)
             else:
-                m[Y0 + EFFECTS + i] = min(old, m[NEXT0 + i] + discount)
+                m.y[EFFECTS + i] = min(old, m.next[i] + discount)
 
 
 def indentation_noise(m: Floats, driven: bool) -> float:
     """Standard deviation [m] of what the indentation does from sample to sample, without its slow error."""
     if driven:
-        seen = 1.0 / m[SET_R_DISPLACEMENT] + m[MODE_SLOPE] * m[MODE_SLOPE] / m[SET_R_FORCE]
+        seen = 1.0 / m.set.r_displacement + m.mode.slope * m.mode.slope / m.set.r_force
         return 1.0 / math.sqrt(seen)
-    slow = m[P0 + DELTA * N + BIAS] * m[P0 + DELTA * N + BIAS] / max(m[P0 + BIAS * N + BIAS], 1e-300)
-    return math.sqrt(max(m[P0 + DELTA * N + DELTA] - slow, 0.0))
+    slow = m.p[DELTA * N + BIAS] * m.p[DELTA * N + BIAS] / max(m.p[BIAS * N + BIAS], 1e-300)
+    return math.sqrt(max(m.p[DELTA * N + DELTA] - slow, 0.0))

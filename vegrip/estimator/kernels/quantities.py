@@ -15,33 +15,7 @@ import math
 
 from vegrip.estimator.kernels.covariance_root import WIDE, shift_along_root, square_root
 from vegrip.estimator.kernels.displacement_loss import slope_at_constant_force
-from vegrip.estimator.kernels.generated import (
-    CONSIDER0,
-    CONSIDERED,
-    CONSIDERED_LOG,
-    D_DELTA0,
-    D_EXPONENT0,
-    D_FORCE0,
-    D_FRICTION0,
-    D_RADIUS0,
-    DELTA,
-    EXOGENOUS0,
-    L0,
-    LEARNED_FROM,
-    MODE_BLIND,
-    MODE_TOLERATED,
-    N_CONSIDERED,
-    P0,
-    SPEED,
-    TRIAL0,
-    TRY0,
-    VALUES0,
-    Y0,
-    Floats,
-    M,
-    N,
-    readout,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.state import contact, copy_state
 
 Quantities = tuple[float, float, float, float]
@@ -63,23 +37,23 @@ def spread_quantities(m: Floats) -> Quantities:
     """Fill D, 5 x (moving + considered + 1): N, a, k, friction, delta; return the first four at the mean."""
     square_root(m, P0)
     copy_state(m)
-    now = quantities(m, TRY0)
-    if m[MODE_BLIND] > 0.5:
+    now = quantities(m, TRIED0)
+    if m.mode.blind > 0.5:
         at_constant_force(m)
     for j in range(M):
         up = down = now
-        if m[L0 + j * N + j] > 0.0:
+        if m.l[j * N + j] > 0.0:
             shift_along_root(m, Y0, j, 1.0)
-            up = quantities(m, TRY0)
+            up = quantities(m, TRIED0)
             if is_slight(now, up) or (j >= LEARNED_FROM and is_unchanged(now, up)):
                 down = mirror_step(now, up)
             else:
                 shift_along_root(m, Y0, j, -1.0)
-                down = quantities(m, TRY0)
+                down = quantities(m, TRIED0)
         note_difference(m, j, up, down, now[2])
-        m[D_DELTA0 + j] = m[L0 + DELTA * N + j]
-        if j >= LEARNED_FROM and m[MODE_BLIND] > 0.5:
-            m[D_FORCE0 + j] = 0.0  # exactly; the straight line along which it moved bends
+        m.d_delta[j] = m.l[DELTA * N + j]
+        if j >= LEARNED_FROM and m.mode.blind > 0.5:
+            m.d_force[j] = 0.0  # exactly; the straight line along which it moved bends
     spread_considered(m, now)
     spread_unexplained(m, now[0])
     return now
@@ -88,25 +62,25 @@ def spread_quantities(m: Floats) -> Quantities:
 def spread_considered(m: Floats, now: Quantities) -> None:
     """Columns of D for parameters that only radius, exponent and friction feel."""
     copy_state(m)
-    x, elastic_force, force, _ = contact(m, TRY0)
+    x, elastic_force, force, _ = contact(m, TRIED0)
     for i in range(N_CONSIDERED):
-        at, sd = VALUES0 + CONSIDERED[i], WIDE * math.sqrt(m[CONSIDER0 + i])
+        at, sd = VALUES0 + CONSIDERED[i], WIDE * math.sqrt(m.consider[i])
         keep = m[at]
         m[at] = keep * math.exp(sd) if CONSIDERED_LOG[i] else keep + sd
         a, k, friction = readout(
-            m, VALUES0, TRIAL0, m[TRY0 + DELTA], m[TRY0 + SPEED], EXOGENOUS0, x, elastic_force, force
+            m, VALUES0, TRIAL0, m.tried[DELTA], m.tried[SPEED], EXOGENOUS0, x, elastic_force, force
         )
         up = force, a, k, friction
         down = mirror_step(now, up)
         if not is_slight(now, up):
             m[at] = keep * math.exp(-sd) if CONSIDERED_LOG[i] else keep - sd
             a, k, friction = readout(
-                m, VALUES0, TRIAL0, m[TRY0 + DELTA], m[TRY0 + SPEED], EXOGENOUS0, x, elastic_force, force
+                m, VALUES0, TRIAL0, m.tried[DELTA], m.tried[SPEED], EXOGENOUS0, x, elastic_force, force
             )
             down = force, a, k, friction
         note_difference(m, M + i, up, down, now[2])
         m[at] = keep
-        m[D_DELTA0 + M + i] = 0.0
+        m.d_delta[M + i] = 0.0
 
 
 def spread_unexplained(m: Floats, force: float) -> None:
@@ -116,8 +90,8 @@ def spread_unexplained(m: Floats, force: float) -> None:
     model for seconds; the force would else be told to a tenth of what it is wrong by.
     """
     last = M + N_CONSIDERED
-    m[D_FORCE0 + last] = math.sqrt(m[MODE_TOLERATED]) if force > 0.0 else 0.0
-    m[D_RADIUS0 + last] = m[D_EXPONENT0 + last] = m[D_FRICTION0 + last] = m[D_DELTA0 + last] = 0.0
+    m.d_force[last] = math.sqrt(m.mode.tolerated) if force > 0.0 else 0.0
+    m.d_radius[last] = m.d_exponent[last] = m.d_friction[last] = m.d_delta[last] = 0.0
 
 
 def is_slight(now: Quantities, up: Quantities) -> bool:
@@ -143,9 +117,9 @@ def mirror_step(now: Quantities, up: Quantities) -> Quantities:
 def at_constant_force(m: Floats) -> None:
     """Without a displacement a change of a parameter moves the indentation, so that N stays."""
     for i in range(LEARNED_FROM, M):
-        slope = slope_at_constant_force(m, TRY0, i)
+        slope = slope_at_constant_force(m, TRIED0, i)
         for j in range(LEARNED_FROM, i + 1):
-            m[L0 + DELTA * N + j] += slope * m[L0 + i * N + j]
+            m.l[DELTA * N + j] += slope * m.l[i * N + j]
 
 
 def note_difference(
@@ -156,18 +130,18 @@ def note_difference(
     exponent: float,
 ) -> None:
     """Write column ``j`` of D; of the exponent the larger of both sides, it may lie at the end of its law."""
-    m[D_FORCE0 + j] = (up[0] - down[0]) / (2.0 * WIDE)
-    m[D_RADIUS0 + j] = (up[1] - down[1]) / (2.0 * WIDE)
+    m.d_force[j] = (up[0] - down[0]) / (2.0 * WIDE)
+    m.d_radius[j] = (up[1] - down[1]) / (2.0 * WIDE)
     rise, fall = up[2] - exponent, exponent - down[2]
-    m[D_EXPONENT0 + j] = (rise if abs(rise) > abs(fall) else fall) / WIDE
-    m[D_FRICTION0 + j] = (up[3] - down[3]) / (2.0 * WIDE)
+    m.d_exponent[j] = (rise if abs(rise) > abs(fall) else fall) / WIDE
+    m.d_friction[j] = (up[3] - down[3]) / (2.0 * WIDE)
 
 
 def combined_std(m: Floats, a0: float, a1: float, a2: float, a3: float, a4: float) -> float:
     """Standard deviation of ``a0 N + a1 a + a2 k + a3 friction + a4 delta``."""
     total = 0.0
     for j in range(M + N_CONSIDERED + 1):
-        s = a0 * m[D_FORCE0 + j] + a1 * m[D_RADIUS0 + j] + a2 * m[D_EXPONENT0 + j]
-        s += a3 * m[D_FRICTION0 + j] + a4 * m[D_DELTA0 + j]
+        s = a0 * m.d_force[j] + a1 * m.d_radius[j] + a2 * m.d_exponent[j]
+        s += a3 * m.d_friction[j] + a4 * m.d_delta[j]
         total += s * s
     return math.sqrt(total)

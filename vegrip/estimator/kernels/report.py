@@ -11,45 +11,7 @@ there on the derivatives are written out. With the gauge g of the limit surface 
 import math
 
 from vegrip.estimator.kernels.covariance_root import WIDE
-from vegrip.estimator.kernels.generated import (
-    CONSIDER0,
-    CONSIDERED_MU,
-    DELTA,
-    FRI_LN_MU,
-    FRI_VAR,
-    MU_PLACE,
-    REP_CONTACT,
-    REP_DEPTH_NOW,
-    REP_DEPTH_STD,
-    REP_EXPONENT,
-    REP_EXPONENT_STD,
-    REP_FORCE,
-    REP_FORCE_STD,
-    REP_GAUGE,
-    REP_GAUGE_ABS,
-    REP_GAUGE_REL,
-    REP_LIMIT_FORCE,
-    REP_LIMIT_FORCE_STD,
-    REP_LIMIT_RADIUS,
-    REP_LIMIT_RADIUS_STD,
-    REP_LIMIT_TORQUE,
-    REP_LIMIT_TORQUE_STD,
-    REP_MU,
-    REP_MU_STD,
-    REP_RADIUS,
-    REP_RADIUS_STD,
-    REP_SOUND,
-    SET_R_FORCE,
-    SET_S_TANGENTIAL,
-    SET_S_TORQUE,
-    SET_TIP_RADIUS,
-    VALUES0,
-    Y0,
-    Y1,
-    Floats,
-    radius_gradient_towards,
-    torsion_gradient,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.quantities import combined_std, spread_quantities
 
 LEAST_FORCE_STD = 0.5  # of the noise of the force: what the air, where N = 0 exactly, says of a touch
@@ -59,55 +21,55 @@ LEAST_EXPONENT_STD = 1e-3
 
 def report(m: Floats, tangential: float, torque: float) -> None:
     """Fill the section REPORT for the present state and the load [N], [N m] (NaN = not measured)."""
-    m[REP_SOUND] = 1.0
+    m.report.sound = 1.0
     for i in range(Y0, Y1):
         if not math.isfinite(m[i]):
-            m[REP_SOUND] = 0.0
+            m.report.sound = 0.0
     friction_in(m)
     force, a, k, mu = spread_quantities(m)
-    m[REP_FORCE], m[REP_RADIUS], m[REP_EXPONENT], m[REP_MU] = force, a, k, mu
-    least = LEAST_FORCE_STD * math.sqrt(m[SET_R_FORCE])
-    m[REP_FORCE_STD] = max(combined_std(m, 1.0, 0.0, 0.0, 0.0, 0.0), least)
-    m[REP_RADIUS_STD] = max(combined_std(m, 0.0, 1.0, 0.0, 0.0, 0.0), LEAST_RADIUS_STD * m[SET_TIP_RADIUS])
-    m[REP_EXPONENT_STD] = max(combined_std(m, 0.0, 0.0, 1.0, 0.0, 0.0), LEAST_EXPONENT_STD)
-    m[REP_MU_STD] = combined_std(m, 0.0, 0.0, 0.0, 1.0, 0.0)
-    m[REP_DEPTH_NOW], m[REP_DEPTH_STD] = m[Y0 + DELTA], combined_std(m, 0.0, 0.0, 0.0, 0.0, 1.0)
+    m.report.force, m.report.radius, m.report.exponent, m.report.mu = force, a, k, mu
+    least = LEAST_FORCE_STD * math.sqrt(m.set.r_force)
+    m.report.force_std = max(combined_std(m, 1.0, 0.0, 0.0, 0.0, 0.0), least)
+    m.report.radius_std = max(combined_std(m, 0.0, 1.0, 0.0, 0.0, 0.0), LEAST_RADIUS_STD * m.set.tip_radius)
+    m.report.exponent_std = max(combined_std(m, 0.0, 0.0, 1.0, 0.0, 0.0), LEAST_EXPONENT_STD)
+    m.report.mu_std = combined_std(m, 0.0, 0.0, 0.0, 1.0, 0.0)
+    m.report.depth_now, m.report.depth_std = m.y[DELTA], combined_std(m, 0.0, 0.0, 0.0, 0.0, 1.0)
     update_contact(m)
-    m[REP_LIMIT_FORCE] = mu * force
-    m[REP_LIMIT_FORCE_STD] = max(combined_std(m, mu, 0.0, 0.0, force, 0.0), mu * least)
+    m.report.limit_force = mu * force
+    m.report.limit_force_std = max(combined_std(m, mu, 0.0, 0.0, force, 0.0), mu * least)
     report_limits(m, force, a, k, mu)
     report_along_load(m, tangential, torque, force, a, k, mu)
 
 
 def friction_in(m: Floats) -> None:
     """Hand the friction posterior to the model and to the considered variances."""
-    m[VALUES0 + MU_PLACE] = math.exp(m[FRI_LN_MU])
-    m[CONSIDER0 + CONSIDERED_MU] = m[FRI_VAR]
+    m.values[MU_PLACE] = math.exp(m.friction.ln_mu)
+    m.consider[CONSIDERED_MU] = m.friction.var
 
 
 def update_contact(m: Floats) -> None:
     """In contact or not, with hysteresis: two standard deviations to make it, half of one to break it."""
-    by_force = m[REP_FORCE] / max(m[REP_FORCE_STD], 1e-300)
-    by_depth = m[REP_DEPTH_NOW] / max(m[REP_DEPTH_STD], 1e-300)
+    by_force = m.report.force / max(m.report.force_std, 1e-300)
+    by_depth = m.report.depth_now / max(m.report.depth_std, 1e-300)
     sure = by_force if by_force > by_depth else by_depth
-    if m[REP_FORCE] <= 0.0:
-        m[REP_CONTACT] = 0.0
+    if m.report.force <= 0.0:
+        m.report.contact = 0.0
     elif sure > 2.0:
-        m[REP_CONTACT] = 1.0
+        m.report.contact = 1.0
     elif sure < 0.5:
-        m[REP_CONTACT] = 0.0
+        m.report.contact = 0.0
 
 
 def report_limits(m: Floats, force: float, a: float, k: float, mu: float) -> None:
     """Pure torsion, ``mu N a M(k)``."""
     if not (force > 0.0 and a > 0.0):
-        m[REP_LIMIT_TORQUE] = 0.0
-        m[REP_LIMIT_TORQUE_STD] = mu * m[REP_FORCE_STD] * m[REP_RADIUS_STD]
+        m.report.limit_torque = 0.0
+        m.report.limit_torque_std = mu * m.report.force_std * m.report.radius_std
         return
     reach, by_k = torsion_gradient(k)
     torque = mu * force * a * reach
-    m[REP_LIMIT_TORQUE] = torque
-    m[REP_LIMIT_TORQUE_STD] = torque * combined_std(m, 1.0 / force, 1.0 / a, by_k / reach, 1.0 / mu, 0.0)
+    m.report.limit_torque = torque
+    m.report.limit_torque_std = torque * combined_std(m, 1.0 / force, 1.0 / a, by_k / reach, 1.0 / mu, 0.0)
 
 
 def report_along_load(
@@ -122,13 +84,13 @@ def report_along_load(
     if math.isnan(moment):
         moment = 0.0
     if not (force > 0.0 and a > 0.0) or math.isnan(f):
-        m[REP_LIMIT_RADIUS] = math.nan if math.isnan(f) else 0.0
-        m[REP_LIMIT_RADIUS_STD] = math.inf if math.isnan(f) else m[REP_LIMIT_FORCE_STD]
-        m[REP_GAUGE] = math.nan
-        m[REP_GAUGE_REL] = m[REP_GAUGE_ABS] = math.inf
+        m.report.limit_radius = math.nan if math.isnan(f) else 0.0
+        m.report.limit_radius_std = math.inf if math.isnan(f) else m.report.limit_force_std
+        m.report.gauge = math.nan
+        m.report.gauge_rel = m.report.gauge_abs = math.inf
         return
-    s_f = m[SET_S_TANGENTIAL]
-    s_m = 0.0 if math.isnan(torque) else m[SET_S_TORQUE]
+    s_f = m.set.s_tangential
+    s_m = 0.0 if math.isnan(torque) else m.set.s_torque
     along_f, along_m = f, moment / a
     load = math.hypot(along_f, along_m)
     c, s = (along_f / load, along_m / load) if load > 0.0 else (1.0, 0.0)
@@ -139,13 +101,13 @@ def report_along_load(
     # d ln reach by d ln a is -turn s c: a larger patch turns the load towards pure force
     rest = combined_std(m, 1.0 / force, -turn * s * c / a, by_k / reach, 1.0 / mu, 0.0)
     swing = math.hypot(s * s_f, c * s_m / a) / max(load, 1e-300)  # std of psi from the load's noise
-    m[REP_LIMIT_RADIUS] = limit
-    m[REP_LIMIT_RADIUS_STD] = limit * math.hypot(rest, turn * min(swing, 1.0))
-    m[REP_GAUGE] = gauge_now
+    m.report.limit_radius = limit
+    m.report.limit_radius_std = limit * math.hypot(rest, turn * min(swing, 1.0))
+    m.report.gauge = gauge_now
     by_a = (s * s - turn * s * c) / a
-    m[REP_GAUGE_REL] = combined_std(m, 1.0 / force, by_a, by_k / reach, 1.0 / mu, 0.0)
+    m.report.gauge_rel = combined_std(m, 1.0 / force, by_a, by_k / reach, 1.0 / mu, 0.0)
     by_f, by_m = (c + turn * s) / limit, (s - turn * c) / (limit * a)
-    m[REP_GAUGE_ABS] = math.hypot(by_f * s_f, by_m * s_m)
+    m.report.gauge_abs = math.hypot(by_f * s_f, by_m * s_m)
 
 
 def upper_gauge(gauge_now: float, relative: float, absolute: float, quantile: float) -> float:
@@ -159,11 +121,11 @@ def utilisation(m: Floats) -> tuple[float, float]:
 
     Uses the quantities of REPORT; N scales it down, a and k by their derivatives.
     """
-    gauge_now = m[REP_GAUGE]
-    if not gauge_now > 0.0 or m[REP_CONTACT] < 0.5:
+    gauge_now = m.report.gauge
+    if not gauge_now > 0.0 or m.report.contact < 0.5:
         return math.nan, math.inf
-    friction_std = math.sinh(WIDE * math.sqrt(m[CONSIDER0 + CONSIDERED_MU])) / WIDE
+    friction_std = math.sinh(WIDE * math.sqrt(m.consider[CONSIDERED_MU])) / WIDE
     friction_part = friction_std * friction_std
-    known = max(m[REP_GAUGE_REL] * m[REP_GAUGE_REL] - friction_part, 0.0)
-    noise = m[REP_GAUGE_ABS] / gauge_now
-    return gauge_now * math.exp(m[FRI_LN_MU]), math.sqrt(known + noise * noise)
+    known = max(m.report.gauge_rel * m.report.gauge_rel - friction_part, 0.0)
+    noise = m.report.gauge_abs / gauge_now
+    return gauge_now * math.exp(m.friction.ln_mu), math.sqrt(known + noise * noise)

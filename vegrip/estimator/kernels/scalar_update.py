@@ -2,62 +2,7 @@
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    BIAS,
-    CELL_MEAN,
-    CELL_NIS,
-    CELL_SIZE,
-    CELL_WEIGHT,
-    CH_AGE,
-    CH_REJECTED,
-    CH_STREAK,
-    CH_USED,
-    CHANNEL0,
-    CHANNEL_FORCE,
-    CHANNEL_SIZE,
-    DELTA,
-    FRI_SLIDING,
-    G0,
-    H0,
-    HEALTH0,
-    K0,
-    KEPT,
-    LEARNED_FROM,
-    MODE_BLIND,
-    MODE_CAUTION,
-    MODE_CELL,
-    MODE_FELT,
-    MODE_HEALTH_DECAY,
-    MODE_REGIME,
-    MODE_REST,
-    MODE_SINCE_JERK,
-    MODE_TOLERATED,
-    MODE_TOUCH,
-    MODE_ZERO_KNOWN,
-    OFFSET,
-    P0,
-    REGIME_AIR,
-    REGIME_DEEP_HOLD,
-    REGIME_DEEP_LOADING,
-    REGIME_DEEP_UNLOADING,
-    REGIME_FAST_LOADING,
-    REGIME_FAST_UNLOADING,
-    REGIME_HOLD,
-    REGIME_JERK,
-    REGIME_LATE_HOLD,
-    REGIME_LOADING,
-    REGIME_SLIDING,
-    REGIME_UNLOADING,
-    REGIMES,
-    REP_CONTACT,
-    SET_DEPTH,
-    SET_LEARNING_REST,
-    SPEED,
-    Y0,
-    Floats,
-    M,
-    N,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.state import bound_state
 
 GATE = 49.0
@@ -93,9 +38,9 @@ def spread_of(m: Floats) -> float:
     for i in range(N):
         s = 0.0
         for j in range(N):
-            s += m[P0 + i * N + j] * m[H0 + j]
-        m[G0 + i] = s
-        S += m[H0 + i] * s
+            s += m.p[i * N + j] * m.h[j]
+        m.g[i] = s
+        S += m.h[i] * s
     return S
 
 
@@ -124,7 +69,7 @@ def apply_measurement(m: Floats, channel: int, innovation: float, S: float) -> N
     model leaves unexplained.
     """
     nis = innovation * innovation / S
-    plain = max(S - m[MODE_TOLERATED], 0.1 * S) if channel == CHANNEL_FORCE else S
+    plain = max(S - m.mode.tolerated, 0.1 * S) if channel == CHANNEL_FORCE else S
     record_innovation(m, channel, innovation / math.sqrt(plain), innovation * innovation / plain)
     if not nis <= GATE:
         refuse(m, channel)
@@ -132,37 +77,37 @@ def apply_measurement(m: Floats, channel: int, innovation: float, S: float) -> N
     accept(m, channel)
     if nis > HUBER:
         S *= math.sqrt(nis / HUBER)
-    zero_kept = m[MODE_ZERO_KNOWN] < 0.5
+    zero_kept = m.mode.zero_known < 0.5
     # a tip that rests shows what drifts, not what it is made of
-    unfelt = m[MODE_FELT] < 0.5 and m[MODE_BLIND] < 0.5
-    careful = m[MODE_REST] > m[SET_LEARNING_REST] or m[MODE_CAUTION] > 0.0 or nis > HUBER or unfelt
+    unfelt = m.mode.felt < 0.5 and m.mode.blind < 0.5
+    careful = m.mode.rest > m.set.learning_rest or m.mode.caution > 0.0 or nis > HUBER or unfelt
     # in contact and without a displacement nothing tells the bias of the force from the force
-    bias_kept = m[MODE_BLIND] > 0.5 and channel == CHANNEL_FORCE and m[H0 + DELTA] > 0.0
+    bias_kept = m.mode.blind > 0.5 and channel == CHANNEL_FORCE and m.h[DELTA] > 0.0
     for i in range(N):
         kept = KEPT[i] or (i == BIAS and bias_kept) or (i == OFFSET and (zero_kept or unfelt))
-        m[K0 + i] = 0.0 if kept else m[G0 + i] / S
+        m.k[i] = 0.0 if kept else m.g[i] / S
         if LEARNED_FROM <= i < M and (zero_kept or careful):
-            m[K0 + i] *= 0.0 if careful else TIMID
-        touching = i == BIAS and m[MODE_TOUCH] > SUSPECTED and unfelt
-        if touching or (i >= M and (nis > HUBER or m[MODE_CAUTION] > 0.0)):
-            m[K0 + i] = 0.0
+            m.k[i] *= 0.0 if careful else TIMID
+        touching = i == BIAS and m.mode.touch > SUSPECTED and unfelt
+        if touching or (i >= M and (nis > HUBER or m.mode.caution > 0.0)):
+            m.k[i] = 0.0
         if i >= LEARNED_FROM:
-            m[K0 + i] *= CALM_LEARNING
-        m[Y0 + i] += m[K0 + i] * innovation
+            m.k[i] *= CALM_LEARNING
+        m.y[i] += m.k[i] * innovation
     for i in range(N):
         for j in range(i, N):
-            a, b = m[K0 + i], m[K0 + j]
-            m[P0 + i * N + j] -= a * m[G0 + j] + (m[G0 + i] - a * S) * b
-            m[P0 + j * N + i] = m[P0 + i * N + j]
-        floor = 1e-12 * m[G0 + i] * m[G0 + i] / S  # what rounding may have left of a variance
-        m[P0 + i * N + i] = max(m[P0 + i * N + i], floor)
+            a, b = m.k[i], m.k[j]
+            m.p[i * N + j] -= a * m.g[j] + (m.g[i] - a * S) * b
+            m.p[j * N + i] = m.p[i * N + j]
+        floor = 1e-12 * m.g[i] * m.g[i] / S  # what rounding may have left of a variance
+        m.p[i * N + i] = max(m.p[i * N + i], floor)
     bound_state(m)
 
 
 def record_innovation(m: Floats, channel: int, normalised: float, nis: float) -> None:
     """Remember the innovation for the consistency check, by channel and regime."""
-    at = HEALTH0 + CELL_SIZE * (REGIMES * channel + int(m[MODE_CELL]))
-    keep = m[MODE_HEALTH_DECAY]  # exp(-dt / memory), set by update
+    at = HEALTH0 + CELL_SIZE * (REGIMES * channel + int(m.mode.cell))
+    keep = m.mode.health_decay  # exp(-dt / memory), set by update
     m[at + CELL_WEIGHT] = keep * m[at + CELL_WEIGHT] + 1.0
     gain = 1.0 / m[at + CELL_WEIGHT]
     m[at + CELL_MEAN] += gain * (min(max(normalised, -10.0), 10.0) - m[at + CELL_MEAN])
@@ -171,26 +116,26 @@ def record_innovation(m: Floats, channel: int, normalised: float, nis: float) ->
 
 def regime_of(m: Floats) -> float:
     """How the tip moves: in the air, loading, hold or unloading."""
-    if m[REP_CONTACT] < 0.5:
+    if m.report.contact < 0.5:
         return REGIME_AIR
-    slow = 2.0 * math.sqrt(max(m[P0 + SPEED * N + SPEED], 0.0))
-    if abs(m[Y0 + SPEED]) <= slow:
+    slow = 2.0 * math.sqrt(max(m.p[SPEED * N + SPEED], 0.0))
+    if abs(m.y[SPEED]) <= slow:
         return REGIME_HOLD
-    return REGIME_LOADING if m[Y0 + SPEED] > 0.0 else REGIME_UNLOADING
+    return REGIME_LOADING if m.y[SPEED] > 0.0 else REGIME_UNLOADING
 
 
 def cell_of(m: Floats) -> float:
     """Where among :data:`vegrip.estimator.layout.REGIMES` the innovations of this sample are noted."""
-    regime = float(m[MODE_REGIME])
+    regime = float(m.mode.regime)
     cell = regime
-    deep, fast = m[Y0 + DELTA] > m[SET_DEPTH], abs(m[Y0 + SPEED]) > FAST * m[SET_DEPTH]
-    if m[MODE_SINCE_JERK] < SETTLED:
+    deep, fast = m.y[DELTA] > m.set.depth, abs(m.y[SPEED]) > FAST * m.set.depth
+    if m.mode.since_jerk < SETTLED:
         cell = REGIME_JERK
-    elif regime > REGIME_AIR and m[FRI_SLIDING] > 0.5:
+    elif regime > REGIME_AIR and m.friction.sliding > 0.5:
         cell = REGIME_SLIDING
     elif regime == REGIME_LOADING and (deep or fast):
         cell = REGIME_FAST_LOADING if fast else REGIME_DEEP_LOADING
-    elif regime == REGIME_HOLD and m[MODE_REST] > LATE:
+    elif regime == REGIME_HOLD and m.mode.rest > LATE:
         cell = REGIME_LATE_HOLD
     elif regime == REGIME_HOLD and deep:
         cell = REGIME_DEEP_HOLD

@@ -15,16 +15,7 @@ Gauss and Hermite [AbramowitzStegun1964]_.
 import math
 
 from vegrip.estimator.kernels.covariance_root import WIDE
-from vegrip.estimator.kernels.generated import (
-    CONSIDER0,
-    CONSIDERED_MU,
-    FRI_BASE_LN,
-    FRI_BASE_VAR,
-    FRI_PEAK,
-    FRI_SCATTER_VAR,
-    REP_GAUGE_REL,
-    Floats,
-)
+from vegrip.estimator.kernels.generated import *
 
 NODES = (
     (0.0, 0.5333333333333333),
@@ -42,8 +33,8 @@ def onset_probability(m: Floats, u: float, unsure: float) -> float:
     if u <= 0.0:
         return 0.0
     spread = onset_spread(m)
-    x = (math.log(u) - m[FRI_BASE_LN]) / spread
-    known = (math.log(m[FRI_PEAK]) - m[FRI_BASE_LN]) / spread if m[FRI_PEAK] > 0.0 else -math.inf
+    x = (math.log(u) - m.friction.base_ln) / spread
+    known = (math.log(m.friction.peak) - m.friction.base_ln) / spread if m.friction.peak > 0.0 else -math.inf
     beyond = max(known - FARTHEST, 0.0)
     x, known = x - beyond, known - beyond
     step = unsure / spread
@@ -58,10 +49,10 @@ def onset_probability(m: Floats, u: float, unsure: float) -> float:
 
 def onset_spread(m: Floats) -> float:
     """Standard deviation of ``ln u*``: friction before this loading, scatter, error of N, a and k."""
-    friction_std = math.sinh(WIDE * math.sqrt(m[CONSIDER0 + CONSIDERED_MU])) / WIDE
+    friction_std = math.sinh(WIDE * math.sqrt(m.consider[CONSIDERED_MU])) / WIDE
     friction_part = friction_std * friction_std
-    rest = max(m[REP_GAUGE_REL] * m[REP_GAUGE_REL] - friction_part, 0.0)
-    return math.sqrt(m[FRI_BASE_VAR] + m[FRI_SCATTER_VAR] + min(rest, 1e2))
+    rest = max(m.report.gauge_rel * m.report.gauge_rel - friction_part, 0.0)
+    return math.sqrt(m.friction.base_var + m.friction.scatter_var + min(rest, 1e2))
 
 
 def slipped_between(known: float, held: float, x: float) -> float:

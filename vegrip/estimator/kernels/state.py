@@ -2,28 +2,7 @@
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    DELTA,
-    EFFECTS,
-    EXOGENOUS0,
-    HIGH0,
-    LEARNED,
-    LEARNED_FROM,
-    LEARNED_LOG,
-    LOW0,
-    N_LEARNED,
-    P0,
-    SET_TIP_RADIUS,
-    SPEED,
-    TRIAL0,
-    TRY0,
-    VALUES0,
-    Y0,
-    Floats,
-    M,
-    N,
-    advance,
-)
+from vegrip.estimator.kernels.generated import *
 
 
 def clear_section(m: Floats, start: int, end: int) -> None:
@@ -40,19 +19,19 @@ def copy_section(m: Floats, source: int, target: int, length: int) -> None:
 
 def copy_state(m: Floats) -> None:
     """Copy the state to TRY, the one that is varied."""
-    copy_section(m, Y0, TRY0, N)
+    copy_section(m, Y0, TRIED0, N)
 
 
 def put_learned(m: Floats, y: int) -> None:
     """Write the learned parameters of the state ``y`` into the values the model reads."""
     for j in range(N_LEARNED):
         u = m[y + LEARNED_FROM + j]
-        m[VALUES0 + LEARNED[j]] = math.exp(u) if LEARNED_LOG[j] else u
+        m.values[LEARNED[j]] = math.exp(u) if LEARNED_LOG[j] else u
 
 
 def difference_step(m: Floats, y: int, j: int) -> float:
     """Difference step of coordinate ``j``: a thousandth of its standard deviation."""
-    sd = math.sqrt(max(m[P0 + j * N + j], 0.0))
+    sd = math.sqrt(max(m.p[j * N + j], 0.0))
     return float(max(1e-3 * sd, 1e-8 * abs(m[y + j])))
 
 
@@ -72,13 +51,13 @@ def propagate(m: Floats, y: int, delta: float, speed: float, dt: float, into: in
 def bound_state(m: Floats) -> None:
     """Keep the state where the model makes sense."""
     y = Y0
-    R = m[SET_TIP_RADIUS]
+    R = m.set.tip_radius
     m[y + DELTA] = min(max(m[y + DELTA], -100.0 * R), R)
     for j in range(LEARNED_FROM, M):
-        m[y + j] = min(max(m[y + j], m[LOW0 + j]), m[HIGH0 + j])
+        m[y + j] = min(max(m[y + j], m.low[j]), m.high[j])
 
 
 def walk_within(m: Floats, j: int, grown: float, limit: float) -> None:
     """Add ``grown`` to the variance of coordinate ``j``, as far as it stays below ``limit``."""
-    variance = m[P0 + j * N + j]
-    m[P0 + j * N + j] = max(variance, min(variance + grown, limit))
+    variance = m.p[j * N + j]
+    m.p[j * N + j] = max(variance, min(variance + grown, limit))

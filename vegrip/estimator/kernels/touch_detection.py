@@ -8,29 +8,7 @@ until they give no force.
 
 import math
 
-from vegrip.estimator.kernels.generated import (
-    BIAS,
-    DELTA,
-    LEARNED_FROM,
-    MODE_BLIND,
-    MODE_FELT,
-    MODE_FREE_DEPTH,
-    MODE_MET,
-    MODE_TOUCH,
-    MODE_ZERO_MEAN,
-    MODE_ZERO_VAR,
-    MOTION_POSITION,
-    MOTION_VAR_POSITION,
-    OFFSET,
-    P0,
-    SET_R_DISPLACEMENT,
-    SET_R_FORCE,
-    TRY0,
-    Y0,
-    Floats,
-    M,
-    N,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.measure import linearise_at_force
 from vegrip.estimator.kernels.state import contact, copy_state
 
@@ -46,16 +24,16 @@ ACTIVE = -3.0  # bound in std of the zero below which it cuts nothing off
 
 def detect_touch(m: Floats, force: float, displacement: float) -> None:
     """Cumulative sum of the force over its noise [Page1954]_: whether the contact is felt."""
-    if not math.isfinite(force) or m[MODE_BLIND] > 0.5:
+    if not math.isfinite(force) or m.mode.blind > 0.5:
         return
-    excess = (force - m[Y0 + BIAS]) / math.sqrt(m[SET_R_FORCE] + m[P0 + BIAS * N + BIAS]) - ALLOWED
+    excess = (force - m.y[BIAS]) / math.sqrt(m.set.r_force + m.p[BIAS * N + BIAS]) - ALLOWED
     counted = min(max(excess, -MOST_EXCESS), MOST_EXCESS)
-    m[MODE_TOUCH] = min(max(m[MODE_TOUCH] + counted, 0.0), SUREST)
-    if m[MODE_TOUCH] >= TOUCHED:
-        m[MODE_FELT] = m[MODE_MET] = 1.0
-    elif m[MODE_TOUCH] <= 0.0 and m[MODE_FELT] > 0.5:
-        m[MODE_FELT] = 0.0
-    if m[MODE_MET] < 0.5 and math.isfinite(displacement):
+    m.mode.touch = min(max(m.mode.touch + counted, 0.0), SUREST)
+    if m.mode.touch >= TOUCHED:
+        m.mode.felt = m.mode.met = 1.0
+    elif m.mode.touch <= 0.0 and m.mode.felt > 0.5:
+        m.mode.felt = 0.0
+    if m.mode.met < 0.5 and math.isfinite(displacement):
         exclude_zeros(m, excess, displacement)
 
 
@@ -65,37 +43,37 @@ def exclude_zeros(m: Floats, excess: float, displacement: float) -> None:
     Later the tip may be in the air where the memory of a contact has left a dent, and the bound would be a
     maximum over noise.
     """
-    std = math.sqrt(m[P0 + OFFSET * N + OFFSET])
-    here = min(displacement, m[MOTION_POSITION]) - 2.0 * math.sqrt(m[MOTION_VAR_POSITION])
-    if std < POORLY_KNOWN * math.sqrt(m[SET_R_DISPLACEMENT]):
+    std = math.sqrt(m.p[OFFSET * N + OFFSET])
+    here = min(displacement, m.motion.position) - 2.0 * math.sqrt(m.motion.var_position)
+    if std < POORLY_KNOWN * math.sqrt(m.set.r_displacement):
         return
-    if excess < 0.0 and here > m[Y0 + OFFSET] + ACTIVE * std and here > m[MODE_FREE_DEPTH]:
-        m[MODE_FREE_DEPTH] = max(m[MODE_FREE_DEPTH], here - unseen_depth(m))
-    if not m[MODE_FREE_DEPTH] > m[Y0 + OFFSET] + ACTIVE * std:
-        m[MODE_ZERO_MEAN], m[MODE_ZERO_VAR] = m[Y0 + OFFSET], std * std
+    if excess < 0.0 and here > m.y[OFFSET] + ACTIVE * std and here > m.mode.free_depth:
+        m.mode.free_depth = max(m.mode.free_depth, here - unseen_depth(m))
+    if not m.mode.free_depth > m.y[OFFSET] + ACTIVE * std:
+        m.mode.zero_mean, m.mode.zero_var = m.y[OFFSET], std * std
         return
-    spread = math.sqrt(m[MODE_ZERO_VAR])
-    a = (m[MODE_FREE_DEPTH] - m[MODE_ZERO_MEAN]) / spread
+    spread = math.sqrt(m.mode.zero_var)
+    a = (m.mode.free_depth - m.mode.zero_mean) / spread
     above = truncated_mean(a)
-    move_zero(m, m[MODE_ZERO_MEAN] + spread * above, m[MODE_ZERO_VAR] * (1.0 + a * above - above * above))
+    move_zero(m, m.mode.zero_mean + spread * above, m.mode.zero_var * (1.0 + a * above - above * above))
 
 
 def unseen_depth(m: Floats) -> float:
     """Depth [m] up to which the force of a contact is not told from noise, of a tip as soft as it may be."""
     copy_state(m)
-    m[TRY0 + DELTA] = 0.0
-    threshold = UNSEEN * math.sqrt(m[SET_R_FORCE])
-    linearise_at_force(m, TRY0, threshold, 0.0)
-    force = contact(m, TRY0)[3]
+    m.tried[DELTA] = 0.0
+    threshold = UNSEEN * math.sqrt(m.set.r_force)
+    linearise_at_force(m, TRIED0, threshold, 0.0)
+    force = contact(m, TRIED0)[3]
     softer = 0.0
     for j in range(LEARNED_FROM, M):
-        keep = m[TRY0 + j]
-        m[TRY0 + j] = keep + SOFTER * math.sqrt(m[P0 + j * N + j])
-        change = contact(m, TRY0)[3] / force - 1.0 if force > 0.0 else 0.0
+        keep = m.tried[j]
+        m.tried[j] = keep + SOFTER * math.sqrt(m.p[j * N + j])
+        change = contact(m, TRIED0)[3] / force - 1.0 if force > 0.0 else 0.0
         softer += change * change
-        m[TRY0 + j] = keep
-    linearise_at_force(m, TRY0, threshold * (1.0 + math.sqrt(softer)), 0.0)
-    return max(float(m[TRY0 + DELTA]), 0.0)
+        m.tried[j] = keep
+    linearise_at_force(m, TRIED0, threshold * (1.0 + math.sqrt(softer)), 0.0)
+    return max(float(m.tried[DELTA]), 0.0)
 
 
 def truncated_mean(a: float) -> float:
@@ -107,13 +85,13 @@ def truncated_mean(a: float) -> float:
 
 def move_zero(m: Floats, mean: float, variance: float) -> None:
     """Give the zero this mean and variance; what is correlated with it moves along."""
-    before = m[P0 + OFFSET * N + OFFSET]
+    before = m.p[OFFSET * N + OFFSET]
     if not (before > 0.0 and variance > 0.0):
         return
-    shift, change = (mean - m[Y0 + OFFSET]) / before, (variance / before - 1.0) / before
+    shift, change = (mean - m.y[OFFSET]) / before, (variance / before - 1.0) / before
     for i in range(N):
-        m[TRY0 + i] = m[P0 + i * N + OFFSET]
+        m.tried[i] = m.p[i * N + OFFSET]
     for i in range(N):
-        m[Y0 + i] += m[TRY0 + i] * shift
+        m.y[i] += m.tried[i] * shift
         for j in range(N):
-            m[P0 + i * N + j] += m[TRY0 + i] * m[TRY0 + j] * change
+            m.p[i * N + j] += m.tried[i] * m.tried[j] * change

@@ -7,57 +7,7 @@ from vegrip.estimator.kernels.displacement_loss import follow_displacement_loss
 from vegrip.estimator.kernels.forecast import force_reserve, slip_times
 from vegrip.estimator.kernels.friction import learn_friction
 from vegrip.estimator.kernels.gap import bridge_gap
-from vegrip.estimator.kernels.generated import (
-    BIAS,
-    CH_AGE,
-    CH_USED,
-    CHANNEL0,
-    CHANNEL_DISPLACEMENT,
-    CHANNEL_FORCE,
-    CHANNEL_SIZE,
-    CHANNELS,
-    COUNT_RESTARTS,
-    DELTA,
-    DISPLACEMENT_AGE,
-    DISPLACEMENT_STREAK,
-    FORCE_STREAK,
-    MODE_AGREED,
-    MODE_BLIND,
-    MODE_CAUTION,
-    MODE_CELL,
-    MODE_CONTRADICTED,
-    MODE_CORNER,
-    MODE_HEALTH_DECAY,
-    MODE_LOST,
-    MODE_PERIOD,
-    MODE_REGIME,
-    MODE_REST,
-    MODE_SINCE_JERK,
-    MODE_SLOPE,
-    MODE_TOLERATED,
-    MODE_UNEXPLAINED,
-    MODE_ZERO_KNOWN,
-    MOTION_POSITION,
-    OFFSET,
-    P0,
-    PRIOR0,
-    REGIME_LOADING,
-    REGIME_UNLOADING,
-    REP_CONTACT,
-    REP_FORCE,
-    REP_GAUGE,
-    REP_GAUGE_ABS,
-    REP_GAUGE_REL,
-    REP_SOUND,
-    SET_HEALTH_TIME,
-    SET_LONGEST_GAP,
-    SET_QUANTILE,
-    SET_TIP_RADIUS,
-    SPEED,
-    Y0,
-    Floats,
-    N,
-)
+from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.initialisation import (
     begin_contact,
     begin_filter,
@@ -96,15 +46,15 @@ STEADY = 4.0  # times the usual spacing of samples, beyond which a pause counts 
 def filter_step(m: Floats, dt: float, force: float, displacement: float, radius: float) -> None:
     """Predict and measure; NaN is a channel without a measurement. Returns nothing, all is in ``m``."""
     known, felt = math.isfinite(displacement), math.isfinite(force)
-    blind = m[DISPLACEMENT_AGE] > m[SET_LONGEST_GAP] and not known
+    blind = m[DISPLACEMENT_AGE] > m.set.longest_gap and not known
     age_channels(m, dt)
     follow_displacement_loss(m, blind)
-    if dt > m[SET_LONGEST_GAP] and dt > STEADY * m[MODE_PERIOD]:
+    if dt > m.set.longest_gap and dt > STEADY * m.mode.period:
         bridge_gap(m, dt, force, displacement)
         dt = 0.0
     predict_motion(m, dt)
     note_regime(m, dt)
-    m[MODE_SLOPE] = 0.0
+    m.mode.slope = 0.0
     take_sample(m, dt, force if felt else math.nan, displacement if known else math.nan)
     detect_touch(m, force, displacement)
     if math.isfinite(radius) and radius > 0.0:
@@ -114,22 +64,22 @@ def filter_step(m: Floats, dt: float, force: float, displacement: float, radius:
 
 def age_channels(m: Floats, dt: float) -> None:
     """Time passes: since each channel was used, and for what is remembered of the innovations."""
-    m[MODE_HEALTH_DECAY] = math.exp(-dt / m[SET_HEALTH_TIME])
-    m[MODE_CAUTION] = max(m[MODE_CAUTION] - dt, 0.0)
+    m.mode.health_decay = math.exp(-dt / m.set.health_time)
+    m.mode.caution = max(m.mode.caution - dt, 0.0)
     for channel in range(CHANNELS):
-        m[CHANNEL0 + CHANNEL_SIZE * channel + CH_AGE] += dt
-        m[CHANNEL0 + CHANNEL_SIZE * channel + CH_USED] = 0.0
+        m.channel[CHANNEL_SIZE * channel + CH_AGE] += dt
+        m.channel[CHANNEL_SIZE * channel + CH_USED] = 0.0
     if dt > 0.0:
-        m[MODE_PERIOD] += 0.1 * (dt - m[MODE_PERIOD]) if m[MODE_PERIOD] > 0.0 else dt
+        m.mode.period += 0.1 * (dt - m.mode.period) if m.mode.period > 0.0 else dt
 
 
 def note_regime(m: Floats, dt: float) -> None:
     """Note how the tip moves, and for how long it has rested."""
-    m[MODE_REGIME] = regime_of(m)
-    moves = m[MODE_REGIME] == REGIME_LOADING or m[MODE_REGIME] == REGIME_UNLOADING
-    m[MODE_REST] = 0.0 if moves else m[MODE_REST] + dt
-    m[MODE_SINCE_JERK] += dt
-    m[MODE_CELL] = cell_of(m)
+    m.mode.regime = regime_of(m)
+    moves = m.mode.regime == REGIME_LOADING or m.mode.regime == REGIME_UNLOADING
+    m.mode.rest = 0.0 if moves else m.mode.rest + dt
+    m.mode.since_jerk += dt
+    m.mode.cell = cell_of(m)
 
 
 def take_sample(m: Floats, dt: float, force: float, displacement: float) -> None:
@@ -139,11 +89,11 @@ def take_sample(m: Floats, dt: float, force: float, displacement: float) -> None
     jumped is not believed: the displacement, if the force fits the motion as it was expected, else the force.
     """
     if not math.isfinite(displacement):
-        m[MODE_CORNER] = 0.0
+        m.mode.corner = 0.0
         predict(m, dt, math.nan)
         bound_state(m)
-        if m[MODE_BLIND] > 0.5 and m[Y0 + DELTA] < 0.0:
-            m[Y0 + DELTA] = m[Y0 + SPEED] = 0.0  # out of contact nothing tells how far
+        if m.mode.blind > 0.5 and m.y[DELTA] < 0.0:
+            m.y[DELTA] = m.y[SPEED] = 0.0  # out of contact nothing tells how far
         if math.isfinite(force):
             innovation, S = expect_innovation(m, force)
             use_force(m, dt, innovation, S)
@@ -151,7 +101,7 @@ def take_sample(m: Floats, dt: float, force: float, displacement: float) -> None
         return
     surprise = surprise_of(m, displacement)
     keep_belief(m)
-    m[MODE_CORNER] = displacement - m[MOTION_POSITION]
+    m.mode.corner = displacement - m.motion.position
     predict(m, dt, displacement)
     bound_state(m)
     if math.isfinite(force):
@@ -171,7 +121,7 @@ def take_sample(m: Floats, dt: float, force: float, displacement: float) -> None
 
 def expect_innovation(m: Floats, force: float) -> tuple[float, float]:
     """Innovation of the force, and its variance."""
-    return expect_force_alone(m, force) if m[MODE_BLIND] > 0.5 else expect_force(m, force)
+    return expect_force_alone(m, force) if m.mode.blind > 0.5 else expect_force(m, force)
 
 
 def follow_if_motion_fits(m: Floats, dt: float, force: float) -> bool:
@@ -182,7 +132,7 @@ def follow_if_motion_fits(m: Floats, dt: float, force: float) -> bool:
     innovation, S = expect_innovation(m, force)
     if innovation * innovation > GATE * S:
         return False
-    m[MODE_CAUTION] = CAUTIOUS
+    m.mode.caution = CAUTIOUS
     use_force(m, dt, innovation, S)
     follow_extremes(m, dt, False)
     return True
@@ -192,18 +142,18 @@ def use_force(m: Floats, dt: float, innovation: float, S: float) -> None:
     """Correct by the force, or refuse it; what the model leaves unexplained counts as noise from then on."""
     nis = innovation * innovation / S
     if nis > GATE:
-        m[MODE_CAUTION] = CAUTIOUS
+        m.mode.caution = CAUTIOUS
     else:
         gain = dt / (LEARNED_ERROR + dt)
-        excess = innovation * innovation - (S - m[MODE_TOLERATED])
-        m[MODE_UNEXPLAINED] = max(m[MODE_UNEXPLAINED] + gain * (excess - m[MODE_UNEXPLAINED]), 0.0)
+        excess = innovation * innovation - (S - m.mode.tolerated)
+        m.mode.unexplained = max(m.mode.unexplained + gain * (excess - m.mode.unexplained), 0.0)
     apply_measurement(m, CHANNEL_FORCE, innovation, S)
 
 
 def use_displacement(m: Floats, dt: float, displacement: float, surprise: float) -> None:
     """Follow the displacement, which drives the contact already."""
     off = math.sqrt(surprise)
-    record_innovation(m, CHANNEL_DISPLACEMENT, off if displacement >= m[MOTION_POSITION] else -off, surprise)
+    record_innovation(m, CHANNEL_DISPLACEMENT, off if displacement >= m.motion.position else -off, surprise)
     follow_motion(m, displacement, dt)
     accept(m, CHANNEL_DISPLACEMENT)
 
@@ -222,48 +172,48 @@ def begin_lost_contact_anew(m: Floats, dt: float, force: float, displacement: fl
     displacement that may have moved by a tenth of the radius.
     """
     worst = max(m[DISPLACEMENT_STREAK], m[FORCE_STREAK])
-    refused = worst >= LEAST_REFUSALS and worst * m[MODE_PERIOD] >= RESTART
-    note_lost(m, dt, refused or m[MODE_CONTRADICTED] > PATIENCE)
-    if m[MODE_LOST] > GIVE_UP:
+    refused = worst >= LEAST_REFUSALS and worst * m.mode.period >= RESTART
+    note_lost(m, dt, refused or m.mode.contradicted > PATIENCE)
+    if m.mode.lost > GIVE_UP:
         begin_all_anew(m, force, displacement)
     elif refused:
-        m[COUNT_RESTARTS] += 1.0
+        m.counts.restarts += 1.0
         for j in (OFFSET, BIAS):
-            free_coordinate(m, j, m[PRIOR0 + j])
+            free_coordinate(m, j, m.prior[j])
         begin_contact(m, force, displacement)
-        m[MODE_CAUTION] = 10.0 * CAUTIOUS
-        m[MODE_UNEXPLAINED] = 0.0
+        m.mode.caution = 10.0 * CAUTIOUS
+        m.mode.unexplained = 0.0
         m[DISPLACEMENT_STREAK] = m[FORCE_STREAK] = 0.0
 
 
 def note_lost(m: Floats, dt: float, wrong: bool) -> None:
     """Note for how long the contact has been lost; it is found again after AGREEING without contradiction."""
     if wrong:
-        m[MODE_LOST] += dt
-        m[MODE_AGREED] = 0.0
+        m.mode.lost += dt
+        m.mode.agreed = 0.0
     else:
-        m[MODE_AGREED] += dt
-        if m[MODE_AGREED] > AGREEING:
-            m[MODE_LOST] = 0.0
+        m.mode.agreed += dt
+        if m.mode.agreed > AGREEING:
+            m.mode.lost = 0.0
 
 
 def begin_all_anew(m: Floats, force: float, displacement: float) -> None:
     """Begin as with the first sample."""
-    m[COUNT_RESTARTS] += 1.0
-    period = m[MODE_PERIOD]
+    m.counts.restarts += 1.0
+    period = m.mode.period
     begin_filter(m, force, displacement)
-    moved = ZERO_MOVED * m[SET_TIP_RADIUS]
+    moved = ZERO_MOVED * m.set.tip_radius
     free_coordinate(m, OFFSET, moved * moved)
     begin_contact(m, force, displacement)
-    m[MODE_PERIOD] = period
+    m.mode.period = period
     m[DISPLACEMENT_STREAK] = m[FORCE_STREAK] = 0.0
 
 
 def free_coordinate(m: Floats, j: int, variance: float) -> None:
     """Give coordinate ``j`` a ``variance`` of its own."""
     for c in range(N):
-        m[P0 + j * N + c] = m[P0 + c * N + j] = 0.0
-    m[P0 + j * N + j] = variance
+        m.p[j * N + c] = m.p[c * N + j] = 0.0
+    m.p[j * N + j] = variance
 
 
 def update(
@@ -288,11 +238,11 @@ def update(
     follow_load(m, dt, tangential, torque)
     report(m, tangential, torque)
     note_contradiction(m, dt, force, displacement, radius)
-    if m[REP_FORCE] <= 0.0:
-        m[MODE_ZERO_KNOWN] = 1.0  # in the air: the next touch tells where zero is
+    if m.report.force <= 0.0:
+        m.mode.zero_known = 1.0  # in the air: the next touch tells where zero is
     u, relative = utilisation(m)
-    sound = m[REP_SOUND] > 0.5 and m[MODE_CONTRADICTED] == 0.0 and not is_load_doubted(m)
-    learn_friction(m, dt, u, relative, slip, m[REP_CONTACT] > 0.5, sound)
+    sound = m.report.sound > 0.5 and m.mode.contradicted == 0.0 and not is_load_doubted(m)
+    learn_friction(m, dt, u, relative, slip, m.report.contact > 0.5, sound)
 
 
 def plausible_value(value: float) -> float:
@@ -302,9 +252,9 @@ def plausible_value(value: float) -> float:
 
 def margin_of(m: Floats, tangential: float, torque: float, out: Floats) -> None:
     """Fill ``out`` with gauge, its upper bound, force reserve, time to slip and its earliest."""
-    out[0] = m[REP_GAUGE]
-    out[1] = upper_gauge(m[REP_GAUGE], m[REP_GAUGE_REL], m[REP_GAUGE_ABS], m[SET_QUANTILE])
+    out[0] = m.report.gauge
+    out[1] = upper_gauge(m.report.gauge, m.report.gauge_rel, m.report.gauge_abs, m.set.quantile)
     out[2] = force_reserve(m, tangential, torque)
-    chance = 0.5 * math.erfc(m[SET_QUANTILE] * 0.7071067811865476)
+    chance = 0.5 * math.erfc(m.set.quantile * 0.7071067811865476)
     likely, earliest = slip_times(m, tangential, torque, chance)
     out[3], out[4] = likely, earliest

@@ -5,23 +5,14 @@ In the place of :mod:`vegrip.grip.kernels.friction_shared` and :mod:`vegrip.grip
 
 import math
 
-from vegrip.grip.kernels.generated import (
-    ASKED_MARGIN,
-    ASKED_QUANTILE,
-    RULE_QUANTILE,
-    RULE_WANTED_MARGIN,
-    SLIDES,
-    STATE_SLIP,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.margin_grip import forget_grip, wanted_force
 from vegrip.grip.kernels.share import balanced_force
 
 
 def prepare_friction(f: Floats, _t: Wholes, _g: Floats) -> None:
     """Ask for margin and confidence as they are set."""
-    f[ASKED_MARGIN], f[ASKED_QUANTILE] = f[RULE_WANTED_MARGIN], f[RULE_QUANTILE]
+    f.asked.margin, f.asked.quantile = f.rule.wanted_margin, f.rule.quantile
 
 
 def update_shared_friction(_f: Floats, _t: Wholes, _g: Floats) -> None:
@@ -37,7 +28,7 @@ def load_to_answer(
 
 def is_slipping(f: Floats, _t: Wholes, _g: Floats) -> bool:
     """Return whether the finger slips by its flag."""
-    return f[STATE_SLIP] >= SLIDES
+    return f.state.slip >= SLIDES
 
 
 def told_friction(_f: Floats, _t: Wholes, mu: float, std: float) -> tuple[float, float]:

@@ -7,29 +7,7 @@ between two halves of the step: it starts from ``OWN_BASE``, and its answer come
 import math
 
 from vegrip.contact.limit_surface.fast import least_normal_force
-from vegrip.grip.kernels.generated import (
-    BASELINE_EXPONENT,
-    BASELINE_FORCE,
-    BASELINE_FRICTION,
-    BASELINE_POWER,
-    BASELINE_RADIUS,
-    BASELINE_SAFETY,
-    CHOICE_ASKS,
-    CHOICE_FORGOTTEN,
-    CHOICE_POLICY,
-    CHOICE_REASON,
-    CHOICE_SHARE,
-    DEMAND_LOAD,
-    DEMAND_TORQUE,
-    OWN_FORCE,
-    OWN_SHARE,
-    REASON_HOLD,
-    REASON_LOWER,
-    REASON_RAISE,
-    REASON_UNTRUSTED,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.margin_grip import forget_grip, wanted_force
 from vegrip.grip.kernels.share import balanced_force
 
@@ -41,25 +19,25 @@ POLICY_ELASTIC = 3  # and beyond it: a policy in Python
 
 def asks_least_force(t: Wholes) -> bool:
     """Return whether the policy looks at the least force."""
-    return t[CHOICE_ASKS] == 1
+    return t.choice.asks == 1
 
 
 def forget_policy(f: Floats, t: Wholes) -> None:
     """Forget the past of the need."""
     forget_grip(f, t)
-    t[CHOICE_FORGOTTEN] += 1
+    t.choice.forgotten += 1
 
 
 def asked_force(f: Floats, t: Wholes, base: float, dt: float) -> tuple[float, int]:
     """Return the normal force [N] that the policy asks for, and its reason."""
-    policy = t[CHOICE_POLICY]
+    policy = t.choice.policy
     if policy == POLICY_MARGIN:
-        f[OWN_FORCE], t[CHOICE_REASON] = wanted_force(f, t, base, dt)
+        f.own.force, t.choice.reason = wanted_force(f, t, base, dt)
     elif policy <= POLICY_ELASTIC:
         force = baseline_force(f, policy)
-        t[CHOICE_REASON] = direction(base, force)
-        f[OWN_FORCE] = base if math.isnan(force) else force
-    return f[OWN_FORCE], t[CHOICE_REASON]
+        t.choice.reason = direction(base, force)
+        f.own.force = base if math.isnan(force) else force
+    return f.own.force, t.choice.reason
 
 
 def direction(base: float, force: float) -> int:
@@ -74,16 +52,16 @@ def direction(base: float, force: float) -> int:
 def baseline_force(f: Floats, policy: int) -> float:
     """Return the force [N] of a baseline policy; NaN: its load was not measured."""
     if policy == POLICY_CONSTANT:
-        return f[BASELINE_FORCE]
-    friction, more = f[BASELINE_FRICTION], 1.0 + f[BASELINE_SAFETY]
+        return f.baseline.force
+    friction, more = f.baseline.friction, 1.0 + f.baseline.safety
     if policy == POLICY_CONE:
-        return more * f[DEMAND_LOAD] / friction
-    torque = 0.0 if math.isnan(f[DEMAND_TORQUE]) else f[DEMAND_TORQUE]
-    radius, power = f[BASELINE_RADIUS], f[BASELINE_POWER]
-    exponent = f[BASELINE_EXPONENT]
-    return more * least_normal_force(f[DEMAND_LOAD], torque, friction, radius, exponent, 1.0, power, 0.0)
+        return more * f.demand.load / friction
+    torque = 0.0 if math.isnan(f.demand.torque) else f.demand.torque
+    radius, power = f.baseline.radius, f.baseline.power
+    exponent = f.baseline.exponent
+    return more * least_normal_force(f.demand.load, torque, friction, radius, exponent, 1.0, power, 0.0)
 
 
 def shared_force(f: Floats, t: Wholes, g: Floats) -> float:
     """Return this finger's share of the grasp [N]: balanced against the thumb, or as Python has shared it."""
-    return f[OWN_SHARE] if t[CHOICE_SHARE] == 1 else balanced_force(t, g)
+    return f.own.share if t.choice.share == 1 else balanced_force(t, g)

@@ -3,63 +3,40 @@
 import math
 
 from vegrip.estimator.kernels.forecast import least_force
+from vegrip.estimator.kernels.sense import is_force_known, is_sound, touches
 from vegrip.grip.confirmed_load import confirm_load
 from vegrip.grip.kernels.choice import asks_least_force
 from vegrip.grip.kernels.friction_shared import is_slipping, load_to_answer
-from vegrip.grip.kernels.generated import (
-    ASKED_MARGIN,
-    ASKED_QUANTILE,
-    CONFIRMED0,
-    DEMAND_BOUND,
-    DEMAND_LEAST,
-    DEMAND_LOAD,
-    DEMAND_TORQUE,
-    GRIP_HELD,
-    INPUT_DOUBTFUL,
-    INPUT_LOST,
-    LOADING,
-    NEED_IN_CONTACT,
-    NEED_SLIPPING,
-    NEED_TRUSTED,
-    SET_S_TANGENTIAL,
-    SET_S_TORQUE,
-    STATE_TANGENTIAL_FORCE_X,
-    STATE_TANGENTIAL_FORCE_Y,
-    STATE_TORQUE_Z,
-    TAKEN_BOUND,
-    Floats,
-    Wholes,
-)
-from vegrip.grip.kernels.sense import is_force_known, is_sound, touches
+from vegrip.grip.kernels.generated import *
 
 
 def demand_nothing(f: Floats, t: Wholes) -> None:
     """Set the demand of a finger whose input is not believed."""
-    f[DEMAND_LEAST] = f[DEMAND_LOAD] = f[DEMAND_TORQUE] = f[DEMAND_BOUND] = math.nan
-    t[NEED_IN_CONTACT] = t[NEED_SLIPPING] = t[NEED_TRUSTED] = 0
+    f.demand.least = f.demand.load = f.demand.torque = f.demand.bound = math.nan
+    t.need.in_contact = t.need.slipping = t.need.trusted = 0
 
 
 def demand_force(f: Floats, t: Wholes, g: Floats) -> None:
     """Set the demand by the present state and the estimate; the bound of the margin is of the last look."""
-    x, y = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y]
-    f[DEMAND_LOAD], f[DEMAND_TORQUE] = math.sqrt(x * x + y * y), abs(f[STATE_TORQUE_Z])
-    t[NEED_SLIPPING] = 1 if is_slipping(f, t, g) else 0
+    x, y = f.state.tangential_force_x, f.state.tangential_force_y
+    f.demand.load, f.demand.torque = math.sqrt(x * x + y * y), abs(f.state.torque_z)
+    t.need.slipping = 1 if is_slipping(f, t, g) else 0
     if not touches(f, t):
-        f[DEMAND_LEAST], f[DEMAND_BOUND] = 0.0, math.nan
-        t[NEED_IN_CONTACT], t[NEED_TRUSTED] = 0, 1 if is_force_known(f, t) else 0
+        f.demand.least, f.demand.bound = 0.0, math.nan
+        t.need.in_contact, t.need.trusted = 0, 1 if is_force_known(f, t) else 0
         return
-    f[DEMAND_LEAST], f[DEMAND_BOUND] = math.nan, f[TAKEN_BOUND]
-    if asks_least_force(t) and (t[INPUT_LOST] & LOADING) == 0:
-        x, y, torque = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y], f[STATE_TORQUE_Z]
-        x, y, torque = confirm_load(f, CONFIRMED0, x, y, torque, f[SET_S_TANGENTIAL], f[SET_S_TORQUE])
+    f.demand.least, f.demand.bound = math.nan, f.taken.bound
+    if asks_least_force(t) and (t.input.lost & LOADING) == 0:
+        x, y, torque = f.state.tangential_force_x, f.state.tangential_force_y, f.state.torque_z
+        x, y, torque = confirm_load(f, CONFIRMED0, x, y, torque, f.set.s_tangential, f.set.s_torque)
         load, torque = load_to_answer(f, t, g, x, y, torque)
         if is_sound(f, t):
-            f[DEMAND_LEAST] = least_force(f, load, torque, f[ASKED_MARGIN], f[ASKED_QUANTILE])
-    t[NEED_IN_CONTACT], t[NEED_TRUSTED] = 1, 0 if math.isnan(f[DEMAND_LEAST]) else 1
+            f.demand.least = least_force(f, load, torque, f.asked.margin, f.asked.quantile)
+    t.need.in_contact, t.need.trusted = 1, 0 if math.isnan(f.demand.least) else 1
 
 
 def hold_doubtful(f: Floats, t: Wholes) -> None:
     """While the normal force stands still: no less than is held, and no belief in air."""
-    if t[INPUT_DOUBTFUL] == 1:
-        f[DEMAND_LEAST] = max(f[GRIP_HELD], f[DEMAND_LEAST])
-        t[NEED_IN_CONTACT] = 1
+    if t.input.doubtful == 1:
+        f.demand.least = max(f.grip.held, f.demand.least)
+        t.need.in_contact = 1

@@ -11,38 +11,27 @@ to zero nor to a fail-safe grip that happens to be smaller than what is held.
 import math
 
 from vegrip.grip.kernels.choice import forget_policy
-from vegrip.grip.kernels.generated import (
-    GRIP_ELAPSED,
-    GRIP_HELD,
-    GRIP_REQUIRED,
-    REASON_FAIL_SAFE,
-    RULE_HOLD_TIME,
-    RULE_RAMP_RATE,
-    RULE_SAFE_FORCE,
-    TURN_REASON,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 
 
 def end_fault(f: Floats) -> None:
     """Return to normal; the next fault starts anew."""
-    f[GRIP_ELAPSED] = -math.inf
+    f.grip.elapsed = -math.inf
 
 
 def is_at_fault(f: Floats) -> bool:
     """Return whether a fault is being ridden out."""
-    return f[GRIP_ELAPSED] >= 0.0
+    return f.grip.elapsed >= 0.0
 
 
 def ride_out_fault(f: Floats, t: Wholes, dt: float, holding: int) -> None:
     """Require what is held, or was asked for while all was well, and after a while the fail-safe grip."""
-    safe = max(f[GRIP_HELD], f[GRIP_REQUIRED])
+    safe = max(f.grip.held, f.grip.required)
     forget_policy(f, t)
-    f[GRIP_ELAPSED] = f[GRIP_ELAPSED] + dt if is_at_fault(f) else 0.0
-    if f[GRIP_ELAPSED] < f[RULE_HOLD_TIME] or safe >= f[RULE_SAFE_FORCE]:
-        f[GRIP_REQUIRED] = safe
-        t[TURN_REASON] = holding
+    f.grip.elapsed = f.grip.elapsed + dt if is_at_fault(f) else 0.0
+    if f.grip.elapsed < f.rule.hold_time or safe >= f.rule.safe_force:
+        f.grip.required = safe
+        t.turn.reason = holding
     else:
-        f[GRIP_REQUIRED] = min(safe + f[RULE_RAMP_RATE] * dt, f[RULE_SAFE_FORCE])
-        t[TURN_REASON] = REASON_FAIL_SAFE
+        f.grip.required = min(safe + f.rule.ramp_rate * dt, f.rule.safe_force)
+        t.turn.reason = REASON_FAIL_SAFE

@@ -16,20 +16,7 @@ from vegrip.grip.kernels.finger_step import (
     settle_state,
     take_estimate,
 )
-from vegrip.grip.kernels.generated import (
-    CONDITION_DEGRADED,
-    INPUT_CONDITION,
-    MEASURED,
-    NEED_BELIEVED,
-    NEWS_SEQ,
-    NEWS_STAMP,
-    OWN_BASE,
-    OWN_STEP,
-    STATE0,
-    TURN_STARTED,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.share import tell_need
 from vegrip.grip.kernels.watchdog import watch_silence
 
@@ -44,14 +31,14 @@ def finger_sense(f: Floats, t: Wholes, g: Floats, values: Floats, seq: int, stam
     """Take the state of ``values`` and find what the finger needs; return whether it is believed."""
     take_message(f, t, values, seq, stamp)
     sense(f, t, g, now)
-    return int(t[NEED_BELIEVED])
+    return int(t.need.believed)
 
 
 def finger_judge(f: Floats, t: Wholes, g: Floats, values: Floats, seq: int, stamp: int, now: int) -> int:
     """Judge the state of ``values``; return whether it is believed."""
     take_message(f, t, values, seq, stamp)
     judge_state(f, t, g, now)
-    return int(t[NEED_BELIEVED])
+    return int(t.need.believed)
 
 
 def finger_take(f: Floats, t: Wholes, g: Floats, _now: int) -> int:
@@ -63,14 +50,14 @@ def finger_take(f: Floats, t: Wholes, g: Floats, _now: int) -> int:
 def finger_bound(f: Floats, t: Wholes, _g: Floats, now: int) -> int:
     """Bound the demand; return whether the policy is asked, by ``OWN_BASE`` and ``OWN_STEP``."""
     bound_demand(f, t, now)
-    f[OWN_BASE], f[OWN_STEP] = base_force(f, t), time_asked(t, now)
-    return 1 if t[TURN_STARTED] == 1 and t[INPUT_CONDITION] <= CONDITION_DEGRADED else 0
+    f.own.base, f.own.step = base_force(f, t), time_asked(t, now)
+    return 1 if t.turn.started == 1 and t.input.condition <= CONDITION_DEGRADED else 0
 
 
 def finger_need(f: Floats, t: Wholes, g: Floats, now: int) -> int:
     """Find what the finger needs; return whether it is to be commanded."""
     settle_need(f, t, g, now)
-    return int(t[TURN_STARTED])
+    return int(t.turn.started)
 
 
 def finger_settle(f: Floats, t: Wholes, g: Floats, now: int) -> int:
@@ -83,7 +70,7 @@ def finger_watch(f: Floats, t: Wholes, g: Floats, now: int) -> int:
     watch_silence(f, t, now)
     if not is_renewal_due(t, now):
         return 0
-    if t[INPUT_CONDITION] > CONDITION_DEGRADED:
+    if t.input.condition > CONDITION_DEGRADED:
         demand_nothing(f, t)
         ride_out_input(f, t, now)
         tell_need(f, t, g)
@@ -102,6 +89,6 @@ def finger_ride_out(f: Floats, t: Wholes, g: Floats, now: int) -> int:
 
 def take_message(f: Floats, t: Wholes, values: Floats, seq: int, stamp: int) -> None:
     """Take the present state."""
-    t[NEWS_SEQ], t[NEWS_STAMP] = seq, bounded_time(stamp)
+    t.news.seq, t.news.stamp = seq, bounded_time(stamp)
     for i in range(MEASURED):
-        f[STATE0 + i] = values[i]
+        f.state[i] = values[i]

@@ -1,27 +1,7 @@
 """One classic frame of one finger: a part of a state in, and with the last one the command out."""
 
 from vegrip.grip.kernels.finger_step import LEFT_ALONE, STEP_COMMANDED, answer_state
-from vegrip.grip.kernels.generated import (
-    ADJUSTMENT_HIGH,
-    ADJUSTMENT_LOW,
-    ADJUSTMENT_SCALE,
-    FORCE_HIGH,
-    FORCE_LOW,
-    FORCE_SCALE,
-    GRIP_ADJUSTMENT,
-    GRIP_HELD,
-    PARTS_CLIPPED_ADJUSTMENT,
-    PARTS_CLIPPED_FORCE,
-    SETUP_COMMAND_ID,
-    SETUP_EXPIRES,
-    SHORT_COMMAND_LENGTH,
-    TURN_GIVEN_REASON,
-    TURN_SEQ,
-    Bytes,
-    Floats,
-    Wholes,
-    pack_short_command,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.part_protection import protect_short
 from vegrip.grip.kernels.receive_part import RING, completes, is_part_welcome, keep_part, take_parts
 
@@ -47,15 +27,15 @@ def finger_part(
 
 def write_short_command(f: Floats, t: Wholes, out: Bytes) -> None:
     """Pack the command that was settled; what the frame cannot carry ends at its range, and is counted."""
-    force = nearest_steps(f[GRIP_HELD] / FORCE_SCALE)
-    adjustment = nearest_steps(f[GRIP_ADJUSTMENT] / ADJUSTMENT_SCALE)
+    force = nearest_steps(f.grip.held / FORCE_SCALE)
+    adjustment = nearest_steps(f.grip.adjustment / ADJUSTMENT_SCALE)
     carried = within(force, FORCE_LOW, FORCE_HIGH)
     carried_adjustment = within(adjustment, ADJUSTMENT_LOW, ADJUSTMENT_HIGH)
-    t[PARTS_CLIPPED_FORCE] += 1 if carried != force else 0
-    t[PARTS_CLIPPED_ADJUSTMENT] += 1 if carried_adjustment != adjustment else 0
-    counter, reason = t[TURN_SEQ] % RING, t[TURN_GIVEN_REASON]
-    pack_short_command(out, counter, carried, carried_adjustment, reason, t[SETUP_EXPIRES])
-    protect_short(out, SHORT_COMMAND_LENGTH, t[SETUP_COMMAND_ID])
+    t.parts.clipped_force += 1 if carried != force else 0
+    t.parts.clipped_adjustment += 1 if carried_adjustment != adjustment else 0
+    counter, reason = t.turn.seq % RING, t.turn.given_reason
+    pack_short_command(out, counter, carried, carried_adjustment, reason, t.setup.expires)
+    protect_short(out, SHORT_COMMAND_LENGTH, t.setup.command_id)
 
 
 def nearest_steps(steps: float) -> int:

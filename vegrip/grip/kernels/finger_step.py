@@ -2,6 +2,7 @@
 
 import math
 
+from vegrip.estimator.kernels.sense import assimilate, margin_bound, touches
 from vegrip.grip.kernels.choice import shared_force
 from vegrip.grip.kernels.control import (
     command_share,
@@ -11,39 +12,9 @@ from vegrip.grip.kernels.control import (
 )
 from vegrip.grip.kernels.demand import demand_force, demand_nothing, hold_doubtful
 from vegrip.grip.kernels.friction_shared import prepare_friction, restore_slip, update_shared_friction
-from vegrip.grip.kernels.generated import (
-    COMMAND_LENGTH,
-    CONDITION_DEGRADED,
-    GRIP_ADJUSTMENT,
-    GRIP_HELD,
-    GRIP_REQUIRED,
-    HISTORY_STATES,
-    INPUT_CONDITION,
-    NEED_BELIEVED,
-    REP_FORCE,
-    REP_RADIUS,
-    SETUP_COMMAND_ID,
-    SETUP_EXPIRES,
-    STATE_NORMAL_FORCE,
-    TAKEN_BOUND,
-    TURN_FETCHED,
-    TURN_GIVEN_REASON,
-    TURN_HAS_MARGIN,
-    TURN_NOTED,
-    TURN_REPORT_DUE,
-    TURN_SEEN,
-    TURN_SEQ,
-    TURN_STARTED,
-    TURN_TOLD,
-    TURN_USED,
-    Bytes,
-    Floats,
-    Wholes,
-    pack_command,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.protection import protect
 from vegrip.grip.kernels.receive import is_welcome, is_whole, take_frame
-from vegrip.grip.kernels.sense import assimilate, margin_bound, note_history
 from vegrip.grip.kernels.share import tell_need
 from vegrip.grip.kernels.takeover import begin_transfer, bound_takeover
 from vegrip.grip.kernels.watchdog import accept_state, note_broken, watch_silence
@@ -75,8 +46,8 @@ def finger_receive(
         note_broken(t, now)
         return LEFT_ALONE
     done = finger_step(f, t, g, frame, length, arrival, now, out)
-    if t[TURN_SEEN] == 1:
-        f[TAKEN_BOUND] = margin_bound(f, t)  # where reports are made, they bring it up to date
+    if t.turn.seen == 1:
+        f.taken.bound = margin_bound(f, t)  # where reports are made, they bring it up to date
     return done
 
 
@@ -85,7 +56,7 @@ def finger_tick(f: Floats, t: Wholes, g: Floats, now: int, out: Bytes) -> int:
     watch_silence(f, t, now)
     if not is_renewal_due(t, now):
         return LEFT_ALONE
-    if t[INPUT_CONDITION] > CONDITION_DEGRADED:
+    if t.input.condition > CONDITION_DEGRADED:
         demand_nothing(f, t)
         require_force(f, t, now)
         tell_need(f, t, g)
@@ -103,7 +74,7 @@ def answer_state(f: Floats, t: Wholes, g: Floats, now: int) -> int:
 def settle_state(f: Floats, t: Wholes, g: Floats, now: int) -> int:
     """Command this finger's share once it has begun; return what was done with its state, in bits."""
     done = STEP_TAKEN
-    if t[TURN_STARTED] == 1:
+    if t.turn.started == 1:
         settle_command(f, t, g, now)
         done += STEP_COMMANDED
     return done + STEP_REPORT if is_report_due(t, now) else done
@@ -112,7 +83,7 @@ def settle_state(f: Floats, t: Wholes, g: Floats, now: int) -> int:
 def sense(f: Floats, t: Wholes, g: Floats, now: int) -> None:
     """Judge the present state, take it in, and find what the finger needs."""
     judge_state(f, t, g, now)
-    if t[NEED_BELIEVED] == 1:
+    if t.need.believed == 1:
         take_estimate(f, t, g)
     bound_demand(f, t, now)
     settle_need(f, t, g, now)
@@ -122,39 +93,39 @@ def judge_state(f: Floats, t: Wholes, g: Floats, now: int) -> None:
     """Judge the present state: whether the estimate may use it."""
     demand_nothing(f, t)
     prepare_friction(f, t, g)
-    t[NEED_BELIEVED] = 1 if accept_state(f, t, now) else 0
+    t.need.believed = 1 if accept_state(f, t, now) else 0
 
 
 def take_estimate(f: Floats, t: Wholes, g: Floats) -> None:
     """Take a state that is believed into the estimate, and find the demand."""
     assimilate(f, t)
-    if t[TURN_HAS_MARGIN] == 0:
-        f[TAKEN_BOUND] = margin_bound(f, t)
-        t[TURN_HAS_MARGIN] = 1
+    if t.turn.has_margin == 0:
+        f.taken.bound = margin_bound(f, t)
+        t.turn.has_margin = 1
     demand_force(f, t, g)
 
 
 def bound_demand(f: Floats, t: Wholes, now: int) -> None:
     """Begin with the first state that is believed; bound the demand by what is known besides the estimate."""
-    if t[NEED_BELIEVED] == 1:
-        t[TURN_USED] = now
-        if t[TURN_STARTED] == 0:
-            measured = f[STATE_NORMAL_FORCE]
-            start_control(f, t, f[REP_FORCE] if math.isnan(measured) else measured, now)
-        if t[TURN_SEEN] == 0:
-            begin_transfer(f, t, f[GRIP_REQUIRED], f[REP_RADIUS], now)
-        t[TURN_SEEN] = 1
+    if t.need.believed == 1:
+        t.turn.used = now
+        if t.turn.started == 0:
+            measured = f.state.normal_force
+            start_control(f, t, f.report.force if math.isnan(measured) else measured, now)
+        if t.turn.seen == 0:
+            begin_transfer(f, t, f.grip.required, f.report.radius, now)
+        t.turn.seen = 1
         note_history(f, t)
-    if t[TURN_STARTED] == 1:
+    if t.turn.started == 1:
         bound_takeover(f, t, now)
         hold_doubtful(f, t)
 
 
 def settle_need(f: Floats, t: Wholes, g: Floats, now: int) -> None:
     """Find what the finger needs, as its policy answers the demand; let the grasp know, and learn."""
-    if t[TURN_STARTED] == 1:
+    if t.turn.started == 1:
         require_force(f, t, now)
-    if t[NEED_BELIEVED] == 1:
+    if t.need.believed == 1:
         update_shared_friction(f, t, g)
     restore_slip(f, t)
     tell_need(f, t, g)
@@ -163,18 +134,30 @@ def settle_need(f: Floats, t: Wholes, g: Floats, now: int) -> None:
 def settle_command(f: Floats, t: Wholes, g: Floats, now: int) -> None:
     """Settle the command for this finger's share of the grasp."""
     adjustment, reason = command_share(f, t, shared_force(f, t, g), now)
-    f[GRIP_ADJUSTMENT], t[TURN_GIVEN_REASON] = adjustment, reason
+    f.grip.adjustment, t.turn.given_reason = adjustment, reason
 
 
 def write_command(f: Floats, t: Wholes, now: int, out: Bytes) -> None:
     """Pack the command that was settled at ``now`` [ns]."""
-    force, adjustment, reason = f[GRIP_HELD], f[GRIP_ADJUSTMENT], t[TURN_GIVEN_REASON]
-    pack_command(out, t[TURN_SEQ], now, force, adjustment, reason, t[SETUP_EXPIRES])
-    protect(out, COMMAND_LENGTH, t[SETUP_COMMAND_ID])
+    force, adjustment, reason = f.grip.held, f.grip.adjustment, t.turn.given_reason
+    pack_command(out, t.turn.seq, now, force, adjustment, reason, t.setup.expires)
+    protect(out, COMMAND_LENGTH, t.setup.command_id)
 
 
 def is_report_due(t: Wholes, now: int) -> bool:
     """Return whether a report is due, the condition has changed, or half of the history waits."""
-    waiting = t[TURN_NOTED] - t[TURN_FETCHED]
+    waiting = t.turn.noted - t.turn.fetched
     full = HISTORY_STATES > 0 and waiting >= HISTORY_STATES // 2
-    return now >= t[TURN_REPORT_DUE] or t[INPUT_CONDITION] != t[TURN_TOLD] or full
+    return now >= t.turn.report_due or t.input.condition != t.turn.told or full
+
+
+def note_history(f: Floats, t: Wholes) -> None:
+    """Keep the state itself for those who look back."""
+    if HISTORY_STATES > 0:
+        row = t.turn.noted % max(HISTORY_STATES, 1)
+        t.history_stamp[row], t.history_seq[row] = t.news.stamp, t.news.seq
+        start = HISTORY0 + row * (MEASURED + 1)
+        for i in range(MEASURED):
+            f[start + i] = f.state[i]
+        f[start + MEASURED] = 1.0 if touches(f, t) else 0.0
+        t.turn.noted += 1

@@ -4,15 +4,7 @@ import math
 
 from vegrip.estimator.elapsed import bounded_time
 from vegrip.grip.kernels.finger_step import LEFT_ALONE, answer_state
-from vegrip.grip.kernels.generated import (
-    LINE_LAST,
-    MEASURED,
-    NEWS_SEQ,
-    NEWS_STAMP,
-    STATE0,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.receive import count_on, is_next
 
 
@@ -23,9 +15,9 @@ def finger_values(
     if not are_welcome(t, values, counter, arrival):
         return LEFT_ALONE
     count_on(t, counter, arrival)
-    t[NEWS_SEQ], t[NEWS_STAMP] = t[LINE_LAST], bounded_time(stamp)
+    t.news.seq, t.news.stamp = t.line.last, bounded_time(stamp)
     for i in range(MEASURED):
-        f[STATE0 + i] = values[i]
+        f.state[i] = values[i]
     return answer_state(f, t, g, now)
 
 
@@ -34,4 +26,4 @@ def are_welcome(t: Wholes, values: Floats, counter: int, arrival: int) -> bool:
     for i in range(MEASURED):
         if math.isinf(values[i]):
             return False
-    return t[LINE_LAST] < 0 or is_next(t, counter, arrival)
+    return t.line.last < 0 or is_next(t, counter, arrival)

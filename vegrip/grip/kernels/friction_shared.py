@@ -7,6 +7,7 @@ import math
 
 from vegrip.estimator.elapsed import elapsed_time
 from vegrip.estimator.kernels.load_loss import is_load_doubted
+from vegrip.estimator.kernels.sense import touches
 from vegrip.grip.drive_lag import follow_drive
 from vegrip.grip.felt_slip import (
     believed_flag,
@@ -28,59 +29,7 @@ from vegrip.grip.friction_belief import (
 from vegrip.grip.friction_change import CHANGE_LEVEL, CHANGE_SPREAD, follow_level, stated_friction
 from vegrip.grip.friction_onset import feel_onset
 from vegrip.grip.friction_probe import PROBE_NEED, feel_slip, watch_load
-from vegrip.grip.kernels.generated import (
-    ASKED_MARGIN,
-    ASKED_QUANTILE,
-    FRI_BASE_LN,
-    FRI_BASE_VAR,
-    FRI_LN_MU,
-    FRI_VAR,
-    GRIP_ELAPSED,
-    GRIP_HELD,
-    GRIP_REQUIRED,
-    INPUT_DOUBTFUL,
-    MU_LEARNED,
-    NEWS_STAMP,
-    REP_GAUGE,
-    REP_GAUGE_ABS,
-    REP_GAUGE_REL,
-    REP_MU,
-    REP_MU_STD,
-    REP_RADIUS,
-    RULE_QUANTILE,
-    RULE_WANTED_MARGIN,
-    SETUP_FINGER,
-    SETUP_FINGERS,
-    SETUP_LEADS,
-    SETUP_SHARES,
-    SHARED_BEFORE,
-    SHARED_BEFORE_VAR,
-    SHARED_FLAG,
-    SHARED_KNOWN_QUANTILE,
-    SHARED_LEVEL,
-    SHARED_LOAD_NOISE,
-    SHARED_SEEN,
-    SHARED_SITE,
-    SHARED_SITE_WEIGHTED,
-    SHARED_SPEED,
-    SHARED_SPREAD,
-    SHARED_UNKNOWN,
-    SHARED_WIDEST,
-    SLIDES,
-    STATE_NORMAL_FORCE,
-    STATE_SLIP,
-    STATE_SLIP_SPEED,
-    STATE_TANGENTIAL_FORCE_X,
-    STATE_TANGENTIAL_FORCE_Y,
-    TAKEN_LOAD,
-    TAKEN_TORQUE,
-    TURN_LEARNED,
-    TURN_LED,
-    TURN_STARTED,
-    Floats,
-    Wholes,
-)
-from vegrip.grip.kernels.sense import touches
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.late_slip import is_late, present_slip, recall_load
 from vegrip.grip.load_lead import lead_load
 from vegrip.grip.slip_trust import counted_shift, counts_as_known, ends_probe, follow_trust, let_go
@@ -91,21 +40,21 @@ NEW_CONTACT = 1e-4  # growth of the variance of ln mu between two states that on
 
 def prepare_friction(f: Floats, t: Wholes, g: Floats) -> None:
     """Write what the grasp believes into the finger's own estimate; choose margin and confidence."""
-    f[ASKED_MARGIN], f[ASKED_QUANTILE] = f[RULE_WANTED_MARGIN], f[RULE_QUANTILE]
-    if t[SETUP_SHARES] == 0:
+    f.asked.margin, f.asked.quantile = f.rule.wanted_margin, f.rule.quantile
+    if t.setup.shares == 0:
         return
-    i = t[SETUP_FINGER]
-    if f[FRI_LN_MU] == f[FRI_BASE_LN] and f[FRI_VAR] == f[FRI_BASE_VAR]:
-        f[SHARED_SITE] = f[SHARED_SITE_WEIGHTED] = 0.0
-    if g[BELIEF_VERSION] != f[SHARED_SEEN]:
-        f[SHARED_SEEN] = g[BELIEF_VERSION]
+    i = t.setup.finger
+    if f.friction.ln_mu == f.friction.base_ln and f.friction.var == f.friction.base_var:
+        f.shared.site = f.shared.site_weighted = 0.0
+    if g[BELIEF_VERSION] != f.shared.seen:
+        f.shared.seen = g[BELIEF_VERSION]
         believe_friction(f, g[BELIEF_MEAN + i], believed_variance(g, i))
-    f[SHARED_BEFORE], f[SHARED_BEFORE_VAR] = f[FRI_LN_MU], f[FRI_VAR]
+    f.shared.before, f.shared.before_var = f.friction.ln_mu, f.friction.var
     screen_slip(f, g, i)
     if counts_as_known(g, g, i):
-        f[ASKED_QUANTILE] = f[SHARED_KNOWN_QUANTILE]
-    shift = counted_shift(g, g, i, f[ASKED_QUANTILE])
-    f[ASKED_MARGIN] = 1.0 - (1.0 - f[RULE_WANTED_MARGIN]) * math.exp(shift)
+        f.asked.quantile = f.shared.known_quantile
+    shift = counted_shift(g, g, i, f.asked.quantile)
+    f.asked.margin = 1.0 - (1.0 - f.rule.wanted_margin) * math.exp(shift)
 
 
 def screen_slip(f: Floats, g: Floats, i: int) -> None:
@@ -113,72 +62,72 @@ def screen_slip(f: Floats, g: Floats, i: int) -> None:
 
     What the load has shown to be wrong counts as not sensed, and a slide that is over as none.
     """
-    f[SHARED_FLAG], f[SHARED_SPEED] = f[STATE_SLIP], f[STATE_SLIP_SPEED]
-    f[STATE_SLIP] = present_slip(g, i, believed_flag(g, i, f[STATE_SLIP]))
-    f[STATE_SLIP_SPEED] = present_slip(g, i, believed_speed(g, i, f[STATE_SLIP_SPEED]))
+    f.shared.flag, f.shared.speed = f.state.slip, f.state.slip_speed
+    f.state.slip = present_slip(g, i, believed_flag(g, i, f.state.slip))
+    f.state.slip_speed = present_slip(g, i, believed_speed(g, i, f.state.slip_speed))
 
 
 def restore_slip(f: Floats, t: Wholes) -> None:
     """Let the state show slip as it was sensed."""
-    if t[SETUP_SHARES] == 1:
-        f[STATE_SLIP], f[STATE_SLIP_SPEED] = f[SHARED_FLAG], f[SHARED_SPEED]
+    if t.setup.shares == 1:
+        f.state.slip, f.state.slip_speed = f.shared.flag, f.shared.speed
 
 
 def is_slipping(f: Floats, t: Wholes, g: Floats) -> bool:
     """Return whether the finger slips by its flag, or by its speed where friction is shared."""
-    slides = t[SETUP_SHARES] == 1 and shows_sliding(g, f[STATE_SLIP_SPEED])
-    return slides or f[STATE_SLIP] >= SLIDES
+    slides = t.setup.shares == 1 and shows_sliding(g, f.state.slip_speed)
+    return slides or f.state.slip >= SLIDES
 
 
 def believe_friction(f: Floats, mean: float, variance: float) -> None:
     """Go on from this belief, and for the present loading from the same without its own evidence."""
     if not MU_LEARNED:
         return
-    f[FRI_LN_MU] = f[FRI_BASE_LN] = mean
-    f[FRI_VAR] = f[FRI_BASE_VAR] = variance
-    left = 1.0 / variance - f[SHARED_SITE] if variance > 0.0 else 0.0
-    if f[SHARED_SITE] != 0.0 and left > 1.0 / f[SHARED_WIDEST]:
-        f[FRI_BASE_LN] = (mean / variance - f[SHARED_SITE_WEIGHTED]) / left
-        f[FRI_BASE_VAR] = 1.0 / left
+    f.friction.ln_mu = f.friction.base_ln = mean
+    f.friction.var = f.friction.base_var = variance
+    left = 1.0 / variance - f.shared.site if variance > 0.0 else 0.0
+    if f.shared.site != 0.0 and left > 1.0 / f.shared.widest:
+        f.friction.base_ln = (mean / variance - f.shared.site_weighted) / left
+        f.friction.base_var = 1.0 / left
 
 
 def update_shared_friction(f: Floats, t: Wholes, g: Floats) -> None:
     """Take in what the finger learned of its last state, and let probing go on."""
-    if t[SETUP_SHARES] == 0:
+    if t.setup.shares == 0:
         return
-    i = t[SETUP_FINGER]
-    dt = since(t[NEWS_STAMP], t[TURN_LEARNED]) if t[TURN_LEARNED] != 0 else 0.0
-    t[TURN_LEARNED] = t[NEWS_STAMP]
-    g[BELIEF_SINCE] += dt / float(t[SETUP_FINGERS])
+    i = t.setup.finger
+    dt = since(t.news.stamp, t.turn.learned) if t.turn.learned != 0 else 0.0
+    t.turn.learned = t.news.stamp
+    g[BELIEF_SINCE] += dt / float(t.setup.fingers)
     is_touching = touches(f, t)
-    slip, speed = believed_flag(g, i, f[SHARED_FLAG]), believed_speed(g, i, f[SHARED_SPEED])
+    slip, speed = believed_flag(g, i, f.shared.flag), believed_speed(g, i, f.shared.speed)
     is_evidence = may_teach(g, i)
     give_evidence(f, g, i, slip >= SLIDES and (is_late(g) or not is_evidence))
     u, relative = utilised_friction(f, is_touching)
     vague = relative if is_evidence else math.inf
     feel_onset(g, g, i, dt, recall_load(g, i, dt, u), vague, slip, speed)
-    g[PROBE_NEED + i] = f[GRIP_REQUIRED]
+    g[PROBE_NEED + i] = f.grip.required
     load = armed_load(f, is_touching)
-    watch_load(g, i, dt, load, f[SHARED_LOAD_NOISE], is_touching)
-    noise, slides = f[SHARED_LOAD_NOISE], ends_probe(g, i, dt, slip >= SLIDES, shows_sliding(g, speed))
-    x, y = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y]
+    watch_load(g, i, dt, load, f.shared.load_noise, is_touching)
+    noise, slides = f.shared.load_noise, ends_probe(g, i, dt, slip >= SLIDES, shows_sliding(g, speed))
+    x, y = f.state.tangential_force_x, f.state.tangential_force_y
     pull = math.sqrt(x * x + y * y)
     follow_trust(
-        g, g, i, dt, slip, f[SHARED_SPEED], u, relative, f[STATE_NORMAL_FORCE], pull, noise, is_touching
+        g, g, i, dt, slip, f.shared.speed, u, relative, f.state.normal_force, pull, noise, is_touching
     )
-    feel_slip(g, dt, t[SETUP_FINGERS], slides)
-    let_go(g, g, i, dt, f[ASKED_QUANTILE], f[ASKED_MARGIN], u, noise, is_touching, slides)
+    feel_slip(g, dt, t.setup.fingers, slides)
+    let_go(g, g, i, dt, f.asked.quantile, f.asked.margin, u, noise, is_touching, slides)
     twist = twist_share(pull, load)
-    judge_felt_slip(g, i, dt, f[SHARED_FLAG], f[SHARED_SPEED], u, twist)
+    judge_felt_slip(g, i, dt, f.shared.flag, f.shared.speed, u, twist)
     follow_level(g, g, i, dt)
-    f[SHARED_LEVEL], f[SHARED_SPREAD] = g[CHANGE_LEVEL + i], g[CHANGE_SPREAD + i]
+    f.shared.level, f.shared.spread = g[CHANGE_LEVEL + i], g[CHANGE_SPREAD + i]
 
 
 def told_friction(f: Floats, t: Wholes, mu: float, std: float) -> tuple[float, float]:
     """Return the friction coefficient and its std that are told, of those that are believed."""
-    if t[SETUP_SHARES] == 0 or not 0.0 < mu < math.inf:
+    if t.setup.shares == 0 or not 0.0 < mu < math.inf:
         return mu, std
-    level, spread, unknown = f[SHARED_LEVEL], f[SHARED_SPREAD], f[SHARED_UNKNOWN]
+    level, spread, unknown = f.shared.level, f.shared.spread, f.shared.unknown
     mean, relative = stated_friction(math.log(mu), std / mu, level, spread, unknown)
     told = math.exp(mean)
     return told, told * relative
@@ -190,23 +139,23 @@ def give_evidence(f: Floats, g: Floats, i: int, refused: bool) -> None:
     Of slip that is felt late it learns by the wrong load, and a flag that was never silent is no evidence:
     both are ``refused``.
     """
-    mean, variance = f[SHARED_BEFORE], f[SHARED_BEFORE_VAR]
-    if f[FRI_LN_MU] == mean:
-        if f[FRI_VAR] > variance + NEW_CONTACT:
-            widen_own(g, i, f[FRI_VAR])
+    mean, variance = f.shared.before, f.shared.before_var
+    if f.friction.ln_mu == mean:
+        if f.friction.var > variance + NEW_CONTACT:
+            widen_own(g, i, f.friction.var)
         return
     if refused:
         refuse_evidence(g)
-    elif variance > 0.0 and f[FRI_VAR] > 0.0:
-        f[SHARED_SITE] += 1.0 / f[FRI_VAR] - 1.0 / variance
-        weighted = f[SHARED_SITE_WEIGHTED] + f[FRI_LN_MU] / f[FRI_VAR]
-        f[SHARED_SITE_WEIGHTED] = weighted - mean / variance
-        absorb_evidence(g, i, mean, variance, f[FRI_LN_MU], f[FRI_VAR])
+    elif variance > 0.0 and f.friction.var > 0.0:
+        f.shared.site += 1.0 / f.friction.var - 1.0 / variance
+        weighted = f.shared.site_weighted + f.friction.ln_mu / f.friction.var
+        f.shared.site_weighted = weighted - mean / variance
+        absorb_evidence(g, i, mean, variance, f.friction.ln_mu, f.friction.var)
 
 
 def is_load_told(f: Floats, is_touching: bool) -> bool:
     """Return whether the contact tells what the load asks of it."""
-    return is_touching and f[REP_GAUGE] > 0.0 and f[REP_RADIUS] > 0.0
+    return is_touching and f.report.gauge > 0.0 and f.report.radius > 0.0
 
 
 def utilised_friction(f: Floats, is_touching: bool) -> tuple[float, float]:
@@ -216,19 +165,19 @@ def utilised_friction(f: Floats, is_touching: bool) -> tuple[float, float]:
     """
     if not is_load_told(f, is_touching) or is_load_doubted(f):
         return math.nan, math.inf
-    mu = f[REP_MU]
-    part = f[REP_MU_STD] / mu if mu > 0.0 else 0.0
-    known, noise = f[REP_GAUGE_REL], f[REP_GAUGE_ABS] / f[REP_GAUGE]
+    mu = f.report.mu
+    part = f.report.mu_std / mu if mu > 0.0 else 0.0
+    known, noise = f.report.gauge_rel, f.report.gauge_abs / f.report.gauge
     rest = max(known * known - part * part, 0.0)
-    return f[REP_GAUGE] * mu, math.sqrt(rest + noise * noise)
+    return f.report.gauge * mu, math.sqrt(rest + noise * noise)
 
 
 def armed_load(f: Floats, is_touching: bool) -> float:
     """Return the load [N], the torque in it as a force at the contact radius; NaN: not known."""
     if not is_load_told(f, is_touching):
         return math.nan
-    turning = 0.0 if math.isnan(f[TAKEN_TORQUE]) else f[TAKEN_TORQUE] / f[REP_RADIUS]
-    return math.sqrt(f[TAKEN_LOAD] * f[TAKEN_LOAD] + turning * turning)
+    turning = 0.0 if math.isnan(f.taken.torque) else f.taken.torque / f.report.radius
+    return math.sqrt(f.taken.load * f.taken.load + turning * turning)
 
 
 def load_to_answer(f: Floats, t: Wholes, g: Floats, x: float, y: float, torque: float) -> tuple[float, float]:
@@ -236,18 +185,18 @@ def load_to_answer(f: Floats, t: Wholes, g: Floats, x: float, y: float, torque: 
 
     They are ahead by the lag of the drive where that is told.
     """
-    if t[SETUP_LEADS] == 0:
+    if t.setup.leads == 0:
         return math.sqrt(x * x + y * y), torque
-    dt = since(t[NEWS_STAMP], t[TURN_LED])
-    t[TURN_LED] = t[NEWS_STAMP]
-    follow_drive(g, t[SETUP_FINGER], dt, followed_command(f, t), f[STATE_NORMAL_FORCE])
-    return lead_load(g, t[SETUP_FINGER], dt, x, y, torque)
+    dt = since(t.news.stamp, t.turn.led)
+    t.turn.led = t.news.stamp
+    follow_drive(g, t.setup.finger, dt, followed_command(f, t), f.state.normal_force)
+    return lead_load(g, t.setup.finger, dt, x, y, torque)
 
 
 def followed_command(f: Floats, t: Wholes) -> float:
     """Return the command [N] that the drive follows; NaN: there is none, or it is of a fault."""
-    is_following = t[TURN_STARTED] == 1 and not f[GRIP_ELAPSED] >= 0.0 and t[INPUT_DOUBTFUL] == 0
-    return f[GRIP_HELD] if is_following else math.nan
+    is_following = t.turn.started == 1 and not f.grip.elapsed >= 0.0 and t.input.doubtful == 0
+    return f.grip.held if is_following else math.nan
 
 
 def since(stamp: int, before: int) -> float:

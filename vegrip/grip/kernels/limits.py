@@ -2,32 +2,21 @@
 
 import math
 
-from vegrip.grip.kernels.generated import (
-    GRIP_HELD,
-    REASON_MAX_LIMIT,
-    REASON_MIN_LIMIT,
-    REASON_RATE_LIMIT,
-    REASON_UNTRUSTED,
-    RULE_LOWER_RATE,
-    RULE_MAX_FORCE,
-    RULE_MIN_FORCE,
-    RULE_RAISE_RATE,
-    Floats,
-)
+from vegrip.grip.kernels.generated import *
 
 
 def clamped(f: Floats, force: float) -> float:
     """Return ``force`` [N] within the least and largest force; NaN gives the least."""
-    return min(max(f[RULE_MIN_FORCE], force), f[RULE_MAX_FORCE])  # this order: max(x, nan) is x
+    return min(max(f.rule.min_force, force), f.rule.max_force)  # this order: max(x, nan) is x
 
 
 def limited(f: Floats, wanted: float, reason: int, dt: float) -> tuple[float, int]:
     """Return ``wanted`` [N] after rate and magnitude limits, and the last stage that changed it."""
-    held = f[GRIP_HELD]
+    held = f.grip.held
     if math.isnan(wanted):
         wanted, reason = held, REASON_UNTRUSTED
     dt = max(0.0, dt)
-    reachable = min(max(wanted, held - f[RULE_LOWER_RATE] * dt), held + f[RULE_RAISE_RATE] * dt)
+    reachable = min(max(wanted, held - f.rule.lower_rate * dt), held + f.rule.raise_rate * dt)
     force = clamped(f, reachable)
     if force > reachable:
         return force, REASON_MIN_LIMIT

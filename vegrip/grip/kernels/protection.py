@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vegrip.grip.kernels.generated import Bytes
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.words import half_word, put_half_word
 
 CRC_OF_NIBBLE = np.array([

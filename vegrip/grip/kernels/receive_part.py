@@ -4,33 +4,7 @@ As :mod:`vegrip.transport.codec.assembly` has it, as far as everything comes in 
 """
 
 from vegrip.estimator.elapsed import bounded_time, elapsed_time
-from vegrip.grip.kernels.generated import (
-    ABSENT_BYTES,
-    LINE_LAST,
-    LINE_LOST,
-    LINE_STAMP,
-    NEWS_SEQ,
-    NEWS_STAMP,
-    PART_BYTES0,
-    PART_LENGTH,
-    PART_OFFSETS,
-    PART_PAYLOAD,
-    PART_VERSION,
-    PARTS_COUNTER,
-    PARTS_EXPECTED,
-    PARTS_INCOMPLETE,
-    PARTS_STAMP,
-    SETUP_STATE_ID,
-    STATE_PARTS,
-    Bytes,
-    Floats,
-    Wholes,
-    counter_of_part,
-    is_last_part,
-    part_means_something,
-    unpack_parts,
-    version_of_part,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.part_protection import is_part_intact
 from vegrip.grip.kernels.receive import SILENT
 
@@ -41,7 +15,7 @@ PART_HEAD = 2  # bytes before the values
 
 def is_part_welcome(t: Wholes, frame: Bytes, part: int, arrival: int) -> bool:
     """Return whether part number ``part`` is whole and the next one."""
-    data_id = t[SETUP_STATE_ID] + int(PART_OFFSETS[part - 1])
+    data_id = t.setup.state_id + int(PART_OFFSETS[part - 1])
     if not is_part_intact(frame, PART_LENGTH, data_id) or version_of_part(frame) != PART_VERSION:
         return False
     return part_means_something(frame, part) and is_next_part(t, counter_of_part(frame), part, arrival)
@@ -50,15 +24,15 @@ def is_part_welcome(t: Wholes, frame: Bytes, part: int, arrival: int) -> bool:
 def is_next_part(t: Wholes, counter: int, part: int, arrival: int) -> bool:
     """Return whether a first part begins the next state, or another one goes on with the open one."""
     if part == 1:
-        return t[LINE_LAST] < 0 or is_next_in_ring(t, counter, arrival)
-    expected = counter == t[PARTS_COUNTER] and part == t[PARTS_EXPECTED]
-    return expected and elapsed_time(arrival, t[PARTS_STAMP]) <= PART_WINDOW
+        return t.line.last < 0 or is_next_in_ring(t, counter, arrival)
+    expected = counter == t.parts.counter and part == t.parts.expected
+    return expected and elapsed_time(arrival, t.parts.stamp) <= PART_WINDOW
 
 
 def is_next_in_ring(t: Wholes, counter: int, arrival: int) -> bool:
     """Return whether a counter goes on by less than half of the ring, or anew after a silence."""
-    step = (counter - t[LINE_LAST]) % RING
-    silent = elapsed_time(arrival, t[LINE_STAMP]) > SILENT
+    step = (counter - t.line.last) % RING
+    silent = elapsed_time(arrival, t.line.stamp) > SILENT
     return step != 0 and (step <= RING // 2 or silent)
 
 
@@ -72,9 +46,9 @@ def keep_part(t: Wholes, frame: Bytes, part: int, arrival: int) -> None:
     if part == 1:
         counter = counter_of_part(frame)
         count_on_ring(t, counter, arrival)
-        t[PARTS_INCOMPLETE] += 1 if t[PARTS_EXPECTED] > 0 else 0
-        t[PARTS_COUNTER], t[PARTS_STAMP] = counter, bounded_time(arrival)
-    t[PARTS_EXPECTED] = part + 1
+        t.parts.incomplete += 1 if t.parts.expected > 0 else 0
+        t.parts.counter, t.parts.stamp = counter, bounded_time(arrival)
+    t.parts.expected = part + 1
     start = PART_BYTES0 + (part - 1) * PART_PAYLOAD
     for i in range(PART_PAYLOAD):
         t[start + i] = int(frame[PART_HEAD + i])
@@ -82,20 +56,20 @@ def keep_part(t: Wholes, frame: Bytes, part: int, arrival: int) -> None:
 
 def count_on_ring(t: Wholes, counter: int, arrival: int) -> None:
     """Take a counter that begins or goes on."""
-    if t[LINE_LAST] < 0:
-        t[LINE_LAST] = counter
+    if t.line.last < 0:
+        t.line.last = counter
     else:
-        step = (counter - t[LINE_LAST]) % RING
-        t[LINE_LAST] += step
-        if elapsed_time(arrival, t[LINE_STAMP]) <= SILENT:
-            t[LINE_LOST] += step - 1
-    t[LINE_STAMP] = arrival
+        step = (counter - t.line.last) % RING
+        t.line.last += step
+        if elapsed_time(arrival, t.line.stamp) <= SILENT:
+            t.line.lost += step - 1
+    t.line.stamp = arrival
 
 
 def take_parts(f: Floats, t: Wholes, parts: int) -> None:
     """Take the state of which ``parts`` have come; what was not sent is not measured."""
-    t[PARTS_EXPECTED] = 0
+    t.parts.expected = 0
     for i in range(parts * PART_PAYLOAD, STATE_PARTS * PART_PAYLOAD):
-        t[PART_BYTES0 + i] = int(ABSENT_BYTES[i])
-    t[NEWS_SEQ], t[NEWS_STAMP] = t[LINE_LAST], t[PARTS_STAMP]
+        t.part_bytes[i] = int(ABSENT_BYTES[i])
+    t.news.seq, t.news.stamp = t.line.last, t.parts.stamp
     unpack_parts(f, t)

@@ -9,73 +9,10 @@ import math
 from vegrip.estimator.elapsed import bounded_time, elapsed_time
 from vegrip.estimator.kernels.forecast import force_reserve, slip_times
 from vegrip.estimator.kernels.report import upper_gauge
+from vegrip.estimator.kernels.sense import is_sound, touches
 from vegrip.grip.kernels.friction_shared import told_friction
-from vegrip.grip.kernels.generated import (
-    CH_USED,
-    CHANNEL0,
-    CHANNEL_DISPLACEMENT,
-    CHANNEL_FORCE,
-    CHANNEL_RADIUS,
-    CHANNEL_SIZE,
-    CONDITION_DEGRADED,
-    CONTACT_LENGTH,
-    HISTORY0,
-    HISTORY_STATES,
-    INPUT_CONDITION,
-    MARGIN_LENGTH,
-    MEASURED,
-    REP_DEPTH_NOW,
-    REP_DEPTH_STD,
-    REP_EXPONENT,
-    REP_EXPONENT_STD,
-    REP_FORCE,
-    REP_FORCE_STD,
-    REP_GAUGE,
-    REP_GAUGE_ABS,
-    REP_GAUGE_REL,
-    REP_LIMIT_FORCE,
-    REP_LIMIT_FORCE_STD,
-    REP_LIMIT_RADIUS,
-    REP_LIMIT_RADIUS_STD,
-    REP_LIMIT_TORQUE,
-    REP_LIMIT_TORQUE_STD,
-    REP_MU,
-    REP_MU_STD,
-    REP_RADIUS,
-    REP_RADIUS_SOUND,
-    REP_RADIUS_STD,
-    SAMPLE_BEGUN,
-    SAMPLE_INFORMED,
-    SAMPLE_IS_INFORMED,
-    SAMPLE_SHOWN,
-    SAMPLE_STAMP,
-    SAMPLE_TRUSTED,
-    SET_QUANTILE,
-    SETUP_CONTACT1_ID,
-    SETUP_CONTACT2_ID,
-    SETUP_MARGIN_ID,
-    SETUP_REPORT_PERIOD,
-    TAKEN_BOUND,
-    TAKEN_LOAD,
-    TAKEN_TORQUE,
-    TOLD_CONFIDENCE,
-    TURN_CONTACT_DUE,
-    TURN_HAS_MARGIN,
-    TURN_HEALTH_DUE,
-    TURN_NOTED,
-    TURN_REPORT_DUE,
-    TURN_REPORTED,
-    TURN_REPORTS,
-    TURN_SEEN,
-    Bytes,
-    Floats,
-    Wholes,
-    pack_contact1,
-    pack_contact2,
-    pack_margin,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.protection import protect
-from vegrip.grip.kernels.sense import is_sound, touches
 
 LARGEST_SINGLE = 3.4028234663852886e38
 SLIP_CHANNEL = 6  # of a state that is kept
@@ -91,31 +28,31 @@ def finger_report(f: Floats, t: Wholes, now: int, contact1: Bytes, contact2: Byt
     if math.isinf(bound):
         return NOT_TOLD
     report_contact(f, t, contact1, contact2)
-    f[TAKEN_BOUND] = bound
-    t[TURN_REPORTS] += 1
-    t[TURN_REPORTED] = now
-    t[TURN_CONTACT_DUE] = bounded_time(now) + t[SETUP_REPORT_PERIOD]
-    t[TURN_REPORT_DUE] = min(t[TURN_CONTACT_DUE], t[TURN_HEALTH_DUE])
+    f.taken.bound = bound
+    t.turn.reports += 1
+    t.turn.reported = now
+    t.turn.contact_due = bounded_time(now) + t.setup.report_period
+    t.turn.report_due = min(t.turn.contact_due, t.turn.health_due)
     return TOLD
 
 
 def is_told_here(t: Wholes, now: int) -> bool:
     """Return whether a report is due that is not the first, of a contact that is believed."""
-    is_begun = t[SAMPLE_BEGUN] == 1 and t[SAMPLE_IS_INFORMED] == 1 and t[TURN_SEEN] == 1
-    is_due = t[TURN_CONTACT_DUE] > 0 and now >= t[TURN_CONTACT_DUE]
-    return is_begun and is_due and t[TURN_HAS_MARGIN] == 1 and t[INPUT_CONDITION] <= CONDITION_DEGRADED
+    is_begun = t.sample.begun == 1 and t.sample.is_informed == 1 and t.turn.seen == 1
+    is_due = t.turn.contact_due > 0 and now >= t.turn.contact_due
+    return is_begun and is_due and t.turn.has_margin == 1 and t.input.condition <= CONDITION_DEGRADED
 
 
 def is_carried(f: Floats) -> bool:
     """Return whether frames can carry every number of the contact."""
-    values = is_single(f[REP_DEPTH_NOW]) and is_single(f[REP_FORCE]) and is_single(f[REP_RADIUS])
-    values = values and is_single(f[REP_EXPONENT]) and is_single(f[REP_MU])
-    values = values and is_single(f[REP_LIMIT_FORCE]) and is_single(f[REP_LIMIT_TORQUE])
-    values = values and is_single(f[REP_LIMIT_RADIUS])
-    stds = is_spread(f[REP_DEPTH_STD]) and is_spread(f[REP_FORCE_STD]) and is_spread(f[REP_RADIUS_STD])
-    stds = stds and is_spread(f[REP_EXPONENT_STD]) and is_spread(f[REP_MU_STD])
-    stds = stds and is_spread(f[REP_LIMIT_FORCE_STD]) and is_spread(f[REP_LIMIT_TORQUE_STD])
-    return values and stds and is_spread(f[REP_LIMIT_RADIUS_STD])
+    values = is_single(f.report.depth_now) and is_single(f.report.force) and is_single(f.report.radius)
+    values = values and is_single(f.report.exponent) and is_single(f.report.mu)
+    values = values and is_single(f.report.limit_force) and is_single(f.report.limit_torque)
+    values = values and is_single(f.report.limit_radius)
+    stds = is_spread(f.report.depth_std) and is_spread(f.report.force_std) and is_spread(f.report.radius_std)
+    stds = stds and is_spread(f.report.exponent_std) and is_spread(f.report.mu_std)
+    stds = stds and is_spread(f.report.limit_force_std) and is_spread(f.report.limit_torque_std)
+    return values and stds and is_spread(f.report.limit_radius_std)
 
 
 def is_single(value: float) -> bool:
@@ -130,17 +67,17 @@ def is_spread(value: float) -> bool:
 
 def report_margin(f: Floats, t: Wholes, out: Bytes) -> float:
     """Pack the slip margin; return its lower bound, NaN: not known, inf: not to be carried."""
-    gauge_now, relative, absolute = f[REP_GAUGE], f[REP_GAUGE_REL], f[REP_GAUGE_ABS]
-    upper = upper_gauge(gauge_now, relative, absolute, f[SET_QUANTILE])
-    seq, stamp, confidence = t[TURN_REPORTS], t[SAMPLE_STAMP], f[TOLD_CONFIDENCE]
+    gauge_now, relative, absolute = f.report.gauge, f.report.gauge_rel, f.report.gauge_abs
+    upper = upper_gauge(gauge_now, relative, absolute, f.set.quantile)
+    seq, stamp, confidence = t.turn.reports, t.sample.stamp, f.told.confidence
     if not (is_sound(f, t) and touches(f, t) and math.isfinite(upper)):
         none, endless = math.nan, math.inf
         pack_margin(out, seq, stamp, 0, none, endless, endless, none, confidence, none, none, none)
-        protect(out, MARGIN_LENGTH, t[SETUP_MARGIN_ID])
+        protect(out, MARGIN_LENGTH, t.setup.margin_id)
         return math.nan
-    reserve = force_reserve(f, f[TAKEN_LOAD], f[TAKEN_TORQUE])
-    chance = 0.5 * math.erfc(f[SET_QUANTILE] * 0.7071067811865476)
-    likely, earliest = slip_times(f, f[TAKEN_LOAD], f[TAKEN_TORQUE], chance)
+    reserve = force_reserve(f, f.taken.load, f.taken.torque)
+    chance = 0.5 * math.erfc(f.set.quantile * 0.7071067811865476)
+    likely, earliest = slip_times(f, f.taken.load, f.taken.torque, chance)
     spread = gauge_now * relative
     std = math.sqrt(spread * spread + absolute * absolute)
     value, bound = 1.0 - gauge_now, 1.0 - upper
@@ -148,56 +85,56 @@ def report_margin(f: Floats, t: Wholes, out: Bytes) -> float:
         return math.inf
     if not (is_spread(likely) and is_spread(earliest)):
         return math.inf
-    age = float(elapsed_time(t[SAMPLE_STAMP], t[SAMPLE_INFORMED])) / 1e9
+    age = float(elapsed_time(t.sample.stamp, t.sample.informed)) / 1e9
     pack_margin(out, seq, stamp, 1, value, std, age, bound, confidence, reserve, likely, earliest)
-    protect(out, MARGIN_LENGTH, t[SETUP_MARGIN_ID])
+    protect(out, MARGIN_LENGTH, t.setup.margin_id)
     return bound
 
 
 def report_contact(f: Floats, t: Wholes, first: Bytes, second: Bytes) -> None:
     """Pack the contact, both of its frames."""
-    seq, stamp = t[TURN_REPORTS], t[SAMPLE_SHOWN]
-    age = float(elapsed_time(stamp, t[SAMPLE_INFORMED])) / 1e9
-    current = t[SAMPLE_TRUSTED] == 1 and is_sound(f, t)
+    seq, stamp = t.turn.reports, t.sample.shown
+    age = float(elapsed_time(stamp, t.sample.informed)) / 1e9
+    current = t.sample.trusted == 1 and is_sound(f, t)
     touching = touches(f, t)
-    mu, mu_std = told_friction(f, t, f[REP_MU], f[REP_MU_STD])
+    mu, mu_std = told_friction(f, t, f.report.mu, f.report.mu_std)
     pack_contact1(
         first, seq, stamp, flag_of(touching), flag_of(current),
-        flag_of(current and is_known(f[REP_FORCE], f[REP_FORCE_STD])),
-        flag_of(current and f[REP_RADIUS_SOUND] > 0.5 and is_known(f[REP_RADIUS], f[REP_RADIUS_STD])),
-        flag_of(current and touching and is_known(f[REP_EXPONENT], f[REP_EXPONENT_STD])),
-        f[REP_DEPTH_NOW], f[REP_DEPTH_STD], age, f[REP_FORCE], f[REP_FORCE_STD],
-        f[REP_RADIUS], f[REP_RADIUS_STD], f[REP_EXPONENT], f[REP_EXPONENT_STD],
-        channels_used(f, t) if t[SAMPLE_TRUSTED] == 1 else 0,
+        flag_of(current and is_known(f.report.force, f.report.force_std)),
+        flag_of(current and f.report.radius_sound > 0.5 and is_known(f.report.radius, f.report.radius_std)),
+        flag_of(current and touching and is_known(f.report.exponent, f.report.exponent_std)),
+        f.report.depth_now, f.report.depth_std, age, f.report.force, f.report.force_std,
+        f.report.radius, f.report.radius_std, f.report.exponent, f.report.exponent_std,
+        channels_used(f, t) if t.sample.trusted == 1 else 0,
     )  # fmt: skip
-    protect(first, CONTACT_LENGTH, t[SETUP_CONTACT1_ID])
+    protect(first, CONTACT_LENGTH, t.setup.contact1_id)
     pack_contact2(
         second, seq, stamp,
         flag_of(current and is_known(mu, mu_std)),
-        flag_of(current and is_known(f[REP_LIMIT_FORCE], f[REP_LIMIT_FORCE_STD])),
-        flag_of(current and is_known(f[REP_LIMIT_TORQUE], f[REP_LIMIT_TORQUE_STD])),
-        flag_of(current and touching and is_known(f[REP_LIMIT_RADIUS], f[REP_LIMIT_RADIUS_STD])),
-        mu, mu_std, age, f[REP_LIMIT_FORCE], f[REP_LIMIT_FORCE_STD],
-        f[REP_LIMIT_TORQUE], f[REP_LIMIT_TORQUE_STD], f[REP_LIMIT_RADIUS], f[REP_LIMIT_RADIUS_STD],
+        flag_of(current and is_known(f.report.limit_force, f.report.limit_force_std)),
+        flag_of(current and is_known(f.report.limit_torque, f.report.limit_torque_std)),
+        flag_of(current and touching and is_known(f.report.limit_radius, f.report.limit_radius_std)),
+        mu, mu_std, age, f.report.limit_force, f.report.limit_force_std,
+        f.report.limit_torque, f.report.limit_torque_std, f.report.limit_radius, f.report.limit_radius_std,
     )  # fmt: skip
-    protect(second, CONTACT_LENGTH, t[SETUP_CONTACT2_ID])
+    protect(second, CONTACT_LENGTH, t.setup.contact2_id)
 
 
 def channels_used(f: Floats, t: Wholes) -> int:
     """Return which measurements the last sample gave, as bits of :class:`vegrip.messages.Channel`."""
     bits = 0
-    if f[CHANNEL0 + CHANNEL_FORCE * CHANNEL_SIZE + CH_USED] > 0.0:
+    if f.channel[CHANNEL_FORCE * CHANNEL_SIZE + CH_USED] > 0.0:
         bits += 1
-    if f[CHANNEL0 + CHANNEL_DISPLACEMENT * CHANNEL_SIZE + CH_USED] > 0.0:
+    if f.channel[CHANNEL_DISPLACEMENT * CHANNEL_SIZE + CH_USED] > 0.0:
         bits += 2
-    if f[CHANNEL0 + CHANNEL_RADIUS * CHANNEL_SIZE + CH_USED] > 0.0:
+    if f.channel[CHANNEL_RADIUS * CHANNEL_SIZE + CH_USED] > 0.0:
         bits += 4
-    if math.isfinite(f[TAKEN_LOAD]):
+    if math.isfinite(f.taken.load):
         bits += 8
-    if math.isfinite(f[TAKEN_TORQUE]):
+    if math.isfinite(f.taken.torque):
         bits += 16
-    row = (t[TURN_NOTED] - 1) % max(HISTORY_STATES, 1)
-    if math.isfinite(f[HISTORY0 + row * (MEASURED + 1) + SLIP_CHANNEL]):
+    row = (t.turn.noted - 1) % max(HISTORY_STATES, 1)
+    if math.isfinite(f.history[row * (MEASURED + 1) + SLIP_CHANNEL]):
         bits += 32
     return bits
 

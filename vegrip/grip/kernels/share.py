@@ -18,33 +18,25 @@ whatever is known of the whole grasp has its place between :func:`tell_need` and
 
 import math
 
-from vegrip.grip.kernels.generated import (
-    GRIP_REQUIRED,
-    SETUP_FINGER,
-    SETUP_FINGERS,
-    SETUP_THUMB,
-    TURN_STARTED,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 
 
 def tell_need(f: Floats, t: Wholes, g: Floats) -> None:
     """Tell the grasp what this finger needs."""
-    g[t[SETUP_FINGER]] = f[GRIP_REQUIRED] if t[TURN_STARTED] == 1 else math.nan
+    g[t.setup.finger] = f.grip.required if t.turn.started == 1 else math.nan
 
 
 def balanced_force(t: Wholes, g: Floats) -> float:
     """Return the force [N] of this finger with which the grasp balances and every need is met."""
-    own, thumb = g[t[SETUP_FINGER]], t[SETUP_THUMB]
+    own, thumb = g[t.setup.finger], t.setup.thumb
     pressed, others = 0.0, 0.0
-    for i in range(t[SETUP_FINGERS]):
+    for i in range(t.setup.fingers):
         if i != thumb and not math.isnan(g[i]):
             pressed += g[i]
             others += 1.0
     if thumb < 0 or others == 0.0 or math.isnan(g[max(thumb, 0)]):
         return own
     total = max(g[thumb], pressed)
-    if t[SETUP_FINGER] == thumb:
+    if t.setup.finger == thumb:
         return total
     return total * (own / pressed) if pressed > 0.0 else total / others

@@ -11,24 +11,7 @@ the force moves. Below ``HELD_FORCE`` the finger may be in the air.
 import math
 
 from vegrip.estimator.elapsed import elapsed_time
-from vegrip.grip.kernels.generated import (
-    INPUT_FORCE_STILL_SINCE,
-    INPUT_HEARD,
-    INPUT_IS_HEARD,
-    INPUT_STILL_SINCE,
-    INPUT_TRAVEL_SINCE,
-    MECHANICAL,
-    REPEATED0,
-    REPEATED_FORCE0,
-    RULE_DOUBT_AFTER,
-    RULE_STUCK_TRAVEL,
-    STATE0,
-    STATE_DISPLACEMENT,
-    STATE_NORMAL_FORCE,
-    WATCH_LEVEL,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 
 TRAVEL_SECONDS = 0.5
 HELD_FORCE = 0.3  # [N]
@@ -38,33 +21,33 @@ def all_still(f: Floats, t: Wholes, now: int) -> int:
     """Return for how long [ns] no mechanical channel has moved."""
     same, measured = True, False
     for i in range(MECHANICAL):
-        value, last = f[STATE0 + i], f[REPEATED0 + i]
+        value, last = f.state[i], f.repeated[i]
         measured = measured or value == value  # noqa: PLR0124 (NaN is not itself)
         same = same and (value == last or (value != value and last != last))  # noqa: PLR0124
-        f[REPEATED0 + i] = value
+        f.repeated[i] = value
     if not (same and measured):
-        t[INPUT_STILL_SINCE] = now
-    return elapsed_time(now, t[INPUT_STILL_SINCE])
+        t.input.still_since = now
+    return elapsed_time(now, t.input.still_since)
 
 
 def force_still(f: Floats, t: Wholes, now: int) -> int:
     """Return for how long [ns] the normal force has not moved."""
-    if f[STATE_NORMAL_FORCE] != f[REPEATED_FORCE0]:
-        t[INPUT_FORCE_STILL_SINCE] = now
-    f[REPEATED_FORCE0] = f[STATE_NORMAL_FORCE]
-    return elapsed_time(now, t[INPUT_FORCE_STILL_SINCE])
+    if f.state.normal_force != f.repeated_force[0]:
+        t.input.force_still_since = now
+    f.repeated_force[0] = f.state.normal_force
+    return elapsed_time(now, t.input.force_still_since)
 
 
 def has_travelled(f: Floats, t: Wholes, now: int, still: int) -> bool:
     """Return whether the tip was pressed in or let go while the normal force stood for ``still`` [ns]."""
-    far, displacement = False, f[STATE_DISPLACEMENT]
-    passed = 0 if t[INPUT_IS_HEARD] == 0 else elapsed_time(now, t[INPUT_HEARD])
+    far, displacement = False, f.state.displacement
+    passed = 0 if t.input.is_heard == 0 else elapsed_time(now, t.input.heard)
     if displacement == displacement:  # noqa: PLR0124 (NaN is not itself)
         place = displacement if displacement > 0.0 else 0.0
-        level = place if still == 0 or math.isnan(f[WATCH_LEVEL]) else f[WATCH_LEVEL]
-        f[WATCH_LEVEL] = level + (place - level) * min(float(passed) / 1e9 / TRAVEL_SECONDS, 1.0)
-        far = f[STATE_NORMAL_FORCE] > HELD_FORCE and abs(place - f[WATCH_LEVEL]) > f[RULE_STUCK_TRAVEL]
-    was_proven = float(elapsed_time(now, t[INPUT_TRAVEL_SINCE]) - passed) > f[RULE_DOUBT_AFTER]
-    if still == 0 or not (was_proven or (far and float(passed) <= f[RULE_DOUBT_AFTER])):
-        t[INPUT_TRAVEL_SINCE] = now
-    return float(elapsed_time(now, t[INPUT_TRAVEL_SINCE])) > f[RULE_DOUBT_AFTER]
+        level = place if still == 0 or math.isnan(f.watch.level) else f.watch.level
+        f.watch.level = level + (place - level) * min(float(passed) / 1e9 / TRAVEL_SECONDS, 1.0)
+        far = f.state.normal_force > HELD_FORCE and abs(place - f.watch.level) > f.rule.stuck_travel
+    was_proven = float(elapsed_time(now, t.input.travel_since) - passed) > f.rule.doubt_after
+    if still == 0 or not (was_proven or (far and float(passed) <= f.rule.doubt_after)):
+        t.input.travel_since = now
+    return float(elapsed_time(now, t.input.travel_since)) > f.rule.doubt_after

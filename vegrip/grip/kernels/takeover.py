@@ -14,56 +14,42 @@ Slip ends it at once: then what was held is held no more.
 import math
 
 from vegrip.estimator.elapsed import elapsed_time
-from vegrip.grip.kernels.generated import (
-    DEMAND_LEAST,
-    DEMAND_LOAD,
-    DEMAND_TORQUE,
-    NEED_SLIPPING,
-    RULE_RAMP_RATE,
-    RULE_SAFE_FORCE,
-    TRANSFER_ARM,
-    TRANSFER_FORCE,
-    TRANSFER_LOAD,
-    TURN_IN_TRANSFER,
-    TURN_TRANSFER_SINCE,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 
 TRANSFER_TIME = 0.3  # [s] after which the estimate rules whatever it says; within 0.1 s it has mostly settled
 
 
 def begin_transfer(f: Floats, t: Wholes, force: float, arm: float, now: int) -> None:
     """Take over at ``now`` [ns] with ``force`` [N]; ``arm`` [m] makes a force of the torque."""
-    t[TURN_TRANSFER_SINCE], t[TURN_IN_TRANSFER] = now, 1
-    f[TRANSFER_FORCE], f[TRANSFER_ARM] = force, arm
-    f[TRANSFER_LOAD] = load_in_transfer(f)
+    t.turn.transfer_since, t.turn.in_transfer = now, 1
+    f.transfer.force, f.transfer.arm = force, arm
+    f.transfer.load = load_in_transfer(f)
 
 
 def bound_takeover(f: Floats, t: Wholes, now: int) -> None:
     """Ask for no more force than a contact met in its middle shows to suffice."""
-    if t[TURN_IN_TRANSFER] == 0:
+    if t.turn.in_transfer == 0:
         return
-    elapsed = float(elapsed_time(now, t[TURN_TRANSFER_SINCE])) / 1e9
-    if t[NEED_SLIPPING] == 1 or not 0.0 <= elapsed < TRANSFER_TIME:
-        t[TURN_IN_TRANSFER] = 0
+    elapsed = float(elapsed_time(now, t.turn.transfer_since)) / 1e9
+    if t.need.slipping == 1 or not 0.0 <= elapsed < TRANSFER_TIME:
+        t.turn.in_transfer = 0
         return
     growth = growth_of_load(f)
-    held = f[TRANSFER_FORCE] * growth * growth
-    ramped = min(f[TRANSFER_FORCE] + f[RULE_RAMP_RATE] * elapsed, f[RULE_SAFE_FORCE])
-    f[DEMAND_LEAST] = min(f[DEMAND_LEAST], max(held, ramped))  # this order: min(nan, x) is nan
+    held = f.transfer.force * growth * growth
+    ramped = min(f.transfer.force + f.rule.ramp_rate * elapsed, f.rule.safe_force)
+    f.demand.least = min(f.demand.least, max(held, ramped))  # this order: min(nan, x) is nan
 
 
 def growth_of_load(f: Floats) -> float:
     """Return by how much the load has grown; what held no load shows nothing."""
     load = load_in_transfer(f)
-    if f[TRANSFER_LOAD] > 0.0:
-        return max(1.0, load / f[TRANSFER_LOAD])
+    if f.transfer.load > 0.0:
+        return max(1.0, load / f.transfer.load)
     return math.inf if load > 0.0 else 1.0
 
 
 def load_in_transfer(f: Floats) -> float:
     """Return the load [N], the torque as a force at the arm."""
-    turning = f[DEMAND_TORQUE] / f[TRANSFER_ARM] if f[TRANSFER_ARM] > 0.0 else 0.0
+    turning = f.demand.torque / f.transfer.arm if f.transfer.arm > 0.0 else 0.0
     turning = 0.0 if math.isnan(turning) else turning
-    return math.sqrt(f[DEMAND_LOAD] * f[DEMAND_LOAD] + turning * turning)
+    return math.sqrt(f.demand.load * f.demand.load + turning * turning)

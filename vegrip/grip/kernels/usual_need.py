@@ -2,75 +2,59 @@
 
 import math
 
-from vegrip.grip.kernels.generated import (
-    GRIP_FILLED,
-    GRIP_MEDIAN,
-    GRIP_PRESENT,
-    GRIP_PROVEN,
-    GRIP_PROVEN_TIME,
-    GRIP_SLOT,
-    LARGEST0,
-    ORDERED0,
-    RULE_PROVEN_TIME,
-    RULE_USUAL_TIME,
-    TURN_NEXT_SLOT,
-    TURN_SLOTS,
-    USUAL_SLOTS,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 
 
 def forget_usual(f: Floats, t: Wholes) -> None:
     """Begin anew, with the window that is set now."""
-    f[GRIP_SLOT] = f[RULE_USUAL_TIME] / float(USUAL_SLOTS)
-    f[GRIP_PRESENT] = f[GRIP_MEDIAN] = -math.inf
-    f[GRIP_FILLED] = 0.0
-    f[GRIP_PROVEN], f[GRIP_PROVEN_TIME] = math.inf, f[RULE_PROVEN_TIME]
-    t[TURN_SLOTS] = t[TURN_NEXT_SLOT] = 0
+    f.grip.slot = f.rule.usual_time / float(USUAL_SLOTS)
+    f.grip.present = f.grip.median = -math.inf
+    f.grip.filled = 0.0
+    f.grip.proven, f.grip.proven_time = math.inf, f.rule.proven_time
+    t.turn.slots = t.turn.next_slot = 0
 
 
 def add_need(f: Floats, t: Wholes, need: float, dt: float) -> float:
     """Take in a ``need`` [N] that lasted ``dt`` [s]; return the usual one [N]."""
-    if f[GRIP_SLOT] <= 0.0:
+    if f.grip.slot <= 0.0:
         return need
-    f[GRIP_PRESENT] = max(f[GRIP_PRESENT], need)
-    f[GRIP_FILLED] += dt
-    if f[GRIP_FILLED] >= f[GRIP_SLOT]:
-        f[LARGEST0 + t[TURN_NEXT_SLOT]] = f[GRIP_PRESENT]
-        t[TURN_NEXT_SLOT] = (t[TURN_NEXT_SLOT] + 1) % USUAL_SLOTS
-        t[TURN_SLOTS] = min(t[TURN_SLOTS] + 1, USUAL_SLOTS)
-        f[GRIP_PRESENT], f[GRIP_FILLED] = -math.inf, 0.0
-        f[GRIP_MEDIAN] = median_of_slots(f, t)
-        if t[TURN_SLOTS] > USUAL_SLOTS // 2:
+    f.grip.present = max(f.grip.present, need)
+    f.grip.filled += dt
+    if f.grip.filled >= f.grip.slot:
+        f.largest[t.turn.next_slot] = f.grip.present
+        t.turn.next_slot = (t.turn.next_slot + 1) % USUAL_SLOTS
+        t.turn.slots = min(t.turn.slots + 1, USUAL_SLOTS)
+        f.grip.present, f.grip.filled = -math.inf, 0.0
+        f.grip.median = median_of_slots(f, t)
+        if t.turn.slots > USUAL_SLOTS // 2:
             prove_need(f)
-    if t[TURN_SLOTS] <= USUAL_SLOTS // 2:
-        return max(f[GRIP_MEDIAN], need)
-    return min(f[GRIP_MEDIAN], f[GRIP_PROVEN])
+    if t.turn.slots <= USUAL_SLOTS // 2:
+        return max(f.grip.median, need)
+    return min(f.grip.median, f.grip.proven)
 
 
 def prove_need(f: Floats) -> None:
     """Keep the lowest median, and let it rise to the present one."""
-    if f[GRIP_PROVEN_TIME] > 0.0:
-        part = min(f[GRIP_SLOT] / f[GRIP_PROVEN_TIME], 1.0)
-        usual, proven = f[GRIP_MEDIAN], f[GRIP_PROVEN]
+    if f.grip.proven_time > 0.0:
+        part = min(f.grip.slot / f.grip.proven_time, 1.0)
+        usual, proven = f.grip.median, f.grip.proven
         rise = part * (usual - proven) if proven < usual else 0.0
-        f[GRIP_PROVEN] = min(usual, proven + rise)
+        f.grip.proven = min(usual, proven + rise)
 
 
 def median_of_slots(f: Floats, t: Wholes) -> float:
     """Return the median of the slots, their largest until half of the window has been seen."""
     for i in range(USUAL_SLOTS):
-        if i < t[TURN_SLOTS]:
-            insert_ordered(f, i, f[LARGEST0 + i])
-    half = t[TURN_SLOTS] // 2 if t[TURN_SLOTS] > USUAL_SLOTS // 2 else t[TURN_SLOTS] - 1
-    return f[ORDERED0 + half]
+        if i < t.turn.slots:
+            insert_ordered(f, i, f.largest[i])
+    half = t.turn.slots // 2 if t.turn.slots > USUAL_SLOTS // 2 else t.turn.slots - 1
+    return f.ordered[half]
 
 
 def insert_ordered(f: Floats, known: int, value: float) -> None:
     """Put ``value`` among the first ``known`` ordered ones."""
     at = known
-    while at > 0 and f[ORDERED0 + at - 1] > value:
-        f[ORDERED0 + at] = f[ORDERED0 + at - 1]
+    while at > 0 and f.ordered[at - 1] > value:
+        f.ordered[at] = f.ordered[at - 1]
         at -= 1
-    f[ORDERED0 + at] = value
+    f.ordered[at] = value

@@ -24,47 +24,7 @@ plug does not toggle the controller. This protects against faults, not attackers
 import math
 
 from vegrip.estimator.elapsed import elapsed_time
-from vegrip.grip.kernels.generated import (
-    CONDITION_CORRUPT,
-    CONDITION_DEGRADED,
-    CONDITION_FROZEN,
-    CONDITION_MISSING,
-    CONDITION_OK,
-    CONDITION_OUT_OF_RANGE,
-    CONDITION_REPLAYED,
-    CONDITION_STALE,
-    FAULTS0,
-    HIGHEST0,
-    INPUT_CONDITION,
-    INPUT_CORRUPT,
-    INPUT_DOUBTFUL,
-    INPUT_GOOD,
-    INPUT_HEARD,
-    INPUT_IS_CORRUPT,
-    INPUT_IS_HEARD,
-    INPUT_IS_KNOWN,
-    INPUT_LEAPS,
-    INPUT_LOST,
-    INPUT_PRESENT,
-    INPUT_QUICKEST,
-    INPUT_SEEN,
-    INPUT_SEQ,
-    INPUT_STAMP,
-    INPUT_USABLE,
-    LOWEST0,
-    MEASURED,
-    NEWS_SEQ,
-    NEWS_STAMP,
-    RULE_DOUBT_AFTER,
-    RULE_FORCE_FROZEN_AFTER,
-    RULE_FROZEN_AFTER,
-    RULE_TIME_OUT,
-    SETUP_RECOVER_AFTER,
-    STATE0,
-    SUFFICIENT,
-    Floats,
-    Wholes,
-)
+from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.noise import noise_vanished
 from vegrip.grip.kernels.stillness import all_still, force_still, has_travelled
 
@@ -80,82 +40,82 @@ def accept_state(f: Floats, t: Wholes, now: int) -> bool:
     found = max(found, judge_lateness(f, t, now))
     found = max(found, judge_values(f, t, now))
     found = max(found, judge_channels(f, t))
-    t[INPUT_SEQ], t[INPUT_STAMP], t[INPUT_IS_KNOWN] = t[NEWS_SEQ], t[NEWS_STAMP], 1
-    t[INPUT_HEARD], t[INPUT_IS_HEARD] = now, 1
-    replayed = t[INPUT_CONDITION] == CONDITION_REPLAYED
+    t.input.seq, t.input.stamp, t.input.is_known = t.news.seq, t.news.stamp, 1
+    t.input.heard, t.input.is_heard = now, 1
+    replayed = t.input.condition == CONDITION_REPLAYED
     judge(t, found)
-    return found <= CONDITION_DEGRADED and (not replayed or t[INPUT_CONDITION] <= CONDITION_DEGRADED)
+    return found <= CONDITION_DEGRADED and (not replayed or t.input.condition <= CONDITION_DEGRADED)
 
 
 def watch_silence(f: Floats, t: Wholes, now: int) -> None:
     """Look at the clock: silence beyond the time-out is a fault."""
-    if t[INPUT_IS_HEARD] == 0:
-        t[INPUT_HEARD], t[INPUT_IS_HEARD] = now, 1
-    if float(elapsed_time(now, t[INPUT_HEARD])) > f[RULE_TIME_OUT]:
-        since_corrupt = float(elapsed_time(now, t[INPUT_CORRUPT]))
-        broken = t[INPUT_IS_CORRUPT] == 1 and since_corrupt <= f[RULE_TIME_OUT]
-        unheard = CONDITION_MISSING if t[INPUT_IS_KNOWN] == 0 else CONDITION_STALE
+    if t.input.is_heard == 0:
+        t.input.heard, t.input.is_heard = now, 1
+    if float(elapsed_time(now, t.input.heard)) > f.rule.time_out:
+        since_corrupt = float(elapsed_time(now, t.input.corrupt))
+        broken = t.input.is_corrupt == 1 and since_corrupt <= f.rule.time_out
+        unheard = CONDITION_MISSING if t.input.is_known == 0 else CONDITION_STALE
         judge(t, CONDITION_CORRUPT if broken else unheard)
 
 
 def note_broken(t: Wholes, now: int) -> None:
     """Note that a frame of this finger arrived broken at ``now`` [ns]."""
-    t[INPUT_CORRUPT], t[INPUT_IS_CORRUPT] = now, 1
+    t.input.corrupt, t.input.is_corrupt = now, 1
 
 
 def judge(t: Wholes, found: int) -> None:
     """Take over what was found: a fault at once, its end after enough good states in a row."""
     if found > CONDITION_DEGRADED:
-        if found != t[INPUT_CONDITION]:
-            t[FAULTS0 + found] += 1
-        t[INPUT_CONDITION], t[INPUT_GOOD] = found, 0
+        if found != t.input.condition:
+            t.faults[found] += 1
+        t.input.condition, t.input.good = found, 0
         return
-    t[INPUT_GOOD] += 1
-    if t[INPUT_CONDITION] <= CONDITION_DEGRADED or t[INPUT_GOOD] >= t[SETUP_RECOVER_AFTER]:
-        t[INPUT_CONDITION] = found
+    t.input.good += 1
+    if t.input.condition <= CONDITION_DEGRADED or t.input.good >= t.setup.recover_after:
+        t.input.condition = found
 
 
 def judge_order(t: Wholes) -> int:
     """Counter and stamp must advance."""
-    advances = t[NEWS_SEQ] > t[INPUT_SEQ] and t[NEWS_STAMP] > t[INPUT_STAMP]
-    if t[INPUT_IS_KNOWN] == 0 or advances:
+    advances = t.news.seq > t.input.seq and t.news.stamp > t.input.stamp
+    if t.input.is_known == 0 or advances:
         return CONDITION_OK
-    t[INPUT_QUICKEST] = NO_QUICKEST  # should the sender have started anew, so has its clock
+    t.input.quickest = NO_QUICKEST  # should the sender have started anew, so has its clock
     return CONDITION_REPLAYED
 
 
 def judge_lateness(f: Floats, t: Wholes, now: int) -> int:
     """No state takes the time-out longer than the quickest one, and none comes from far ahead."""
-    took = elapsed_time(now, t[NEWS_STAMP])
+    took = elapsed_time(now, t.news.stamp)
     if leapt(t, took):
         return CONDITION_REPLAYED
-    drift = 0 if t[INPUT_IS_HEARD] == 0 else elapsed_time(now, t[INPUT_HEARD]) // DRIFT_PART
-    t[INPUT_QUICKEST] = min(max(t[INPUT_QUICKEST] + drift, -NO_QUICKEST), took)
-    late = float(elapsed_time(took, t[INPUT_QUICKEST])) > f[RULE_TIME_OUT]
+    drift = 0 if t.input.is_heard == 0 else elapsed_time(now, t.input.heard) // DRIFT_PART
+    t.input.quickest = min(max(t.input.quickest + drift, -NO_QUICKEST), took)
+    late = float(elapsed_time(took, t.input.quickest)) > f.rule.time_out
     return CONDITION_STALE if late else CONDITION_OK
 
 
 def leapt(t: Wholes, took: int) -> bool:
     """Return whether the stamp is far ahead; a sender that goes on so has another clock."""
-    ahead = t[INPUT_QUICKEST] < NO_QUICKEST and took < t[INPUT_QUICKEST] - FAR_AHEAD
-    t[INPUT_LEAPS] = t[INPUT_LEAPS] + 1 if ahead else 0
-    if t[INPUT_LEAPS] > t[SETUP_RECOVER_AFTER]:
-        t[INPUT_LEAPS] = 0
-        t[INPUT_QUICKEST] = NO_QUICKEST
-    return t[INPUT_LEAPS] > 0
+    ahead = t.input.quickest < NO_QUICKEST and took < t.input.quickest - FAR_AHEAD
+    t.input.leaps = t.input.leaps + 1 if ahead else 0
+    if t.input.leaps > t.setup.recover_after:
+        t.input.leaps = 0
+        t.input.quickest = NO_QUICKEST
+    return t.input.leaps > 0
 
 
 def judge_values(f: Floats, t: Wholes, now: int) -> int:
     """Every value within its range, and alive."""
     for i in range(MEASURED):
-        value = f[STATE0 + i]
-        if not (f[LOWEST0 + i] <= value <= f[HIGHEST0 + i] or math.isnan(value)):
+        value = f.state[i]
+        if not (f.lowest[i] <= value <= f.highest[i] or math.isnan(value)):
             return CONDITION_OUT_OF_RANGE
     everything, still = float(all_still(f, t, now)), force_still(f, t, now)
     force, travelled = float(still), has_travelled(f, t, now, still)
-    t[INPUT_DOUBTFUL] = 1 if force > f[RULE_DOUBT_AFTER] else 0
+    t.input.doubtful = 1 if force > f.rule.doubt_after else 0
     vanished = noise_vanished(f, t)
-    frozen = everything > f[RULE_FROZEN_AFTER] or force > f[RULE_FORCE_FROZEN_AFTER]
+    frozen = everything > f.rule.frozen_after or force > f.rule.force_frozen_after
     return CONDITION_FROZEN if vanished or travelled or frozen else CONDITION_OK
 
 
@@ -163,13 +123,13 @@ def judge_channels(f: Floats, t: Wholes) -> int:
     """Force or displacement must be there, and no channel that was may be missing."""
     present, bit = 0, 1
     for i in range(MEASURED):
-        present += 0 if math.isnan(f[STATE0 + i]) else bit
+        present += 0 if math.isnan(f.state[i]) else bit
         bit = bit * 2
-    if present != t[INPUT_PRESENT]:
-        t[INPUT_PRESENT] = present
-        t[INPUT_USABLE] = 1 if (present & SUFFICIENT) != 0 else 0
-        t[INPUT_SEEN] = t[INPUT_SEEN] | present
-        t[INPUT_LOST] = t[INPUT_SEEN] - present
-    if t[INPUT_USABLE] == 0:
+    if present != t.input.present:
+        t.input.present = present
+        t.input.usable = 1 if (present & SUFFICIENT) != 0 else 0
+        t.input.seen = t.input.seen | present
+        t.input.lost = t.input.seen - present
+    if t.input.usable == 0:
         return CONDITION_MISSING
-    return CONDITION_DEGRADED if t[INPUT_LOST] != 0 else CONDITION_OK
+    return CONDITION_DEGRADED if t.input.lost != 0 else CONDITION_OK

@@ -1,6 +1,6 @@
 """Whole numbers in the bytes of a frame, the least significant byte first."""
 
-from vegrip.grip.kernels.generated import Bytes
+from vegrip.grip.kernels.generated import *
 
 
 def word(data: Bytes, at: int) -> int:
