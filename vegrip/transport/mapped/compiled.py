@@ -23,8 +23,19 @@ Build = Callable[[Slots], tuple[float, ...]]
 """Makes the values of a :class:`~vegrip.messages.FingertipState`, in its order."""
 
 ORDER: Final = tuple(FingertipState.__dataclass_fields__)[3:]
+LONG: Final = 16  # [bytes] from which on a message is no number to shift
+_CODES: Final = {8: "b", 16: "h", 32: "i", 64: "q"}
 _FLOATS: Final = {16: struct.Struct("<e"), 32: struct.Struct("<f"), 64: struct.Struct("<d")}
 _WHOLE: Final = {16: struct.Struct("<H"), 32: struct.Struct("<I"), 64: struct.Struct("<Q")}
+
+
+_UNPACKED: Final = {
+    f"{name}_{code}": struct.Struct(order + code).unpack_from
+    for name, order in (("little", "<"), ("big", ">"))
+    for code in "bBhHiIqQ"
+} | {
+    f"big_float{bits}": struct.Struct(code).unpack_from for bits, code in ((16, ">e"), (32, ">f"), (64, ">d"))
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,17 +56,14 @@ def groups_of(message: ForeignMessage, slots: Sequence[Slot]) -> list[Group]:
 
 def compile_reader(message: ForeignMessage, groups: Sequence[Group], first: int) -> Read:
     """Return the reader of ``message``; its groups are numbered from ``first``."""
-    lines = ["def read(data, s):"]
-    signals = [slot.place for group in groups for slot in group.slots if slot.place is not None]
     switches = [message.signals[name] for group in groups for name, _ in group.condition]
-    orders = {signal.is_big_endian for signal in (*signals, *switches)}
-    lines += [" w = int.from_bytes(data, 'little')"] if False in orders else []
-    lines += [" b = int.from_bytes(data, 'big')"] if True in orders else []
     names = {
         switch.name: f"m{number}" for number, switch in enumerate({s.name: s for s in switches}.values())
     }
-    for switch in {s.name: s for s in switches}.values():
-        lines.append(f" {names[switch.name]} = {_raw(switch, message.length)}")
+    lines = [
+        f" {names[switch.name]} = {_raw(switch, message.length)}"
+        for switch in {s.name: s for s in switches}.values()
+    ]
     is_conditional = any(group.condition for group in groups)
     lines += [" found = ()"] if is_conditional else []
     for number, group in enumerate(groups, first):
@@ -68,19 +76,21 @@ def compile_reader(message: ForeignMessage, groups: Sequence[Group], first: int)
         lines += [f"{indent}found += ({number},)"] if is_conditional else []
     every = tuple(range(first, first + len(groups)))
     lines.append(" return found" if is_conditional else f" return {every!r}")
-    read: Read = _made(lines, "read", {})
+    read: Read = _made(["def read(data, s):", *_words("".join(lines)), *lines], "read", {})
     return read
 
 
 def compile_raw(message: ForeignMessage, signal: Signal) -> Callable[[bytes], int]:
     """Return the function that reads the raw value of ``signal``."""
-    word = [
-        " b = int.from_bytes(data, 'big')" if signal.is_big_endian else " w = int.from_bytes(data, 'little')"
-    ]
-    raw: Callable[[bytes], int] = _made(
-        ["def raw(data):", *word, f" return {_raw(signal, message.length)}"], "raw", {}
-    )
+    value = _raw(signal, message.length)
+    raw: Callable[[bytes], int] = _made(["def raw(data):", *_words(value), f" return {value}"], "raw", {})
     return raw
+
+
+def _words(text: str) -> list[str]:
+    """Return what makes the numbers that ``text`` shifts."""
+    named = {"(w ": " w = int.from_bytes(data, 'little')", "(b ": " b = int.from_bytes(data, 'big')"}
+    return [line for name, line in named.items() if name in text]
 
 
 def compile_builder(finger: FingerPlan) -> Build:
@@ -127,6 +137,9 @@ def _raw(signal: Signal, length: int) -> str:
     shift, word = signal.shift(length), "b" if signal.is_big_endian else "w"
     if signal.is_float and not signal.is_big_endian and shift % 8 == 0:
         return f"float{signal.length}(data, {shift // 8})[0]"
+    if length > LONG and signal.length in _CODES and shift % 8 == 0:
+        byte = signal.start // 8
+        return f"{_code(signal)}(data, {byte})[0]"
     bits = (
         f"({word} >> {shift} & {(1 << signal.length) - 1})"
         if shift
@@ -138,6 +151,15 @@ def _raw(signal: Signal, length: int) -> str:
         sign = 1 << signal.length - 1
         return f"(({bits} ^ {sign}) - {sign})"
     return bits
+
+
+def _code(signal: Signal) -> str:
+    """Return the name of what unpacks ``signal``, which begins with a byte."""
+    if signal.is_float:
+        return f"big_float{signal.length}"
+    code = _CODES[signal.length]
+    order = "big" if signal.is_big_endian else "little"
+    return f"{order}_{code if signal.is_signed else code.upper()}"
 
 
 def _assignment(slot: Slot, length: int) -> list[str]:
@@ -203,5 +225,6 @@ def _made(lines: list[str], name: str, scope: dict[str, Any]) -> Any:
     scope |= {"nan": math.nan}
     scope |= {f"float{bits}": packed.unpack_from for bits, packed in _FLOATS.items()}
     scope |= {f"whole{bits}": packed.pack for bits, packed in _WHOLE.items()}
+    scope |= _UNPACKED
     exec(compile("\n".join(lines), "<map>", "exec"), scope)  # noqa: S102 - numbers and names of ours only
     return scope[name]

@@ -13,14 +13,13 @@ from typing import Final
 from vegrip.errors import ConfigError
 from vegrip.identification.recording.channels import CHANNELS as MEASURED
 from vegrip.spelling import suggestion
-from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
+from vegrip.transport.mapped.database import Database, ForeignMessage, Signal, expanded
 from vegrip.transport.mapped.schema import (
     FingerMap,
     HandMap,
     MessageMap,
     SourceMap,
     TaxelMap,
-    expanded,
 )
 from vegrip.transport.mapped.units import SI, conversion, in_si, product, quantity
 
