@@ -15,6 +15,7 @@ from typing import Any, Final
 from vegrip.messages import FingertipState
 from vegrip.transport.mapped.database import ForeignMessage, Signal
 from vegrip.transport.mapped.plan import UNITY, VECTORS, ChannelPlan, FingerPlan, Slot
+from vegrip.transport.mapped.schema import POLAR
 
 Slots = list[float]
 Read = Callable[[bytes, Slots], tuple[int, ...]]
@@ -96,11 +97,18 @@ def _words(text: str) -> list[str]:
 def compile_builder(finger: FingerPlan) -> Build:
     """Return the function that makes the values of a state of ``finger`` from the slots."""
     lines = ["def build(s):"]
-    scope: dict[str, Any] = {"interpolated": interpolated}
+    scope: dict[str, Any] = {"interpolated": interpolated, "cos": _cos, "sin": _sin}
     present: set[str] = set()
     for name, channel in finger.channels.items():
         lines += _channel(f"c_{name}", channel, scope)
         present.add(name)
+    if POLAR <= present:
+        length, turn = "c_tangential_magnitude", "c_tangential_direction"
+        lines += [
+            f" c_tangential_force_x = {length} * cos({turn})",
+            f" c_tangential_force_y = {length} * sin({turn})",
+        ]
+        present.update(VECTORS[0][:2])
     if finger.torque is not None:
         lines += _torque(finger)
         present.add("torque_z")
@@ -122,6 +130,14 @@ def interpolated(xs: Sequence[float], ys: Sequence[float], x: float) -> float:
         return math.nan
     i = min(bisect.bisect_right(xs, x), len(xs) - 1)
     return ys[i - 1] + (ys[i] - ys[i - 1]) * (x - xs[i - 1]) / (xs[i] - xs[i - 1])
+
+
+def _cos(angle: float) -> float:
+    return math.cos(angle) if math.isfinite(angle) else math.nan
+
+
+def _sin(angle: float) -> float:
+    return math.sin(angle) if math.isfinite(angle) else math.nan
 
 
 def _condition(message: ForeignMessage, signal: Signal | None) -> tuple[tuple[str, tuple[int, ...]], ...]:

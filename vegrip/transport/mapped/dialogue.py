@@ -22,7 +22,7 @@ from typing import Any, Final, NamedTuple
 from vegrip.clock import NS
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
-from vegrip.transport.codec.frame import EXTENDED
+from vegrip.transport.mapped.packets import on_bus
 
 MOST_HEARD: Final = 512  # [bytes] in which an answer is looked for
 PATIENCE: Final = 0.1  # [s] for what a poll expects, unless it says
@@ -37,6 +37,9 @@ class DeviceMap:
     poll: tuple[Any, ...] = parameter((), doc="again and again")
     zero: tuple[Any, ...] = parameter((), doc="has it take its zero, when asked to (vegrip zero)")
     closing: tuple[Any, ...] = parameter((), doc="at the end")
+    offset: int = parameter(
+        0, low=-0x7FF, high=0x7FF, doc="CAN: added to all identifiers, as for another hand"
+    )
 
 
 @dataclass(frozen=True)
@@ -89,7 +92,7 @@ class Dialogue:
         on_can: bool = False,
     ) -> None:
         self.opening, self.poll, self.zeroing, self.closing = (
-            _steps(entries, device, period, f"{where} [device] {name}", on_can=on_can)
+            _steps(entries, device, period, spec.offset if on_can else None, f"{where} [device] {name}")
             for name, entries in (
                 ("opening", spec.opening),
                 ("poll", spec.poll),
@@ -192,8 +195,9 @@ class Dialogue:
 
 
 def _steps(
-    entries: Sequence[Any], device: int, period: float, where: str, *, on_can: bool
+    entries: Sequence[Any], device: int, period: float, offset: int | None, where: str
 ) -> tuple[Step, ...]:
+    """Return the ``entries`` for ``device``; ``offset`` is that of identifiers, None where there are none."""
     found = []
     for entry in entries:
         if not isinstance(entry, dict):
@@ -207,14 +211,14 @@ def _steps(
             raise ConfigError(f"{where}: {entry!r} are no bytes; write {{ data = '03 00' }}") from None
         if told.data and told.text:
             raise ConfigError(f"{where}: {entry!r} has 'data' and 'text'; give one of them")
-        if on_can and not (told.identifier >= 0 and len(data) <= 64):
+        if offset is not None and not (told.identifier >= 0 and len(data) <= 64):
             raise ConfigError(
                 f"{where}: {entry!r} is no frame; write {{ identifier = 0x81, data = '03 00' }}"
             )
         if told.device not in (-1, device):
             continue
         usual = PATIENCE if told.expects else PATIENCE_OPENING if told.answer else 0.0
-        identifier = told.identifier | (EXTENDED if told.identifier > 0x7FF else 0)
+        identifier = -1 if offset is None else on_bus(told.identifier + offset)
         found.append(
             Step(
                 data,

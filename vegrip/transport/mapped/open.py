@@ -18,7 +18,7 @@ def read_database(hand: HandMap) -> Database:
 
     """
     if hand.packets:
-        return packet_database(hand.packets, str(hand.path))
+        return packet_database(hand.packets, str(hand.path), hand.device.offset)
     if hand.database is None:
         return Database("", {})
     if hand.format:

@@ -14,7 +14,7 @@ from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.packets import Packet
 from vegrip.transport.sender_clock import SenderClock
 
-MOST_ENDS: Final = 8  # that are looked at for one beginning, should they stand in its data
+MOST_ENDS: Final = 2  # that are looked at for one beginning, should one stand in its data
 MOST_RECORDS: Final = 64  # in an index
 WAIT: Final = "wait"
 

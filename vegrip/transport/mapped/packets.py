@@ -16,6 +16,7 @@
     "t{1..16}" = "u8 @40 +3"                 # each next one three bytes further
     is_hot = "u1 @3.6"                       # one bit: of byte 3, counted from its lowest
     crc = "u16 le @-2"                       # the checksum alone may be counted from the end
+    shear = "u8 @1 if page=0x21"             # there only when another field has this value
 
 A packet is a message of the hand and its fields are the signals of it, named as those of a CAN database.
 A packet that holds an index of records is split: each record (``of`` that packet, ``record`` its type) is a
@@ -39,7 +40,8 @@ from vegrip.transport.mapped.units import conversion
 MOST_BYTES: Final = 8192  # [bytes] of a packet, unless it says less
 FIELD: Final = re.compile(
     r"(?P<kind>[uif])(?P<bits>\d{1,2})(?: +(?P<order>le|be))? *@(?P<byte>-?\d{1,5})(?:\.(?P<bit>[0-7]))?"
-    r"(?: *\+(?P<stride>\d{1,5}))?(?: *\* *(?P<scale>-?[\d.]+(?:[eE][-+]?\d+)?))?(?: +(?P<unit>\S.*))?"
+    r"(?: *\+(?P<stride>\d{1,5}))?(?: *\* *(?P<scale>-?[\d.]+(?:[eE][-+]?\d+)?)(?: +(?P<unit>\S+))?)?"
+    r"(?: +if +(?P<gate>\w+) *= *(?P<value>0[xX][0-9a-fA-F]+|\d+))?"
 )
 FORMATS: Final = {8: "B", 16: "H", 32: "I", 64: "Q"}
 
@@ -158,8 +160,10 @@ def _table(tables: Mapping[str, Any], name: str, where: str) -> Mapping[str, Any
     return table
 
 
-def packet_database(maps: Mapping[str, PacketMap], where: str) -> Database:
+def packet_database(maps: Mapping[str, PacketMap], where: str, offset: int = 0) -> Database:
     """Return the messages and signals that ``maps`` declare, with what a stream needs to find them.
+
+    ``offset`` is added to identifiers on CAN.
 
     Raises:
         ConfigError: a field, pattern, length or reference that cannot be.
@@ -169,9 +173,7 @@ def packet_database(maps: Mapping[str, PacketMap], where: str) -> Database:
     for number, (name, each) in enumerate(maps.items()):
         place = f"{where} [packets.{name}]"
         signals, checked = _signals(each, place)
-        identifier = (
-            number if each.identifier < 0 else each.identifier | (EXTENDED if each.identifier > 0x7FF else 0)
-        )
+        identifier = number if each.identifier < 0 else on_bus(each.identifier + offset)
         least = max((signal.start + signal.length for signal in _as_little(signals)), default=0) + 7 >> 3
         if each.of:
             if each.of not in maps or not maps[each.of].index or each.record < 0:
@@ -208,11 +210,9 @@ def packet_database(maps: Mapping[str, PacketMap], where: str) -> Database:
 
 def pattern_bytes(text: str, where: str) -> list[int | None]:
     """Return the bytes in hexadecimal ``text``, None where it has two dots."""
-    words = re.findall(r"\S\S", text.replace(" ", "")) if len(text.replace(" ", "")) % 2 == 0 else [text]
-    try:
-        return [None if word == ".." else int(word, 16) for word in words]
-    except ValueError:
-        raise ConfigError(f"{where}: {text!r} are no bytes; write them like 'AA 55 .. 03'") from None
+    if re.fullmatch(r"\s*((\.\.|[0-9a-fA-F]{2})\s*)*", text) is None:
+        raise ConfigError(f"{where}: {text!r} are no bytes; write them like 'AA 55 .. 03'")
+    return [None if word == ".." else int(word, 16) for word in re.findall(r"\S\S", text)]
 
 
 def _pattern(text: str, where: str) -> tuple[re.Pattern[bytes], int]:
@@ -220,6 +220,11 @@ def _pattern(text: str, where: str) -> tuple[re.Pattern[bytes], int]:
     return re.compile(
         b"".join(b"." if one is None else re.escape(bytes([one])) for one in found), re.DOTALL
     ), len(found)
+
+
+def on_bus(identifier: int) -> int:
+    """Return ``identifier`` as frames have it, with its mark when it has 29 bits."""
+    return identifier | (EXTENDED if identifier > 0x7FF else 0)
 
 
 def _template(each: PacketMap, length: int, where: str) -> bytes:
@@ -253,7 +258,10 @@ def _signals(each: PacketMap, where: str) -> tuple[dict[str, Signal], Signal | N
                 signals[one] = signal
     if each.checksum.kind != "none" and checked is None:
         raise ConfigError(f"{where}: 'checksum' must name the field that holds it: signal = 'NAME'")
-    for key in (each.counter, *each.valid):
+    pages = [signal.selected_by for signal in signals.values()]
+    if any(pages) and each.valid:
+        raise ConfigError(f"{where}: has 'valid' and fields with 'if'; give one of them")
+    for key in (each.counter, *each.valid, *pages):
         if key and key not in signals:
             raise ConfigError(f"{where}: there is no field {key!r}; {suggestion(key, signals, 'there are')}")
     gates = tuple(each.valid)
@@ -290,8 +298,6 @@ def _field(name: str, text: str, number: int, where: str) -> Signal:
     if match["order"] == "be" and (bits % 8 or match["bit"]):
         raise ConfigError(f"{where} is {text!r}; bits that are no whole bytes are counted 'le'")
     first = int(match["byte"]) + number * int(match["stride"] or bits // 8)
-    if match["unit"]:
-        conversion(match["unit"], "", where)
     return Signal(
         name,
         8 * first + (7 if match["order"] == "be" else int(match["bit"] or 0)),
@@ -301,6 +307,8 @@ def _field(name: str, text: str, number: int, where: str) -> Signal:
         is_float=match["kind"] == "f",
         scale=float(match["scale"] or 1.0),
         unit=match["unit"] or "",
+        selected_by=match["gate"] or "",
+        selectors=(int(match["value"], 0),) if match["gate"] else (),
     )
 
 

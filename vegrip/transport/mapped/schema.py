@@ -44,6 +44,8 @@ from vegrip.transport.mapped.units import SI
 MAPPED_CHANNELS: Final = tuple(SI)
 FORMATS: Final = ("json", "msgpack", "protobuf")
 SILENCE: Final = ("holds", "opens", "unknown")
+UNKNOWN: Final = "?"  # a value that is to be measured
+POLAR: Final = frozenset({"tangential_magnitude", "tangential_direction"})
 ALL: Final = "*"  # the finger whose keys hold for all
 COMMAND_KINDS: Final = ("force", "increment", "position", "current")
 
@@ -201,6 +203,7 @@ class HandMap:
     packets: Mapping[str, PacketMap]
     device: DeviceMap
     product: Mapping[str, Any]
+    open: Mapping[str, str]  # what is not known yet -> how to measure it
 
 
 @dataclass(frozen=True)
@@ -252,13 +255,12 @@ def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
         raise ConfigError(f"{path}: there is no [fingers.NAME]; a map needs one finger at least")
     shared = _table(top.fingers.get(ALL, {}), path, "fingers.*")
     own = [name for name in top.fingers if name != ALL]
-    fingers = {
-        name: _finger(
-            _filled({**shared, **_table(top.fingers[name], path, f"fingers.{name}")}, name, number),
-            f"{path} [fingers.{name}]",
-        )
-        for number, name in enumerate(own, 1)
-    }
+    unknown: dict[str, str] = {}
+    fingers = {}
+    for number, name in enumerate(own, 1):
+        keys = {**shared, **_table(top.fingers[name], path, f"fingers.{name}")}
+        known = _known(_filled(keys, name, number), top.product.get("measure", {}), unknown, path)
+        fingers[name] = _finger(known, f"{path} [fingers.{name}]")
     messages = {
         name: build(MessageMap, _table(each, path, f"messages.{name}"), f"{path} [messages.{name}]")
         for name, each in top.messages.items()
@@ -282,7 +284,36 @@ def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
         packets,
         top.device,
         top.product,
+        unknown,
     )
+
+
+def _known(
+    table: Mapping[str, Any], procedures: Mapping[str, Any], unknown: dict[str, str], path: Path
+) -> dict[str, Any]:
+    """Return ``table`` without channels of which a key is '?': to be measured, which ``unknown`` is told.
+
+    Raises:
+        ConfigError: it is one without which there is no grip.
+
+    """
+    asked = {
+        name: key
+        for name, value in table.items()
+        if isinstance(value, Mapping)
+        for key, each in value.items()
+        if each == UNKNOWN
+    }
+    for name, key in asked.items():
+        how = str(procedures.get(f"{name}.{key}", "see the data sheet of the device"))
+        unknown[f"fingers.*.{name}.{key}"] = how
+        if name in ("normal_force", "taxels"):
+            raise ConfigError(
+                f"{path}: {key} of {name} is not known: {how}; then --set 'fingers.*.{name}.{key}=VALUE', or "
+                "write it there"
+            )
+    lost = {name for name in table if name in asked or (name in POLAR and POLAR & asked.keys())}
+    return {name: value for name, value in table.items() if name not in lost}
 
 
 def _filled(value: Any, finger: str, number: int) -> Any:
