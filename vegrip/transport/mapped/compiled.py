@@ -102,7 +102,7 @@ def compile_builder(finger: FingerPlan) -> Build:
     for name, channel in finger.channels.items():
         lines += _channel(f"c_{name}", channel, scope)
         present.add(name)
-    if POLAR <= present:
+    if present >= POLAR:
         length, turn = "c_tangential_magnitude", "c_tangential_direction"
         lines += [
             f" c_tangential_force_x = {length} * cos({turn})",

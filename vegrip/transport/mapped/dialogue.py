@@ -46,6 +46,7 @@ class DeviceMap:
 class _Entry:
     text: str = parameter("", doc="what is sent")
     data: str = parameter("", doc="what is sent, in hexadecimal")
+    zeros: int = parameter(0, low=0, high=64, doc="so many bytes of zero instead")
     identifier: int = parameter(-1, low=-1, high=(1 << 29) - 1, doc="on CAN")
     device: int = parameter(-1, low=-1, high=63, doc="which of the addresses; -1: each")
     answer: str = parameter("", doc="text that comes back")
@@ -206,7 +207,7 @@ def _steps(
             )
         told = build(_Entry, entry, where)
         try:
-            data = bytes.fromhex(told.data) + told.text.encode("latin-1")
+            data = bytes.fromhex(told.data) + told.text.encode("latin-1") + bytes(told.zeros)
         except ValueError:
             raise ConfigError(f"{where}: {entry!r} are no bytes; write {{ data = '03 00' }}") from None
         if told.data and told.text:

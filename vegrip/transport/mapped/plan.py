@@ -15,8 +15,8 @@ from vegrip.identification.recording.channels import CHANNELS as MEASURED
 from vegrip.spelling import suggestion
 from vegrip.transport.mapped.database import Database, ForeignMessage, Signal, expanded
 from vegrip.transport.mapped.schema import (
-    FingerMap,
     POLAR,
+    FingerMap,
     HandMap,
     MessageMap,
     SourceMap,
@@ -81,7 +81,7 @@ class FingerPlan:
         given = set(self.channels)
         if self.torque is not None:
             given.add("torque_z")
-        if POLAR <= given:
+        if given >= POLAR:
             given.update(VECTORS[0][:2])
         if self.rotation:
             given = _turned(given, self.rotation)
@@ -183,7 +183,7 @@ class _Maker:
             slot = self._slot(command.feedback, 1.0, 0.0, f"{where}.command]", raw=command.raw)
             self.feedback[name] = slot
         trigger, chosen = self._trigger(mapped.trigger, channels, f"{where}]")
-        given = set(channels) | set(VECTORS[0][:2] if POLAR <= channels.keys() else ())
+        given = set(channels) | set(VECTORS[0][:2] if channels.keys() >= POLAR else ())
         _check_rotated(mapped.rotation, given, f"{where}]")
         return FingerPlan(name, channels, torque, mapped.rotation, trigger, chosen, mapped.max_age)
 

@@ -297,14 +297,14 @@ def _known(
         ConfigError: it is one without which there is no grip.
 
     """
-    asked = {
-        name: key
+    asked = [
+        (name, key)
         for name, value in table.items()
         if isinstance(value, Mapping)
         for key, each in value.items()
         if each == UNKNOWN
-    }
-    for name, key in asked.items():
+    ]
+    for name, key in asked:
         how = str(procedures.get(f"{name}.{key}", "see the data sheet of the device"))
         unknown[f"fingers.*.{name}.{key}"] = how
         if name in ("normal_force", "taxels"):
@@ -312,7 +312,8 @@ def _known(
                 f"{path}: {key} of {name} is not known: {how}; then --set 'fingers.*.{name}.{key}=VALUE', or "
                 "write it there"
             )
-    lost = {name for name in table if name in asked or (name in POLAR and POLAR & asked.keys())}
+    lost = {name for name, _ in asked}
+    lost |= POLAR if lost & POLAR else set()
     return {name: value for name, value in table.items() if name not in lost}
 
 
