@@ -186,6 +186,36 @@ def test_records_are_found_by_their_index_wherever_they_stand(entries, body, fou
             assert struct.unpack_from("<I", frame.data) == (7,)
 
 
+TAGGED = {
+    "tagged": {
+        "start": "9A",
+        "length": {"field": "u8 @1", "plus": 2},
+        "index": {"at": 2, "type": "u8 @0", "mask": 0xFC, "sizes": {"0x10": 3, "0x20": 2}},
+    },
+    "wanted": {"of": "tagged", "record": 0x10, "fields": {"v": "u16 be @1"}},
+}
+
+
+@pytest.mark.parametrize(
+    ("body", "values"),
+    [
+        ("10 0102 20 FF 11 0304", [0x0102, 0x0304]),
+        ("20 FF", []),
+        ("10 0102 20", None),  # cut
+        ("10 0102 30 0102", None),  # of a size that is not known
+        ("", []),
+    ],
+)
+def test_records_one_behind_the_other_must_fill_their_packet(body, values):
+    counts = Counter()
+    database = packet_database(read_packets(TAGGED, "map"), "map")
+    heard = PacketStream(database.packets, counts)
+    data = bytes.fromhex(body)
+    frames = heard.feed(bytes([0x9A, len(data)]) + data + bytes(300), NOW)
+    assert [struct.unpack_from(">H", frame.data, 1)[0] for frame in frames] == (values or [])
+    assert (counts["bad_record"] > 0) == (values is None)
+
+
 @pytest.mark.parametrize(
     ("data", "said"),
     [

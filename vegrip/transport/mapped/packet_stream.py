@@ -7,11 +7,11 @@ Nothing raises. What is cut, merged, corrupted or noise is passed over and count
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 from vegrip.transport.codec import Frame
-from vegrip.transport.mapped.packets import Packet
+from vegrip.transport.mapped.packets import Index, Packet
 from vegrip.transport.sender_clock import SenderClock
 
 MOST_ENDS: Final = 2  # that are looked at for one beginning, should one stand in its data
@@ -118,24 +118,16 @@ class PacketStream:
         if packet.index is None:
             found.append(Frame(packet.number, data, False, stamp))
             return
-        at, kind_of, offset_of, entry, origin = packet.index
-        first = len(data)
-        for _ in range(MOST_RECORDS):
-            if at + entry > first:
-                return
-            kind, begin = kind_of(data, at), origin + offset_of(data, at)
-            at += entry
-            if begin < at or begin >= len(data):
-                self._counts["bad_record"] += 1
-                return
-            first = min(first, begin)
+        for kind, begin in _records(packet.index, data):
             record = packet.records.get(kind)
-            if record is None:
-                continue
-            if len(data) - begin < record.least or record.start.match(data, begin) is None:
+            if kind < 0:
                 self._counts["bad_record"] += 1
+            elif record is None:
                 continue
-            found.append(Frame(record.number, data[begin:], False, stamp))
+            elif len(data) - begin < record.least or record.start.match(data, begin) is None:
+                self._counts["bad_record"] += 1
+            else:
+                found.append(Frame(record.number, data[begin:], False, stamp))
 
     def _our_time(self, packet: Packet, data: bytes, stamp: int) -> int:
         """Return the device's own time of a packet on our clock, its count carried on where it wraps."""
@@ -146,6 +138,28 @@ class PacketStream:
         told[1] += (raw - told[0]) % modulus if told[0] >= 0 else raw
         told[0] = raw
         return clock.hear(round(told[1] * per_count), stamp)
+
+
+def _records(index: Index, data: bytes) -> Iterator[tuple[int, int]]:
+    """Yield type and first byte of each record; type -1 ends an index that points at nothing."""
+    at, first = index.at, len(data)
+    for _ in range(MOST_RECORDS):
+        if at + index.entry > first:
+            if index.sizes and at < first:
+                yield -1, at
+            return
+        kind, begin = index.type(data, at) & index.mask, at
+        if index.offset is None:
+            at += index.sizes.get(kind, first)
+            is_sound = at <= first
+        else:
+            begin = index.origin + index.offset(data, at)
+            at += index.entry
+            is_sound = at <= begin < len(data)
+            first = min(first, begin)
+        yield (kind if is_sound else -1), begin
+        if not is_sound:
+            return
 
 
 def _measure(packet: Packet, buffer: bytearray, at: int) -> tuple[int, str]:
@@ -185,11 +199,13 @@ def _flaw(packet: Packet, data: bytes) -> str:
     length = len(data)
     if length < packet.least:
         return "short"
-    if length > packet.most or (packet.size is not None and packet.size(data, 0) < length):
-        return "long"
-    if packet.size is not None and packet.size(data, 0) > length:
-        return "short"
+    wanted = length if packet.size is None else packet.size(data, 0)
+    if length != wanted or length > packet.most:
+        return "short" if length < wanted else "long"
     if not data.endswith(packet.end):
         return "bad_end"
-    guard = packet.guard(length)
-    return "" if guard is None or guard.check(data) else "bad_checksum"
+    guard, index = packet.guard(length), packet.index
+    if guard is not None:
+        return "" if guard.check(data) else "bad_checksum"
+    is_filled = index is None or not index.sizes or all(kind >= 0 for kind, _ in _records(index, data))
+    return "" if is_filled else "bad_record"  # its only protection: the records fill it

@@ -19,8 +19,11 @@
     shear = "u8 @1 if page=0x21"             # there only when another field has this value
 
 A packet is a message of the hand and its fields are the signals of it, named as those of a CAN database.
-A packet that holds an index of records is split: each record (``of`` that packet, ``record`` its type) is a
-message for itself, and its fields are counted from its own first byte.
+A packet that holds records is split: each record (``of`` that packet, ``record`` its type) is a message for
+itself, and its fields are counted from its own first byte. Where they are says its ``index``::
+
+    index = { at = 5, type = "u16 le @0", offset = "u16 le @2", from = 4 }    # a table of types and offsets
+    index = { at = 4, type = "u8 @0", mask = 0xFC, sizes = { 0x10 = 57 } }    # or one behind the other
 """
 
 import re
@@ -77,10 +80,27 @@ class _Length:
 
 @dataclass(frozen=True)
 class _Index:
-    at: int = parameter(low=0, high=MOST_BYTES, doc="first byte of the table")
-    type: str = parameter(doc="of an entry, as 'u16 le @0'")
-    offset: str = parameter(doc="of an entry, as 'u16 le @2'")
-    origin: int = parameter(0, low=0, high=MOST_BYTES, doc="the byte that offsets are counted from")
+    at: int = parameter(low=0, high=MOST_BYTES, doc="first byte of the table, or of the first record")
+    type: str = parameter(doc="of an entry, or at the head of each record, as 'u16 le @0'")
+    offset: str = parameter("", doc="of an entry, as 'u16 le @2'")
+    origin: int = parameter(0, low=0, high=MOST_BYTES, doc="('from') the byte that offsets are counted from")
+    mask: int = parameter(0, low=0, doc="bits of the type that count; 0: all")
+    sizes: dict[str, int] = parameter(
+        {}, doc="instead of offsets: { type = bytes of such a record }, one behind another"
+    )
+
+
+@dataclass(frozen=True)
+class Index:
+    """Where the records of a packet are: by a table of offsets, or one behind the other by their sizes."""
+
+    at: int
+    type: "Read"
+    mask: int
+    offset: "Read | None"
+    entry: int  # [bytes] of the table
+    origin: int
+    sizes: Mapping[int, int]
 
 
 Read = Callable[[bytes | bytearray, int], int]
@@ -113,7 +133,7 @@ class Packet:
     checked: Signal | None  # the field with the checksum, from the end where its start is negative
     where: str
     clock: tuple[Read, int, float] | None = None  # reads it, modulus, [ns] a count
-    index: tuple[int, Read, Read, int, int] | None = None  # at, type, offset, bytes of an entry, origin
+    index: Index | None = None
     records: Mapping[int, Record] = field(default_factory=dict)
 
     @cached_property
@@ -373,18 +393,24 @@ def _clock(each: PacketMap, signals: Mapping[str, Signal], where: str) -> tuple[
     return _reader(signal, f"{where}: 'clock'"), 1 << signal.length, scale * signal.scale * 1e9
 
 
-def _index(each: PacketMap, where: str) -> tuple[int, Read, Read, int, int] | None:
+def _index(each: PacketMap, where: str) -> Index | None:
     if not each.index:
         return None
-    told = build(
-        _Index,
-        {"origin" if key == "from" else key: value for key, value in each.index.items()},
-        f"{where}.index",
-    )
-    parts = [_field(key, getattr(told, key), 0, f"{where}: index.{key}") for key in ("type", "offset")]
+    keys = {"origin" if key == "from" else key: value for key, value in each.index.items()}
+    told = build(_Index, keys, f"{where}.index")
+    if bool(told.offset) == bool(told.sizes):
+        raise ConfigError(f"{where}.index: give 'offset' (a table) or 'sizes' (one behind another)")
+    parts = [_field(text, text, 0, f"{where}: index") for text in (told.type, told.offset) if text]
+    try:
+        sizes = {int(kind, 0): size for kind, size in told.sizes.items()}
+    except ValueError:
+        raise ConfigError(f"{where}.index: 'sizes' names types by numbers, as {{ 0x10 = 57 }}") from None
+    if any(size < 1 for size in sizes.values()):
+        raise ConfigError(f"{where}.index: 'sizes' are of whole records, their type among it: 1 and more")
+    readers = [_reader(part, f"{where}: index") for part in parts]
     entry = max(part.start // 8 + part.length // 8 for part in parts)
-    kind, offset = (_reader(part, f"{where}: index") for part in parts)
-    return told.at, kind, offset, entry, told.origin
+    offset = readers[1] if told.offset else None
+    return Index(told.at, readers[0], told.mask or ~0, offset, entry, told.origin, sizes)
 
 
 def on_streams(packets: Sequence[Packet]) -> None:
