@@ -102,6 +102,8 @@ class Dialogue:
             )
         )
         self._counts = counts
+        self.missed = 0
+        """Polls without an answer: what has come of one is of no use to the next."""
         self.start()
 
     def start(self) -> None:
@@ -171,6 +173,7 @@ class Dialogue:
                 return []
             self._counts["unanswered"] += 1
             self._asked = None
+            self.missed += 1
         found: list[Step] = []
         for number in (*range(self._turn, len(self.poll)), *range(self._turn)):
             if now < self._next[number]:

@@ -97,6 +97,8 @@ class Device:
             self._reopen(now)
         if self.link is None:
             return
+        if not self.dialogue.is_open:
+            self._heard_at = now  # an opening takes its time
         if now - self._heard_at > SILENT_AFTER:
             self._counts["silent"] += 1
             self._heard_at = now
@@ -113,8 +115,11 @@ class Device:
         except OSError:
             self._lose(now)
             return
+        missed = self.dialogue.missed
         for step in self.dialogue.due(now):
             self.write(step.data, now)
+        if self.dialogue.missed > missed:
+            self.stream.reset()
 
     def write(self, data: bytes, now: int) -> None:
         """Send ``data`` now, or count it as unsent."""
