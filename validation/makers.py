@@ -6,7 +6,7 @@
     python -m validation.makers --site ENVIRONMENT/lib/python3.11/site-packages
     python -m validation.makers --dexhand CHECKOUT/pyzlg_dexhand --papillarray CHECKOUT/pts_protocol.py
 
-Each prints how many packets both understood and both refused, and how often they differ in that or by a number.
+Each prints how many packets both understood and both refused, and how often they differ.
 ``bota-driver`` is a compiled driver of a port: it reads from a pty, in a process of its own.
 """
 
@@ -333,7 +333,7 @@ while True:
 
 
 def bota(site: str, seconds: float) -> bool:
-    """A SensONE on a pty, as the maker's driver reads it: every frame that it believes is one of ours, and the same."""
+    """A SensONE on a pty: each frame that the maker's driver believes is one of ours, and the same."""
     rng = random.Random(5)
     mine = Ours("bota-sensone")
     device, port = pty.openpty()
@@ -379,7 +379,8 @@ def bota(site: str, seconds: float) -> bool:
     wanted = [each["text"].strip() for each in mine.codec.plan.hand.device.opening]
     unasked = set(wanted) - set(asked)
     print(
-        f"bota-sensone: {sent} packets sent, {len(ours)} understood here, {len(theirs)} by the driver, {wrong} differ; "
+        f"bota-sensone: {sent} packets sent, {len(ours)} understood here, {len(theirs)} by the "
+        f"driver, {wrong} differ; "
         f"commands of the map that the driver does not send: {sorted(unasked) or 'none'}"
     )
     return bool(theirs) and not wrong and not unasked
