@@ -371,8 +371,8 @@ def bota(site: str, seconds: float) -> bool:
         with contextlib.suppress(BlockingIOError):
             os.write(device, packet)
     driver.kill()
-    told, _ = driver.communicate()
-    theirs = [json.loads(each) for each in re.findall(r"^FRAME (\[[^\[\]]*\])$", told, flags=re.M)]
+    printed, _ = driver.communicate()
+    theirs = [json.loads(each) for each in re.findall(r"^FRAME (\[[^\[\]]*\])$", printed, flags=re.M)]
     wrong = 0
     for stamp_, fx, fy, fz, _mx, _my, mz, _temperature, _status in theirs:
         wrong += stamp_ not in ours or not _is_close(ours[stamp_], (fx, fy, -fz, mz))

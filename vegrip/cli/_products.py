@@ -72,17 +72,17 @@ def write(
     where += [(["transport", "channel"], channel)] * bool(channel)
     text = changed_text(text, where + settings)
     target = output or Path(f"{name}.toml")
-    sentences, ready = [], True
+    sentences, is_ready = [], True
     try:
         hand = parse_map(parse_toml(text), target)
         sentences = price(make_plan(hand, read_database(hand), tuple(hand.fingers)))
     except ConfigError as error:
         if "is not known" not in str(error):
             raise
-        sentences, ready = [str(error)], False
+        sentences, is_ready = [str(error)], False
     if output is not None:
         _put(output, text, force=force)
-    _tell(text, output, sentences, ready=ready, as_json=as_json)
+    _tell(text, output, sentences, is_ready=is_ready, as_json=as_json)
 
 
 def _put(output: Path, text: str, *, force: bool) -> None:
@@ -96,17 +96,19 @@ def _put(output: Path, text: str, *, force: bool) -> None:
         raise InputError(f"{output} cannot be written: {error.strerror or error}") from None
 
 
-def _tell(text: str, output: Path | None, sentences: list[str], *, ready: bool, as_json: bool) -> None:
-    told: dict[str, Any] = {"map": str(output) if output else None, "ready": ready, "price": sentences}
+def _tell(text: str, output: Path | None, sentences: list[str], *, is_ready: bool, as_json: bool) -> None:
+    told: dict[str, Any] = {"map": str(output) if output else None, "ready": is_ready, "price": sentences}
     if as_json:
         typer.echo(json.dumps(told))
         return
     if output is None:
         typer.echo(text)
     for sentence in sentences:
-        typer.echo(f"{'price' if ready else 'measure'}: {sentence}")
+        typer.echo(f"{'price' if is_ready else 'measure'}: {sentence}")
     if output is not None:
         next_ = (
-            f"vegrip launch {output.stem} --check" if ready else f"vegrip connect {output}, when it is known"
+            f"vegrip launch {output.stem} --check"
+            if is_ready
+            else f"vegrip connect {output}, when it is known"
         )
         typer.echo(f"written: {output}; next: {next_}")

@@ -21,7 +21,7 @@ from vegrip.errors import ConfigError, DeviceError
 
 CHUNK: Final = 4096  # [bytes] read at once
 CONNECT_WAIT: Final = 2.0  # [s] for the first connection; later ones are made while the loop goes on
-KINDS: Final = ("udp", "tcp", "serial")
+LINK_KINDS: Final = ("udp", "tcp", "serial")
 
 
 class Link(Protocol):
@@ -96,7 +96,7 @@ class SocketLink:
 
 
 class SerialLink:
-    """A tty in raw mode, 8 bits, no parity, no flow control, for nobody else meanwhile."""
+    """A tty in raw mode, 8 bits, no parity, no flow control, closed to other programs."""
 
     is_datagram = is_connection = False
 
@@ -173,13 +173,13 @@ def opener(kind: str, address: str, baud: int, local_port: int, where: str) -> O
             f"{where}: {host!r} cannot be found ({error.strerror or error}); give its number, as 192.168.1.1"
         ) from None
     family, target = found[0], found[4]
-    return lambda wait: _connected(kind, family, target, local_port, wait=wait)
+    return lambda wait: _connected(kind, family, target, local_port, is_waiting=wait)
 
 
 EXAMPLES: Final = {"udp": '"192.168.1.1:49152"', "tcp": '"192.168.1.1:502"', "serial": '"/dev/ttyUSB0"'}
 
 
-def _connected(kind: str, family: int, target: object, local_port: int, *, wait: bool) -> Link:
+def _connected(kind: str, family: int, target: object, local_port: int, *, is_waiting: bool) -> Link:
     opened = socket.socket(family, socket.SOCK_DGRAM if kind == "udp" else socket.SOCK_STREAM)
     try:
         if local_port:
@@ -190,7 +190,7 @@ def _connected(kind: str, family: int, target: object, local_port: int, *, wait:
         failure = opened.connect_ex(target)  # type: ignore[arg-type]
         if failure == errno.EINPROGRESS:
             failure = 0
-            if wait:
+            if is_waiting:
                 is_made = select.select([], [opened], [], CONNECT_WAIT)[1]
                 failure = (
                     opened.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) if is_made else errno.ETIMEDOUT
@@ -211,8 +211,8 @@ def remedy(kind: str, address: str, error: OSError) -> str:
         said = {
             errno.ENOENT: "there is no such file; see `ls /dev/serial/by-id`, and plug it in",
             errno.EACCES: f"you may not; `sudo usermod -aG {_group(address)} $USER`, then log in again",
-            errno.EBUSY: "another program has it; `fuser -v` tells which",
-            errno.EAGAIN: "another program has it; `fuser -v` tells which",
+            errno.EBUSY: "another program has it; `fuser -v` names it",
+            errno.EAGAIN: "another program has it; `fuser -v` names it",
             errno.ENOTTY: "it is no serial line",
             errno.EISDIR: "it is a folder",
         }.get(code)

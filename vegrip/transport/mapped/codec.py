@@ -96,7 +96,7 @@ class MappedCodec(ForeignHand):
                 return self._refuse("counter")
         slots = self._slots
         heard = incoming.read(data, slots)
-        if not heard and incoming.message.tells_validity:
+        if not heard and incoming.message.has_validity:
             return self._refuse("invalid", incoming.owners)
         for group in heard:
             self._heard[group] = stamp

@@ -24,7 +24,7 @@ Build = Callable[[Slots], tuple[float, ...]]
 """Makes the values of a :class:`~vegrip.messages.FingertipState`, in its order."""
 
 ORDER: Final = tuple(FingertipState.__dataclass_fields__)[3:]
-LONG: Final = 16  # [bytes] from which on a message is no number to shift
+LONG_BYTES: Final = 16  # [bytes] from which on a message is no number to shift
 _CODES: Final = {8: "b", 16: "h", 32: "i", 64: "q"}
 _FLOATS: Final = {16: struct.Struct("<e"), 32: struct.Struct("<f"), 64: struct.Struct("<d")}
 _WHOLE: Final = {16: struct.Struct("<H"), 32: struct.Struct("<I"), 64: struct.Struct("<Q")}
@@ -43,13 +43,13 @@ _UNPACKED: Final = {
 class Group:
     """Signals that come together: all of a message, or those of one value of a multiplexer."""
 
-    condition: tuple[tuple[str, tuple[int, ...]], ...]
+    condition: tuple[tuple[str, Sequence[int]], ...]
     slots: tuple[Slot, ...]
 
 
 def groups_of(message: ForeignMessage, slots: Sequence[Slot]) -> list[Group]:
     """Return the ``slots`` of ``message`` by the multiplexers that select them."""
-    found: dict[tuple[tuple[str, tuple[int, ...]], ...], list[Slot]] = {}
+    found: dict[tuple[tuple[str, Sequence[int]], ...], list[Slot]] = {}
     for slot in slots:
         found.setdefault(_condition(message, slot.place), []).append(slot)
     return [Group(condition, tuple(members)) for condition, members in found.items()]
@@ -140,8 +140,8 @@ def _sin(angle: float) -> float:
     return math.sin(angle) if math.isfinite(angle) else math.nan
 
 
-def _condition(message: ForeignMessage, signal: Signal | None) -> tuple[tuple[str, tuple[int, ...]], ...]:
-    found: list[tuple[str, tuple[int, ...]]] = []
+def _condition(message: ForeignMessage, signal: Signal | None) -> tuple[tuple[str, Sequence[int]], ...]:
+    found: list[tuple[str, Sequence[int]]] = []
     while signal is not None and signal.selected_by:
         found.append((signal.selected_by, signal.selectors))
         signal = message.signals.get(signal.selected_by)
@@ -153,7 +153,7 @@ def _raw(signal: Signal, length: int) -> str:
     shift, word = signal.shift(length), "b" if signal.is_big_endian else "w"
     if signal.is_float and not signal.is_big_endian and shift % 8 == 0:
         return f"float{signal.length}(data, {shift // 8})[0]"
-    if length > LONG and signal.length in _CODES and shift % 8 == 0:
+    if length > LONG_BYTES and signal.length in _CODES and shift % 8 == 0:
         byte = signal.start // 8
         return f"{_code(signal)}(data, {byte})[0]"
     bits = (

@@ -67,9 +67,9 @@ class ForeignMessage:
     fd: bool
     signals: Mapping[str, Signal]
     asked: bool = False  # comes as the answer to a request (CANopen SDO)
-    checked: bool = False  # whoever brings it has looked at its checksum
+    checked: bool = False  # its checksum is looked at before it comes here
     template: bytes = b""  # what stands in it whatever it carries
-    tells_validity: bool = False  # says itself whether its values are valid
+    has_validity: bool = False  # says itself whether its values are valid
 
 
 @dataclass(frozen=True, slots=True)

@@ -49,8 +49,8 @@ class _Entry:
     zeros: int = parameter(0, low=0, high=64, doc="so many bytes of zero instead")
     identifier: int = parameter(-1, low=-1, high=(1 << 29) - 1, doc="on CAN")
     device: int = parameter(-1, low=-1, high=63, doc="which of the addresses; -1: each")
-    answer: str = parameter("", doc="text that comes back")
-    expects: str = parameter("", doc="poll: the packet or frame that comes back")
+    answer: str = parameter("", doc="text of the answer")
+    expects: str = parameter("", doc="poll: the packet or frame of the answer")
     every: float = parameter(0.0, unit="s", low=0.0, high=3600.0, doc="poll; 0: command.period")
     wait: float = parameter(0.0, unit="s", low=0.0, high=60.0, doc="for the answer, or before the next entry")
 

@@ -13,7 +13,7 @@ from vegrip.clock import NS
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.messages import Message
-from vegrip.transport.byte_link import KINDS, Link, Open, opener, remedy
+from vegrip.transport.byte_link import LINK_KINDS, Link, Open, opener, remedy
 from vegrip.transport.codec import Frame
 from vegrip.transport.endpoint import ClosedByWith, Endpoint
 from vegrip.transport.losses import losses
@@ -37,7 +37,7 @@ MOST_SPACING: Final = NS // 50  # [ns] between packets that come at once
 class LinkSettings:
     """``[transport]`` with ``kind = "udp"``, ``"tcp"`` or ``"serial"``."""
 
-    kind: str = parameter("serial", choices=KINDS)
+    kind: str = parameter("serial", choices=LINK_KINDS)
     address: Any = parameter("", doc="HOST:PORT or path of a tty; several where the map has several devices")
     baud: int = parameter(115_200, unit="bit/s", low=50, high=4_000_000, doc="of a serial line")
     local_port: int = parameter(0, low=0, high=65535, doc="that the device sends to; 0: any")
@@ -149,7 +149,7 @@ class Device:
     def _lose(self, now: int) -> None:
         self._counts["link_lost"] += 1
         if self.link is not None and self.link.is_datagram:
-            return  # what comes back is that nobody listened; there is no link to lose
+            return  # what comes back is that no program listened; there is no link to lose
         with contextlib.suppress(OSError):
             if self.link is not None:
                 self.link.close()
@@ -257,7 +257,7 @@ class MappedLinkEndpoint(ClosedByWith):
         return any(asked)
 
     def bus_load(self) -> float:
-        """Return NaN: nobody else is on the line."""
+        """Return NaN: the line is shared with no other."""
         return math.nan
 
     def close(self) -> None:
@@ -283,14 +283,13 @@ class MappedLinkEndpoint(ClosedByWith):
             self._devices[device].write(frame.data, now)
 
     def _wait(self, nanoseconds: int) -> list[Device]:
-        waiting = [device for device in self._devices if device.link is not None]
+        waiting = [(device, device.link) for device in self._devices if device.link is not None]
         seconds = max(nanoseconds, 0) / NS
         if not waiting:
             time.sleep(min(seconds, 0.01))
             return []
-        links = [device.link for device in waiting]
-        ready = select.select(links, [], [], seconds)[0]
-        return [device for device, link in zip(waiting, links, strict=True) if link in ready]
+        ready = select.select([link for _, link in waiting], [], [], seconds)[0]
+        return [device for device, link in waiting if link in ready]
 
 
 def _is_read(plan: Plan, packet: str) -> bool:

@@ -214,7 +214,7 @@ def packet_database(maps: Mapping[str, PacketMap], where: str, offset: int = 0) 
             signals,
             checked=not on_can,
             template=_template(each, max(length, least), place),
-            tells_validity=bool(each.valid),
+            has_validity=bool(each.valid),
         )
     on_wire = [one for one in packets if maps[one.name].identifier < 0]
     if on_wire and len(on_wire) < len(packets):

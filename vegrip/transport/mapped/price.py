@@ -52,7 +52,7 @@ def price(plan: Plan) -> list[str]:
     """Return what the owner of the hand must know before it grips, a sentence each."""
     said = [f"{finger.name}: {text}" for finger in plan.fingers for text in _finger(plan, finger)]
     said += [f"{name} is not known, and left out: {how}" for name, how in plan.hand.open.items()]
-    said += [f"not told by any public source: {text}" for text in plan.hand.product.get("check", ())]
+    said += [f"in no public source: {text}" for text in plan.hand.product.get("check", ())]
     return [*said, *_messages(plan), *_rate(plan), *_commands(plan)]
 
 
