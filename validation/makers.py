@@ -288,12 +288,12 @@ def papillarray(source: Path) -> bool:
         if not all(marks) or not theirs_.verify_checksum(data) or data[0] != 2:
             return []
         try:
-            told = theirs_.parse_packet(data)
+            parsed = theirs_.parse_packet(data)
         except (ValueError, IndexError, struct.error):
             return []
         return [
             (*map(float, force), 1e-3 * float(torque[2]))
-            for force, torque in zip(told.global_forces, told.global_torques, strict=True)
+            for force, torque in zip(parsed.global_forces, parsed.global_torques, strict=True)
         ]
 
     def ours(whole: bytes) -> list[Values]:
@@ -327,8 +327,8 @@ while True:
         frame = driver.read_frame_blocking()
     except RuntimeError:
         break
-    told = [frame.timestamp, *frame.force, *frame.torque, frame.temperature, frame.status.val]
-    print("FRAME", json.dumps(told), flush=True)
+    row = [frame.timestamp, *frame.force, *frame.torque, frame.temperature, frame.status.val]
+    print("FRAME", json.dumps(row), flush=True)
 """
 
 
