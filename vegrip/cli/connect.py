@@ -95,7 +95,7 @@ def connect(
     --log foreign.blf --rest 0..2 --press 2..5 --shear 5..8 --twist 8..10 --channel can0 && vegrip launch
     hand --check
 
-    A product of --list needs no database: vegrip connect --hand bota-sensone -o hand.toml
+    A product of --list needs no database: vegrip connect --hand bota-sensone -o tip.toml
     """
     from vegrip.transport.mapped.drafts import for_each_finger
     from vegrip.transport.mapped.open import open_plan
