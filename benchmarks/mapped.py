@@ -7,17 +7,20 @@ state (``mapped_classic_state``). The ratio is theirs (our own layout) over ours
 wanted.
 """
 
+import struct
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from benchmarks._timing import compared
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import CanCodec, Frame
-from vegrip.transport.mapped.checksums import ChecksumMap, protection
+from vegrip.transport.mapped.checksums import ChecksumMap, make_crc, protection
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.encoder import packed, places_of, raw_of
 from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.packet_stream import PacketStream
 
 BATCH = 100
 MILLISECOND = 1_000_000
@@ -59,7 +62,59 @@ def run() -> dict[str, dict[str, float]]:
             "theirs_us": batch["theirs_us"] / BATCH,
             "ratio": batch["ratio"],
         }
+    batch = compared(packets(), own(True))
+    results["mapped_packet_state_vs_own_layout"] = {
+        "ours_us": batch["ours_us"] / BATCH,
+        "theirs_us": batch["theirs_us"] / BATCH,
+        "ratio": batch["ratio"],
+    }
     return results
+
+
+PACKETS = """
+[packets.tip]
+start = "AA"
+length = 28
+checksum = { kind = "x25", signal = "crc", first = 1 }
+counter = "n"
+[packets.tip.fields]
+n = "u8 @1"
+fz = "f32 le @2 * 1 N"
+fx = "f32 le @6 * 1 N"
+fy = "f32 le @10 * 1 N"
+tz = "f32 le @14 * 1 mN*m"
+depth = "f32 le @18 * 1 mm"
+slip = "f32 le @22"
+crc = "u16 le @26"
+"""
+
+
+def packets() -> Callable[[], object]:
+    """Decode a batch of packets as they come from a serial line, one a read."""
+    names = dict(zip(("fz", "fx", "fy", "tz", "depth", "slip"), CHANNELS.values(), strict=True))
+    tables = [f'[fingers.thumb.{c}]\nsignal = "tip.{s}"\nzero_is_measured = true' for s, c in names.items()]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "hand.toml"
+        path.write_text(PACKETS + "\n".join(tables))
+        codec = MappedCodec(open_plan(path))
+    stream = PacketStream(codec.plan.database.packets, Counter())
+    sent = []
+    for seq in range(BATCH):
+        body = struct.pack("<B6f", seq % 256, 4.0, 0.5, -0.25, 2.0, 1.0, 0.0)
+        sent.append(
+            b"\xaa" + body + make_crc(16, 0x1021, 0xFFFF, 0xFFFF, reflected=True)(body).to_bytes(2, "little")
+        )
+
+    def decode() -> int:
+        codec.reset()
+        return sum(
+            len(codec.decode_all(frame))
+            for seq, packet in enumerate(sent)
+            for frame in stream.feed(packet, seq * MILLISECOND + 1)
+        )
+
+    assert decode() == BATCH
+    return decode
 
 
 def own(fd: bool) -> Callable[[], object]:

@@ -180,8 +180,10 @@ def _typed(value: Any, hint: Any, what: str, unit: str) -> Any:
         return _elements(value, (*typing.get_args(hint), Any)[0], what, unit)
     if wanted is dict and isinstance(value, Mapping):
         _elements(value.values(), (*typing.get_args(hint), Any, Any)[1], what, unit)
-    if not isinstance(wanted, type) or (
-        isinstance(value, wanted) and (wanted is bool) == isinstance(value, bool)
+    if (
+        wanted is Any
+        or not isinstance(wanted, type)
+        or (isinstance(value, wanted) and (wanted is bool) == isinstance(value, bool))
     ):
         return value
     of = f" in {unit}" if unit and unit != "1" else ""

@@ -100,7 +100,8 @@ def test_every_help_has_an_example_of_the_command_and_it_can_be_parsed(command: 
 def test_an_unknown_option_is_one_sentence_with_the_nearest_one(command: Command, capsys: Capsys) -> None:
     if command.name == "param set":
         pytest.skip("its value may look like an option: -1")
-    known = sorted(option for option in command.options if option.startswith("--") and len(option) > 5)
+    options = sorted(option for option in command.options if option.startswith("--") and len(option) > 5)
+    known = [option for option in options if option[-1] != option[-2]]
     wrong = known[0][:-2] + known[0][-1] + known[0][-2] if known else "--nosuch"
     assert main([*command.path, wrong]) == 2
     told = capsys.readouterr()
@@ -179,7 +180,7 @@ RUN_HERE = [
     one.name
     for one in ALL
     if one.path[0]
-    not in ("demo", "launch", "node", "monitor", "check", "topic", "param", "lifecycle", "record")
+    not in ("demo", "launch", "node", "monitor", "check", "topic", "param", "lifecycle", "record", "zero")
 ]
 
 

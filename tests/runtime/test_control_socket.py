@@ -106,6 +106,18 @@ def test_the_state_is_changed_by_way_of_others(running):
         ask(running.entry, "set_state", target="deactivate")
 
 
+def test_a_hand_takes_its_zero_only_when_it_holds_nothing_and_can(running, monkeypatch):
+    with pytest.raises(UsageError, match="may hold something"):
+        ask(running.entry, "zero")
+    ask(running.entry, "set_state", target="inactive")
+    with pytest.raises(UsageError, match="no command for its zero"):
+        ask(running.entry, "zero")
+    asked = []
+    monkeypatch.setattr(type(running.runner._endpoint), "zero", lambda _: not asked.append(1), raising=False)
+    ask(running.entry, "zero")
+    assert asked == [1]
+
+
 @pytest.mark.parametrize("call", ["nothing", "set_state"])
 def test_a_bad_request_is_answered_and_the_next_one_too(running, call):
     with pytest.raises(UsageError):

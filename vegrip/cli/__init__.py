@@ -41,6 +41,7 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
         "topic": ("vegrip.cli.topic:app", "Look at topics: list, echo, hz."),
         "param": ("vegrip.cli.param:app", "Read and set parameters of running nodes."),
         "lifecycle": ("vegrip.cli.lifecycle:app", "Read and change the state of running nodes."),
+        "zero": ("vegrip.cli.lifecycle:zero", "Have the sensors of a hand take their own zeros."),
         "bus-load": (
             "vegrip.cli.bus_load:bus_load",
             "Compute whether hands, rates and layout fit a CAN bus.",

@@ -25,8 +25,11 @@ if TYPE_CHECKING:
     from vegrip.transport.mapped.traffic import Now, Traffic
 
 DATABASE = Annotated[
-    Path, typer.Argument(help="Their .dbc, .kcd, .sym, .arxml or .eds; or a map, to check it.")
+    Path | None, typer.Argument(help="Their .dbc, .kcd, .sym, .arxml or .eds; or a map, to check it.")
 ]
+LIST = Annotated[bool, typer.Option("--list", help="Show the products whose maps are in the box.")]
+HAND = Annotated[str, typer.Option(help="A product of --list: write its map.")]
+ADDRESS = Annotated[str, typer.Option(help="--hand: where it is, HOST:PORT or a tty.")]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Map (TOML) to write.")]
 LOG = Annotated[Path | None, typer.Option(help="Log of their traffic: .asc, .blf, or .log of candump.")]
 CHANNEL = Annotated[str, typer.Option(help="Live: CAN channel that the hand is on, e.g. can0.")]
@@ -61,7 +64,7 @@ QUESTIONS = {
 
 
 def connect(
-    database: DATABASE,
+    database: DATABASE = None,
     output: OUT = None,
     log: LOG = None,
     channel: CHANNEL = "",
@@ -79,6 +82,9 @@ def connect(
     ask: ASK = True,
     force: FORCE = False,
     as_json: JSON = False,
+    lists: LIST = False,
+    hand: HAND = "",
+    address: ADDRESS = "",
 ) -> None:
     """Map a hand of another make: propose which signals are force, position and command, and write a file.
 
@@ -88,12 +94,26 @@ def connect(
     Example: vegrip sample foreign.dbc && vegrip sample foreign.blf && vegrip connect foreign.dbc -o hand.toml
     --log foreign.blf --rest 0..2 --press 2..5 --shear 5..8 --twist 8..10 --channel can0 && vegrip launch
     hand --check
+
+    A product of --list needs no database: vegrip connect --hand bota-sensone -o tip.toml
     """
     from vegrip.transport.mapped.drafts import for_each_finger
     from vegrip.transport.mapped.open import open_plan
     from vegrip.transport.mapped.traffic import MappedNow, SignalsNow, traces
 
     said = [_setting(each) for each in settings or []]
+    if lists or hand:
+        from vegrip.cli import _products
+
+        if database is not None:
+            raise UsageError(f"{database}: give a database, or --list, or --hand, not two of them")
+        if lists:
+            _products.show_all(as_json=as_json)
+        else:
+            _products.write(hand, output, said, address, channel, force=force, as_json=as_json)
+        return
+    if database is None:
+        raise UsageError("give a database or a map, --list, or --hand NAME")
     _refuse(database, output, log, force=force)
     windows = _windows(rest=rest, press=press, shear=shear, twist=twist)
     transport = _transport(channel, interface, bitrate, fd=fd) if channel else {}

@@ -93,6 +93,21 @@ def set_(
     _show(ask(find_node(node), "set_state", patience=CONFIGURING_MAY_TAKE, target=target), as_json)
 
 
+def zero(node: NodeName, as_json: JSON = False) -> None:
+    """Have the sensors of a hand take their own zeros, by the command that its map has for that.
+
+    The node must be inactive: what it may hold would weigh nothing afterwards.
+
+    Example: vegrip lifecycle set grasp_force inactive && vegrip zero grasp_force
+
+    """
+    from vegrip.runtime.client import ask
+    from vegrip.runtime.registry import find_node
+
+    ask(find_node(node), "zero")
+    print(json.dumps({"zero": "asked for"}) if as_json else "zero: asked for")  # noqa: T201
+
+
 def _asked(node: str, call: str) -> Any:
     """Return what the node answers, or what is known of one that could not be started."""
     from vegrip.errors import UsageError

@@ -40,6 +40,7 @@ class NodeCalls:
             "state": self.state,
             "set_state": self.set_state,
             "status": self.status,
+            "zero": self.zero,
             "topics": lambda: dict(topics()),
         }
 
@@ -83,6 +84,22 @@ class NodeCalls:
         if path := self._runner.path_taken:
             told["path"] = path
         return {**dataclasses.asdict(status), "state": status.state.name.lower(), **told}
+
+    def zero(self) -> None:
+        """Have the devices of the hand take their own zeros; never while they may hold something."""
+
+        def call() -> None:
+            if self._runner.state is Lifecycle.ACTIVE:
+                raise UsageError(
+                    "the node is active and may hold something, whose load would become zero; open the hand, "
+                    "`vegrip lifecycle set NODE inactive`, then zero it"
+                )
+            if not self._runner.zero():
+                raise UsageError(
+                    "this hand has no command for its zero; see `zero` in [device] of docs/connect.md"
+                )
+
+        self._in_loop(call)
 
     def _in_loop(self, call: Call) -> None:
         self._runner.inbox.put(call).result(timeout=LOOP_TIMEOUT_S)

@@ -119,7 +119,11 @@ def _launch_of(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
             'interface and channel, or name the map in a launch file: transport.map = "..."'
         )
     node = {"program": "grasp_force", "required": True, "restart": "always"}
-    return {"fingers": list(table["fingers"]), "transport": {**transport, "map": path.name}, "node": [node]}
+    return {
+        "fingers": [name for name in table["fingers"] if name != "*"],
+        "transport": {**transport, "map": path.name},
+        "node": [node],
+    }
 
 
 def _mapped(path: Path, node: NodeConfig) -> NodeConfig:

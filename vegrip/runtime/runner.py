@@ -28,7 +28,16 @@ from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry
 from vegrip.runtime.topic_path import AnswersValues, GivesTopics, TopicPath
 from vegrip.transport.canbus.virtual_can import Taken
-from vegrip.transport.endpoint import Endpoint, Gathering, Guarded, Inspected, Selective, TakesAll, Timed
+from vegrip.transport.endpoint import (
+    Endpoint,
+    Gathering,
+    Guarded,
+    Inspected,
+    Selective,
+    TakesAll,
+    Timed,
+    Zeroed,
+)
 from vegrip.transport.sender_clock import ClockEstimate
 
 LONGEST_WAIT = 0.1  # [s] so that a request to stop is seen soon whatever the tick period is
@@ -405,6 +414,10 @@ class Runner:
         self._gathering.put_off(message)
         if self._telemetry is not None:
             self._telemetry.offer(message, Direction.OUT)
+
+    def zero(self) -> bool:
+        """Have the devices behind the endpoint take their own zeros; whether they can."""
+        return isinstance(self._endpoint, Zeroed) and self._endpoint.zero()
 
     def _report(self, now: int) -> None:
         dropped = self._telemetry.dropped if self._telemetry is not None else 0

@@ -117,6 +117,14 @@ class Guarded(Protocol):
 
 
 @runtime_checkable
+class Zeroed(Protocol):
+    """An endpoint of devices that can take their own zeros."""
+
+    def zero(self) -> bool:
+        """Have them take their zeros; whether there is a command for that."""
+
+
+@runtime_checkable
 class Priced(Protocol):
     """An endpoint of a hand that does not tell all that ours does."""
 

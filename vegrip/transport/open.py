@@ -25,6 +25,7 @@ TRANSPORTS: dict[str, str] = {
     "can": "vegrip.transport.open:open_can",
     "canopen": "vegrip.canopen.open:open_canopen",
     "zmq": "vegrip.transport.open:open_zmq",
+    **dict.fromkeys(("udp", "tcp", "serial"), "vegrip.transport.mapped.link_endpoint:open_link"),
 }
 """What may stand as ``kind`` in a ``[transport]`` table; a transport is imported when one is opened."""
 
@@ -32,6 +33,7 @@ SETTINGS: dict[str, str] = {
     "can": "vegrip.transport.open:CanSettings",
     "canopen": "vegrip.canopen.open:CanopenSettings",
     "zmq": "vegrip.transport.open:ZmqSettings",
+    **dict.fromkeys(("udp", "tcp", "serial"), "vegrip.transport.mapped.link_endpoint:LinkSettings"),
 }
 """What such a table may hold, by its kind."""
 

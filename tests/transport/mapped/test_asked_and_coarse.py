@@ -50,8 +50,8 @@ zero_is_measured = true
 noise = {noise}
 [fingers.jaw.command]
 signal = "Set.Grip"
-[command]
-request = [{{ identifier = 0x30, data = "" }}]
+[device]
+poll = [{{ identifier = 0x30, data = "" }}]
 """
 
 

@@ -41,7 +41,7 @@ class MsgGripper:
 def test_the_msg_gripper_is_polled_grips_by_its_current_and_holds_when_commands_stop():
     codec = MappedCodec(open_plan(HANDS / "msg_gripper.toml"))
     gripper = MsgGripper()
-    (ask,) = codec.encoder.due(0)
+    (ask,) = codec.due(0)
     assert ask.data == b""
     identifier, data = gripper.hear(ask.arbitration_id, ask.data)
     (state,) = codec.decode_all(Frame(identifier, data, False, 1))
@@ -56,9 +56,9 @@ def test_the_msg_gripper_is_polled_grips_by_its_current_and_holds_when_commands_
         (frame,) = codec.encode(command(force, "jaw", 40 * MS))
         gripper.hear(frame.arbitration_id, frame.data)
         assert gripper.limit == limit
-    assert gripper.hear(*codec.encoder.due(90 * MS)[0][:2])
+    assert gripper.hear(*codec.due(90 * MS)[0][:2])
     assert gripper.limit == 1000  # repeated
-    late = codec.encoder.due(2 * NS)
+    late = codec.due(2 * NS)
     assert [frame.data for frame in late] == [b""]  # it holds by itself: only asked from now on
     told = " ".join(price(codec.plan))
     assert "currents" in told
@@ -79,7 +79,7 @@ def allegro_pose(finger, degrees, stamp):
 def test_the_allegro_hand_presses_by_joint_torques_and_feels_by_its_tips():
     plan = open_plan(HANDS / "allegro_v5_sense.toml")
     codec = MappedCodec(plan)
-    assert codec.encoder.opening == ((0x81, bytes.fromhex("030000000000")), (0x40, b""))
+    assert [frame[:2] for frame in codec.due(0)] == [(0x81, bytes.fromhex("030000000000")), (0x40, b"")]
     codec.decode_all(allegro_pose(3, (0.0, 1.0, 0.5, 0.2), 1))  # the thumb is the fourth there
     (state,) = codec.decode_all(allegro_tip(0, 250.0, 2 * MS))  # and the first here
     assert state.finger == "thumb"
@@ -94,7 +94,7 @@ def test_the_allegro_hand_presses_by_joint_torques_and_feels_by_its_tips():
     assert max(struct.unpack("<hhhh", frame.data)) <= 240
     assert codec.clipped == {"thumb": 1}
     assert "it OPENS when they stop" in " ".join(price(plan))
-    repeated = [f for n in range(1, 200) for f in codec.encoder.due(4 * MS + n * 3 * MS)]
+    repeated = [f for n in range(1, 200) for f in codec.due(4 * MS + n * 3 * MS)]
     assert len(repeated) == 199  # never silent, never zero: without commands it would open
     assert all(struct.unpack("<hhhh", frame.data)[1] == 190 for frame in repeated)
 

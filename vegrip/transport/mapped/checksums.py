@@ -3,8 +3,8 @@
 import binascii
 import importlib
 import zlib
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from functools import reduce
 from operator import xor
 from typing import Any, Final
@@ -17,7 +17,13 @@ WIDTHS: Final = {"crc8": 8, "crc16": 16, "crc32": 32}
 PROFILES: Final = {"p01": 2, "p02": 2, "p04": 12, "p05": 3, "p06": 5, "p07": 20, "p11": 2}
 """Profiles of AUTOSAR E2E -> the least length of a message [bytes]."""
 
-CHECKSUM_KINDS: Final = ("none", "sum", "xor", *WIDTHS, *PROFILES)
+NAMED: Final[Mapping[str, dict[str, Any]]] = {
+    "lrc": {"kind": "sum", "start": 0xFF, "final": 0xFF},  # -sum, as ~(sum - 1)
+    "x25": {"kind": "crc16", "polynomial": 0x1021, "start": 0xFFFF, "final": 0xFFFF, "reflected": True},
+}
+"""Checksums with a name of their own -> what they are; the rest of the keys is as given."""
+
+CHECKSUM_KINDS: Final = ("none", "sum", "xor", *WIDTHS, *NAMED, *PROFILES)
 
 
 @dataclass(frozen=True)
@@ -26,8 +32,13 @@ class ChecksumMap:
 
     kind: str = parameter("none", choices=CHECKSUM_KINDS)
     signal: str = parameter("", doc="where it stands in the message; the profiles know that themselves")
-    first: int = parameter(0, low=0, high=63, doc="first byte that it covers")
-    last: int = parameter(-1, low=-1, high=63, doc="last byte that it covers; -1: of the message")
+    first: int = parameter(0, low=0, high=8191, doc="first byte that it covers")
+    last: int = parameter(
+        -1,
+        low=-8191,
+        high=8191,
+        doc="last byte that it covers; -1: of the message, -5: the fifth from its end",
+    )
     own: str = parameter("left out", choices=("left out", "zero"), doc="the bytes of the checksum itself")
     polynomial: int = parameter(0, low=0, high=0xFFFF_FFFF, doc="of a CRC, without its highest bit")
     start: int = parameter(0, low=0, high=0xFFFF_FFFF, doc="start value")
@@ -56,6 +67,7 @@ def protection(spec: ChecksumMap, message: ForeignMessage, where: str) -> Protec
     """
     if spec.kind == "none":
         return None
+    spec = replace(spec, **NAMED.get(spec.kind, {}))
     if spec.kind in PROFILES:
         return _profile(spec, message, where)
     signal = message.signals.get(spec.signal)
@@ -107,6 +119,8 @@ def _by_library(
 
     if (width, polynomial, reflected) == (16, 0x1021, False):
         return lambda data: binascii.crc_hqx(bytes(data), start) ^ final
+    if (width, polynomial, reflected) == (16, 0x1021, True):  # each byte, and the result, turned round
+        return lambda data: _turned_word(binascii.crc_hqx(bytes(data).translate(_TURNED), start)) ^ final
     if (width, polynomial, reflected) == (32, 0x04C11DB7, True):
         begin, end = _reversed(start, 32) ^ 0xFFFFFFFF, final ^ 0xFFFFFFFF
         return lambda data: zlib.crc32(bytes(data), begin) ^ end
@@ -115,6 +129,10 @@ def _by_library(
         function, begin, end = functions[polynomial], start ^ 0xFF, final ^ 0xFF  # it adds the XOR of AUTOSAR
         return lambda data: int(function(bytes(data), begin, False)) ^ end
     return None
+
+
+def _turned_word(value: int) -> int:
+    return _TURNED[value & 0xFF] << 8 | _TURNED[value >> 8]
 
 
 def table_crc(
@@ -167,7 +185,7 @@ def _stored(
     shift, mask = signal.shift(length), (1 << signal.length) - 1
     bits = mask << shift
     own = [number for number, byte in enumerate(bits.to_bytes(length, order)) if byte]
-    last = spec.last if spec.last >= 0 else length - 1
+    last = spec.last if spec.last >= 0 else length + spec.last
     covered = list(range(spec.first, min(last, length - 1) + 1))
     zeroed = spec.own == "zero"
     runs = _runs(covered if zeroed else [number for number in covered if number not in own])
@@ -227,3 +245,6 @@ def _profile(spec: ChecksumMap, message: ForeignMessage, where: str) -> Protecti
         lambda data: bool(check(bytearray(data), identity)),
         lambda data: protect(data, identity, increment_counter=False),
     )
+
+
+_TURNED: Final = bytes(_reversed(byte, 8) for byte in range(256))

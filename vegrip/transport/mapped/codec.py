@@ -12,6 +12,7 @@ from vegrip.transport.mapped.canopen_nodes import CanopenNodes
 from vegrip.transport.mapped.checksums import Protection, protection
 from vegrip.transport.mapped.compiled import Group, Read, compile_raw, compile_reader, groups_of
 from vegrip.transport.mapped.database import ForeignMessage
+from vegrip.transport.mapped.dialogue import Dialogue
 from vegrip.transport.mapped.encoder import CommandEncoder
 from vegrip.transport.mapped.plan import Plan
 from vegrip.transport.mapped.states import FingerStates, ForeignHand
@@ -58,6 +59,14 @@ class MappedCodec(ForeignHand):
         self._incoming = {one.message.identifier: one for one in made}
         self.encoder = CommandEncoder(plan, self._state_of, self.clipped)
         self._nodes = _nodes(plan, self.rejected)
+        self.opening = [Frame(*frame) for frame in plan.database.opening]
+        self.dialogue = (
+            None
+            if plan.database.packets
+            else Dialogue(
+                plan.hand.device, 0, plan.hand.sending.period, self.rejected, str(plan.hand.path), on_can=True
+            )
+        )
 
     def decode(self, frame: Frame) -> Message | None:
         """Return the first state that ``frame`` completes; :meth:`decode_all` returns all of them."""
@@ -71,6 +80,8 @@ class MappedCodec(ForeignHand):
         if incoming is None:
             self.foreign += not known
             return ()
+        if self.dialogue is not None:
+            self.dialogue.came(incoming.message.name)
         data, stamp, seq = frame.data, frame.stamp, None
         length = incoming.message.length
         if len(data) != length:  # CAN FD fills up to its sizes
@@ -85,6 +96,8 @@ class MappedCodec(ForeignHand):
                 return self._refuse("counter")
         slots = self._slots
         heard = incoming.read(data, slots)
+        if not heard and incoming.message.has_validity:
+            return self._refuse("invalid", incoming.owners)
         for group in heard:
             self._heard[group] = stamp
         states = []
@@ -95,7 +108,12 @@ class MappedCodec(ForeignHand):
 
     def due(self, now: int) -> list[Frame]:
         """Return the frames to send at ``now`` [ns]: commands to repeat, requests, starts of nodes."""
-        return [*self.encoder.due(now), *(self._nodes.due(now) if self._nodes is not None else ())]
+        said = self.dialogue.due(now) if self.dialogue is not None else ()
+        return [
+            *self.encoder.due(now),
+            *(Frame(step.identifier, step.data, len(step.data) > 8) for step in said),
+            *(self._nodes.due(now) if self._nodes is not None else ()),
+        ]
 
     @property
     def identifiers(self) -> set[int]:
@@ -111,7 +129,7 @@ class MappedCodec(ForeignHand):
         guard = counter = sequence = None
         if spec is not None:
             where = f"{self.plan.hand.path} [messages.{message.name}.checksum]"
-            guard = protection(spec.checksum, message, where)
+            guard = None if message.checked else protection(spec.checksum, message, where)
             if spec.counter:
                 signal = message.signals[spec.counter]
                 counter = compile_raw(message, signal)

@@ -15,6 +15,7 @@ from typing import Any, Final
 from vegrip.messages import FingertipState
 from vegrip.transport.mapped.database import ForeignMessage, Signal
 from vegrip.transport.mapped.plan import UNITY, VECTORS, ChannelPlan, FingerPlan, Slot
+from vegrip.transport.mapped.schema import POLAR
 
 Slots = list[float]
 Read = Callable[[bytes, Slots], tuple[int, ...]]
@@ -23,21 +24,32 @@ Build = Callable[[Slots], tuple[float, ...]]
 """Makes the values of a :class:`~vegrip.messages.FingertipState`, in its order."""
 
 ORDER: Final = tuple(FingertipState.__dataclass_fields__)[3:]
+LONG_BYTES: Final = 16  # [bytes] from which on a message is no number to shift
+_CODES: Final = {8: "b", 16: "h", 32: "i", 64: "q"}
 _FLOATS: Final = {16: struct.Struct("<e"), 32: struct.Struct("<f"), 64: struct.Struct("<d")}
 _WHOLE: Final = {16: struct.Struct("<H"), 32: struct.Struct("<I"), 64: struct.Struct("<Q")}
+
+
+_UNPACKED: Final = {
+    f"{name}_{code}": struct.Struct(order + code).unpack_from
+    for name, order in (("little", "<"), ("big", ">"))
+    for code in "bBhHiIqQ"
+} | {
+    f"big_float{bits}": struct.Struct(code).unpack_from for bits, code in ((16, ">e"), (32, ">f"), (64, ">d"))
+}
 
 
 @dataclass(frozen=True, slots=True)
 class Group:
     """Signals that come together: all of a message, or those of one value of a multiplexer."""
 
-    condition: tuple[tuple[str, tuple[int, ...]], ...]
+    condition: tuple[tuple[str, Sequence[int]], ...]
     slots: tuple[Slot, ...]
 
 
 def groups_of(message: ForeignMessage, slots: Sequence[Slot]) -> list[Group]:
     """Return the ``slots`` of ``message`` by the multiplexers that select them."""
-    found: dict[tuple[tuple[str, tuple[int, ...]], ...], list[Slot]] = {}
+    found: dict[tuple[tuple[str, Sequence[int]], ...], list[Slot]] = {}
     for slot in slots:
         found.setdefault(_condition(message, slot.place), []).append(slot)
     return [Group(condition, tuple(members)) for condition, members in found.items()]
@@ -45,17 +57,14 @@ def groups_of(message: ForeignMessage, slots: Sequence[Slot]) -> list[Group]:
 
 def compile_reader(message: ForeignMessage, groups: Sequence[Group], first: int) -> Read:
     """Return the reader of ``message``; its groups are numbered from ``first``."""
-    lines = ["def read(data, s):"]
-    signals = [slot.place for group in groups for slot in group.slots if slot.place is not None]
     switches = [message.signals[name] for group in groups for name, _ in group.condition]
-    orders = {signal.is_big_endian for signal in (*signals, *switches)}
-    lines += [" w = int.from_bytes(data, 'little')"] if False in orders else []
-    lines += [" b = int.from_bytes(data, 'big')"] if True in orders else []
     names = {
         switch.name: f"m{number}" for number, switch in enumerate({s.name: s for s in switches}.values())
     }
-    for switch in {s.name: s for s in switches}.values():
-        lines.append(f" {names[switch.name]} = {_raw(switch, message.length)}")
+    lines = [
+        f" {names[switch.name]} = {_raw(switch, message.length)}"
+        for switch in {s.name: s for s in switches}.values()
+    ]
     is_conditional = any(group.condition for group in groups)
     lines += [" found = ()"] if is_conditional else []
     for number, group in enumerate(groups, first):
@@ -68,29 +77,38 @@ def compile_reader(message: ForeignMessage, groups: Sequence[Group], first: int)
         lines += [f"{indent}found += ({number},)"] if is_conditional else []
     every = tuple(range(first, first + len(groups)))
     lines.append(" return found" if is_conditional else f" return {every!r}")
-    read: Read = _made(lines, "read", {})
+    read: Read = _made(["def read(data, s):", *_words("".join(lines)), *lines], "read", {})
     return read
 
 
 def compile_raw(message: ForeignMessage, signal: Signal) -> Callable[[bytes], int]:
     """Return the function that reads the raw value of ``signal``."""
-    word = [
-        " b = int.from_bytes(data, 'big')" if signal.is_big_endian else " w = int.from_bytes(data, 'little')"
-    ]
-    raw: Callable[[bytes], int] = _made(
-        ["def raw(data):", *word, f" return {_raw(signal, message.length)}"], "raw", {}
-    )
+    value = _raw(signal, message.length)
+    raw: Callable[[bytes], int] = _made(["def raw(data):", *_words(value), f" return {value}"], "raw", {})
     return raw
+
+
+def _words(text: str) -> list[str]:
+    """Return what makes the numbers that ``text`` shifts."""
+    named = {"(w ": " w = int.from_bytes(data, 'little')", "(b ": " b = int.from_bytes(data, 'big')"}
+    return [line for name, line in named.items() if name in text]
 
 
 def compile_builder(finger: FingerPlan) -> Build:
     """Return the function that makes the values of a state of ``finger`` from the slots."""
     lines = ["def build(s):"]
-    scope: dict[str, Any] = {"interpolated": interpolated}
+    scope: dict[str, Any] = {"interpolated": interpolated, "cos": _cos, "sin": _sin}
     present: set[str] = set()
     for name, channel in finger.channels.items():
         lines += _channel(f"c_{name}", channel, scope)
         present.add(name)
+    if present >= POLAR:
+        length, turn = "c_tangential_magnitude", "c_tangential_direction"
+        lines += [
+            f" c_tangential_force_x = {length} * cos({turn})",
+            f" c_tangential_force_y = {length} * sin({turn})",
+        ]
+        present.update(VECTORS[0][:2])
     if finger.torque is not None:
         lines += _torque(finger)
         present.add("torque_z")
@@ -114,8 +132,16 @@ def interpolated(xs: Sequence[float], ys: Sequence[float], x: float) -> float:
     return ys[i - 1] + (ys[i] - ys[i - 1]) * (x - xs[i - 1]) / (xs[i] - xs[i - 1])
 
 
-def _condition(message: ForeignMessage, signal: Signal | None) -> tuple[tuple[str, tuple[int, ...]], ...]:
-    found: list[tuple[str, tuple[int, ...]]] = []
+def _cos(angle: float) -> float:
+    return math.cos(angle) if math.isfinite(angle) else math.nan
+
+
+def _sin(angle: float) -> float:
+    return math.sin(angle) if math.isfinite(angle) else math.nan
+
+
+def _condition(message: ForeignMessage, signal: Signal | None) -> tuple[tuple[str, Sequence[int]], ...]:
+    found: list[tuple[str, Sequence[int]]] = []
     while signal is not None and signal.selected_by:
         found.append((signal.selected_by, signal.selectors))
         signal = message.signals.get(signal.selected_by)
@@ -127,6 +153,9 @@ def _raw(signal: Signal, length: int) -> str:
     shift, word = signal.shift(length), "b" if signal.is_big_endian else "w"
     if signal.is_float and not signal.is_big_endian and shift % 8 == 0:
         return f"float{signal.length}(data, {shift // 8})[0]"
+    if length > LONG_BYTES and signal.length in _CODES and shift % 8 == 0:
+        byte = signal.start // 8
+        return f"{_code(signal)}(data, {byte})[0]"
     bits = (
         f"({word} >> {shift} & {(1 << signal.length) - 1})"
         if shift
@@ -138,6 +167,15 @@ def _raw(signal: Signal, length: int) -> str:
         sign = 1 << signal.length - 1
         return f"(({bits} ^ {sign}) - {sign})"
     return bits
+
+
+def _code(signal: Signal) -> str:
+    """Return the name of what unpacks ``signal``, which begins with a byte."""
+    if signal.is_float:
+        return f"big_float{signal.length}"
+    code = _CODES[signal.length]
+    order = "big" if signal.is_big_endian else "little"
+    return f"{order}_{code if signal.is_signed else code.upper()}"
 
 
 def _assignment(slot: Slot, length: int) -> list[str]:
@@ -203,5 +241,6 @@ def _made(lines: list[str], name: str, scope: dict[str, Any]) -> Any:
     scope |= {"nan": math.nan}
     scope |= {f"float{bits}": packed.unpack_from for bits, packed in _FLOATS.items()}
     scope |= {f"whole{bits}": packed.pack for bits, packed in _WHOLE.items()}
+    scope |= _UNPACKED
     exec(compile("\n".join(lines), "<map>", "exec"), scope)  # noqa: S102 - numbers and names of ours only
     return scope[name]

@@ -2,15 +2,18 @@
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from vegrip.errors import ConfigError
 from vegrip.transport.codec.frame import EXTENDED
 
-__all__ = ["EXTENDED", "Database", "ForeignMessage", "Signal"]
+if TYPE_CHECKING:
+    from vegrip.transport.mapped.packets import Packet
+
+__all__ = ["EXTENDED", "Database", "ForeignMessage", "Signal", "expanded"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +41,7 @@ class Signal:
     high: float = float("nan")
     choices: Mapping[int, str] = field(default_factory=dict)
     selected_by: str = ""
-    selectors: tuple[int, ...] = ()
+    selectors: Sequence[int] = ()
 
     def shift(self, length: int) -> int:
         """Return by how many bits a message of ``length`` bytes, read as one number, is moved right."""
@@ -64,6 +67,9 @@ class ForeignMessage:
     fd: bool
     signals: Mapping[str, Signal]
     asked: bool = False  # comes as the answer to a request (CANopen SDO)
+    checked: bool = False  # its checksum is looked at before it comes here
+    template: bytes = b""  # what stands in it whatever it carries
+    has_validity: bool = False  # says itself whether its values are valid
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +80,27 @@ class Database:
     messages: Mapping[str, ForeignMessage]
     opening: tuple[tuple[int, bytes], ...] = ()  # frames to send once, before anything comes
     descriptors: bytes = b""  # of protobuf
+    packets: tuple["Packet", ...] = ()  # of a device that is on no CAN bus
+
+
+def expanded(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return ``names`` with each ``{first..last}`` written out.
+
+    >>> expanded(("Pad.T{1..3}", "Pad.Sum"))
+    ('Pad.T1', 'Pad.T2', 'Pad.T3', 'Pad.Sum')
+    """
+    found: list[str] = []
+    for name in names:
+        head, brace, rest = name.partition("{")
+        span, closed, tail = rest.partition("}")
+        first, dots, last = span.partition("..")
+        if not (brace and closed and dots and first.isdecimal() and last.isdecimal()):
+            found.append(name)
+            continue
+        if not int(first) <= int(last) <= int(first) + 1023:
+            raise ConfigError(f"{name!r} must count upwards, and over 1024 signals at most")
+        found += [f"{head}{number}{tail}" for number in range(int(first), int(last) + 1)]
+    return tuple(found)
 
 
 MAX_DATABASE_BYTES: Final = 4 * 2**20  # [bytes] of a file

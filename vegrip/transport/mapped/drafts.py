@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from vegrip.errors import ConfigError
+from vegrip.transport.mapped.database import expanded
 from vegrip.transport.mapped.guess import Guess
-from vegrip.transport.mapped.schema import MAPPED_CHANNELS, expanded
+from vegrip.transport.mapped.schema import MAPPED_CHANNELS
 from vegrip.transport.mapped.units import SI, conversion, product, quantity
 
 Setting = tuple[list[str], Any]

@@ -2,7 +2,6 @@
 
 import math
 import struct
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
@@ -11,10 +10,10 @@ from vegrip.errors import ConfigError
 from vegrip.spelling import suggestion
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.checksums import Protection, protection
-from vegrip.transport.mapped.commands import Commands, Outgoing, StateOf, Target, law_of
+from vegrip.transport.mapped.commands import Commands, Outgoing, Target, law_of
 from vegrip.transport.mapped.database import ForeignMessage, Signal
-from vegrip.transport.mapped.plan import NOT_YET, Plan, find_signal
-from vegrip.transport.mapped.schema import CommandMap, frames_in
+from vegrip.transport.mapped.plan import find_signal
+from vegrip.transport.mapped.schema import CommandMap
 
 _FLOATS: Final = {16: "<e", 32: "<f", 64: "<d"}
 
@@ -42,14 +41,7 @@ class _Outgoing(Outgoing):
 
 
 class CommandEncoder(Commands[Frame]):
-    """All commands of a hand on a CAN bus, the requests that it needs and the frames that open it."""
-
-    def __init__(self, plan: Plan, state_of: StateOf, clipped: Counter[str]) -> None:
-        super().__init__(plan, state_of, clipped)
-        sending, where = plan.hand.sending, f"{plan.hand.path} [command]"
-        self.opening = (*plan.database.opening, *frames_in(sending.opening, f"{where} opening"))
-        self._request = [Frame(*frame) for frame in frames_in(sending.request, f"{where} request")]
-        self._requested = NOT_YET  # [ns] when last
+    """All commands of a hand on a CAN bus, or in packets."""
 
     @property
     def unset(self) -> dict[str, list[str]]:
@@ -63,17 +55,6 @@ class CommandEncoder(Commands[Frame]):
             for one in self._outgoing.values()
         }
 
-    def due(self, now: int) -> list[Frame]:
-        """Return the frames whose last one is a period ago at ``now`` [ns].
-
-        Requests keep their own period whatever is commanded: a hand may answer them alone.
-        """
-        frames = super().due(now)
-        if self._request and now - self._requested >= self._period:
-            self._requested = now
-            frames += self._request
-        return frames
-
     def _packed(self, outgoing: _Outgoing, values: list[tuple[_Target, float, int]]) -> Frame:
         raws = outgoing.blank.copy()
         for target, value, raw in values:
@@ -84,6 +65,8 @@ class CommandEncoder(Commands[Frame]):
             raws[outgoing.counter] = outgoing.count % outgoing.modulus
         message = outgoing.message
         data = packed(outgoing.places, message.length, raws)
+        for place, byte in enumerate(message.template):
+            data[place] |= byte
         if outgoing.guard is not None:
             outgoing.guard.protect(data)
         return Frame(message.identifier, bytes(data), message.fd)

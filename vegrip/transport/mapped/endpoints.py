@@ -13,8 +13,7 @@ from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState, Message
 from vegrip.transport.can_endpoint import MOST_FRAMES, CanEndpoint, Open
 from vegrip.transport.canbus.frame_time import BitTiming
-from vegrip.transport.codec import Frame
-from vegrip.transport.codec.frame import EXTENDED
+from vegrip.transport.codec.frame import EXTENDED, Frame
 from vegrip.transport.curve import Keys
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.mapped.codec import MappedCodec
@@ -44,8 +43,8 @@ class MappedCanEndpoint(CanEndpoint):
         self._mapped = codec
         self._opened = time.monotonic_ns()
         self._was_heard = False
-        for identifier, data in codec.encoder.opening:
-            self.send_frame(Frame(identifier, data))
+        for frame in codec.opening:
+            self.send_frame(frame)
 
     @property
     def sentences(self) -> Sequence[str]:
@@ -81,6 +80,17 @@ class MappedCanEndpoint(CanEndpoint):
     def _repeat(self) -> None:
         for frame in self._mapped.due(time.monotonic_ns()):
             self.send_frame(frame)
+
+    def zero(self) -> bool:
+        """Have the hand take its zero; whether its map has a command for that."""
+        return self._mapped.dialogue is not None and self._mapped.dialogue.zero()
+
+    def close(self) -> None:
+        """Say what the hand is told at the end, and leave the bus."""
+        if self._mapped.dialogue is not None:
+            for step in self._mapped.dialogue.closing:
+                self.send_frame(Frame(step.identifier, step.data, len(step.data) > 8))
+        super().close()
 
     def _bring_only_its_own(self) -> None:
         """Filter the frames of others out in the controller; only once this is known to be the right bus."""

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from vegrip.errors import ConfigError
 from vegrip.transport.mapped.database import Database, read_dbc
+from vegrip.transport.mapped.packets import packet_database
 from vegrip.transport.mapped.plan import Plan, make_plan
 from vegrip.transport.mapped.schema import HandMap, read_map
 
@@ -16,6 +17,8 @@ def read_database(hand: HandMap) -> Database:
         ConfigError: no such file, or none that can be read.
 
     """
+    if hand.packets:
+        return packet_database(hand.packets, str(hand.path), hand.device.offset)
     if hand.database is None:
         return Database("", {})
     if hand.format:

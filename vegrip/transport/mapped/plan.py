@@ -13,14 +13,14 @@ from typing import Final
 from vegrip.errors import ConfigError
 from vegrip.identification.recording.channels import CHANNELS as MEASURED
 from vegrip.spelling import suggestion
-from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
+from vegrip.transport.mapped.database import Database, ForeignMessage, Signal, expanded
 from vegrip.transport.mapped.schema import (
+    POLAR,
     FingerMap,
     HandMap,
     MessageMap,
     SourceMap,
     TaxelMap,
-    expanded,
 )
 from vegrip.transport.mapped.units import SI, conversion, in_si, product, quantity
 
@@ -81,6 +81,8 @@ class FingerPlan:
         given = set(self.channels)
         if self.torque is not None:
             given.add("torque_z")
+        if given >= POLAR:
+            given.update(VECTORS[0][:2])
         if self.rotation:
             given = _turned(given, self.rotation)
         return frozenset(given) & frozenset(MEASURED)
@@ -168,6 +170,7 @@ class _Maker:
             key: self._channel(name, key, source, f"{where}.{key}]")
             for key, source in mapped.channels.items()
         }
+        _check_polar(set(channels), f"{where}]")
         torque = None
         if mapped.taxels is not None:
             torque = self._taxels(name, mapped.taxels, channels, f"{where}.taxels]")
@@ -180,7 +183,8 @@ class _Maker:
             slot = self._slot(command.feedback, 1.0, 0.0, f"{where}.command]", raw=command.raw)
             self.feedback[name] = slot
         trigger, chosen = self._trigger(mapped.trigger, channels, f"{where}]")
-        _check_rotated(mapped.rotation, set(channels), f"{where}]")
+        given = set(channels) | set(VECTORS[0][:2] if channels.keys() >= POLAR else ())
+        _check_rotated(mapped.rotation, given, f"{where}]")
         return FingerPlan(name, channels, torque, mapped.rotation, trigger, chosen, mapped.max_age)
 
     def _channel(self, finger: str, name: str, source: SourceMap, where: str) -> ChannelPlan:
@@ -196,9 +200,8 @@ class _Maker:
             self._slot(each, scale * weight, 0.0, where, raw=source.raw, invalid=source.invalid)
             for each, weight in zip(source.names, weights, strict=True)
         ]
-        return ChannelPlan(
-            tuple(slots), offset, _table(name, source, where), source.above, gated=not source.zero_is_measured
-        )
+        gated = not source.zero_is_measured and name != "tangential_direction"
+        return ChannelPlan(tuple(slots), offset, _table(name, source, where), source.above, gated=gated)
 
     def _taxels(
         self, finger: str, taxels: TaxelMap, channels: dict[str, ChannelPlan], where: str
@@ -310,6 +313,13 @@ def _to_si(name: str, source: SourceMap, unit: str, where: str) -> tuple[float, 
 def _table(name: str, source: SourceMap, where: str) -> tuple[tuple[float, float], ...]:
     scale, offset = conversion(source.table_unit, SI[name], f"{where}: 'table_unit'")
     return tuple((float(x), float(y) * scale + offset) for x, y in source.table)
+
+
+def _check_polar(given: set[str], where: str) -> None:
+    if given & POLAR and (not given >= POLAR or given & set(VECTORS[0][:2])):
+        raise ConfigError(
+            f"{where}: a tangential force is either tangential_magnitude and tangential_direction, or x and y"
+        )
 
 
 def _check_rotated(rotation: tuple[tuple[float, ...], ...], given: set[str], where: str) -> None:

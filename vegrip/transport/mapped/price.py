@@ -41,6 +41,7 @@ NOISE_CHANNELS: Final = {
     "displacement": "displacement",
     "tangential_force_x": "tangential_force",
     "tangential_force_y": "tangential_force",
+    "tangential_magnitude": "tangential_force",
     "torque_z": "torque_z",
     "contact_radius": "contact_radius",
     "temperature": "temperature",
@@ -50,6 +51,8 @@ NOISE_CHANNELS: Final = {
 def price(plan: Plan) -> list[str]:
     """Return what the owner of the hand must know before it grips, a sentence each."""
     said = [f"{finger.name}: {text}" for finger in plan.fingers for text in _finger(plan, finger)]
+    said += [f"{name} is not known, and left out: {how}" for name, how in plan.hand.open.items()]
+    said += [f"in no public source: {text}" for text in plan.hand.product.get("check", ())]
     return [*said, *_messages(plan), *_rate(plan), *_commands(plan)]
 
 

@@ -19,7 +19,11 @@
     kind = "force"
     signal = "Set1.Grip"
 
-The keys of a channel are those of :class:`SourceMap`, of a command those of :class:`CommandMap`.
+    [fingers."*"]                            # what holds for all fingers, with {finger} and {number} in it
+
+The keys of a channel are those of :class:`SourceMap`, of a command those of :class:`CommandMap`. Instead of
+``database``, ``[packets]`` describes the bytes of a device (:mod:`vegrip.transport.mapped.packets`), and
+``[device]`` says what it is told (:mod:`vegrip.transport.mapped.dialogue`).
 """
 
 import itertools
@@ -32,11 +36,17 @@ from vegrip.config import build, parameter, read_toml
 from vegrip.errors import ConfigError
 from vegrip.spelling import suggestion
 from vegrip.transport.mapped.checksums import ChecksumMap
+from vegrip.transport.mapped.database import expanded
+from vegrip.transport.mapped.dialogue import DeviceMap
+from vegrip.transport.mapped.packets import PacketMap, read_packets
 from vegrip.transport.mapped.units import SI
 
 MAPPED_CHANNELS: Final = tuple(SI)
 FORMATS: Final = ("json", "msgpack", "protobuf")
 SILENCE: Final = ("holds", "opens", "unknown")
+UNKNOWN: Final = "?"  # a value that is to be measured
+POLAR: Final = frozenset({"tangential_magnitude", "tangential_direction"})
+ALL: Final = "*"  # the finger whose keys hold for all
 COMMAND_KINDS: Final = ("force", "increment", "position", "current")
 
 
@@ -174,32 +184,6 @@ class SendingMap:
         0.005, unit="s", low=0.001, high=1.0, doc="CANopen: between two requests by SDO to a node"
     )
     silence: str = parameter("unknown", choices=SILENCE, doc="what the hand does when commands stop")
-    opening: tuple[Any, ...] = parameter((), doc="frames sent once: { identifier = 0x40, data = '01 02' }")
-    request: tuple[Any, ...] = parameter(
-        (), doc="frames sent each period, to a hand that sends only when it is asked"
-    )
-
-
-def frames_in(entries: tuple[Any, ...], where: str) -> tuple[tuple[int, bytes], ...]:
-    """Return identifier and data of each of ``entries``, ``{ identifier = 0x81, data = "03 00" }``.
-
-    Raises:
-        ConfigError: an identifier or data that cannot be.
-
-    """
-    found = []
-    for entry in entries:
-        identifier = entry.get("identifier") if isinstance(entry, Mapping) else None
-        try:
-            data = bytes.fromhex(entry.get("data", "")) if identifier is not None else b""
-        except (ValueError, TypeError):
-            identifier = None
-        if not isinstance(identifier, int) or not 0 <= identifier < 1 << 29 or len(data) > 64:
-            raise ConfigError(
-                f"{where}: {entry!r} is no frame; write {{ identifier = 0x81, data = '03 00' }}"
-            )
-        found.append((identifier | (1 << 31 if identifier > 0x7FF else 0), data))
-    return tuple(found)
 
 
 @dataclass(frozen=True)
@@ -216,6 +200,10 @@ class HandMap:
     sending: SendingMap
     transport: Mapping[str, Any]
     friction: Mapping[str, Any]
+    packets: Mapping[str, PacketMap]
+    device: DeviceMap
+    product: Mapping[str, Any]
+    open: Mapping[str, str]  # what is not known yet -> how to measure it
 
 
 @dataclass(frozen=True)
@@ -229,6 +217,9 @@ class _Top:
     command: SendingMap = field(default_factory=SendingMap)
     transport: dict[str, Any] = parameter({}, doc="for vegrip launch; any launch file goes before it")
     friction: dict[str, Any] = parameter({}, doc="how friction is learned: parameters of grasp_force")
+    packets: dict[str, Any] = parameter({}, doc="bytes of a device: see vegrip.transport.mapped.packets")
+    device: DeviceMap = field(default_factory=DeviceMap)
+    product: dict[str, Any] = parameter({}, doc="what it is, for vegrip connect --list")
 
 
 def read_map(path: Path | str) -> HandMap:
@@ -255,17 +246,28 @@ def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
             f"{path}: format = 'protobuf' needs database = 'hand.desc', which protoc --include_imports "
             "--descriptor_set_out=hand.desc hand.proto writes"
         )
-    if top.format != "protobuf" and bool(top.database) == bool(top.format):
-        raise ConfigError(f"{path}: give 'database' (CAN) or 'format' (a network), and only one of them")
-    if not top.fingers:
+    described = [bool(top.database and top.format != "protobuf"), bool(top.format), bool(top.packets)]
+    if sum(described) != 1:
+        raise ConfigError(
+            f"{path}: give 'database' (CAN), 'format' (a network) or [packets] (bytes), and only one of them"
+        )
+    if not set(top.fingers) - {ALL}:
         raise ConfigError(f"{path}: there is no [fingers.NAME]; a map needs one finger at least")
-    fingers = {
-        name: _finger(_table(each, path, f"fingers.{name}"), f"{path} [fingers.{name}]")
-        for name, each in top.fingers.items()
-    }
+    shared = _table(top.fingers.get(ALL, {}), path, "fingers.*")
+    own = [name for name in top.fingers if name != ALL]
+    unknown: dict[str, str] = {}
+    fingers = {}
+    for number, name in enumerate(own, 1):
+        keys = {**shared, **_table(top.fingers[name], path, f"fingers.{name}")}
+        known = _known(_filled(keys, name, number), top.product.get("measure", {}), unknown, path)
+        fingers[name] = _finger(known, f"{path} [fingers.{name}]")
     messages = {
         name: build(MessageMap, _table(each, path, f"messages.{name}"), f"{path} [messages.{name}]")
         for name, each in top.messages.items()
+    }
+    packets = read_packets(top.packets, str(path))
+    messages |= {
+        name: MessageMap(counter=each.counter, checksum=each.checksum) for name, each in packets.items()
     }
     database = path.parent / top.database if top.database else None
     return HandMap(
@@ -279,27 +281,49 @@ def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
         top.command,
         top.transport,
         top.friction,
+        packets,
+        top.device,
+        top.product,
+        unknown,
     )
 
 
-def expanded(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Return ``names`` with each ``{first..last}`` written out.
+def _known(
+    table: Mapping[str, Any], procedures: Mapping[str, Any], unknown: dict[str, str], path: Path
+) -> dict[str, Any]:
+    """Return ``table`` without channels of which a key is '?': to be measured, which ``unknown`` is told.
 
-    >>> expanded(("Pad.T{1..3}", "Pad.Sum"))
-    ('Pad.T1', 'Pad.T2', 'Pad.T3', 'Pad.Sum')
+    Raises:
+        ConfigError: it is one without which there is no grip.
+
     """
-    found: list[str] = []
-    for name in names:
-        head, brace, rest = name.partition("{")
-        span, closed, tail = rest.partition("}")
-        first, dots, last = span.partition("..")
-        if not (brace and closed and dots and first.isdecimal() and last.isdecimal()):
-            found.append(name)
-            continue
-        if not int(first) <= int(last) <= int(first) + 1023:
-            raise ConfigError(f"{name!r} must count upwards, and over 1024 signals at most")
-        found += [f"{head}{number}{tail}" for number in range(int(first), int(last) + 1)]
-    return tuple(found)
+    asked = [
+        (name, key)
+        for name, value in table.items()
+        if isinstance(value, Mapping)
+        for key, each in value.items()
+        if each == UNKNOWN
+    ]
+    for name, key in asked:
+        how = str(procedures.get(f"{name}.{key}", "see the data sheet of the device"))
+        unknown[f"fingers.*.{name}.{key}"] = how
+        if name in ("normal_force", "taxels"):
+            raise ConfigError(
+                f"{path}: {key} of {name} is not known: {how}; then --set 'fingers.*.{name}.{key}=VALUE', or "
+                "write it there"
+            )
+    lost = {name for name, _ in asked}
+    lost |= POLAR if lost & POLAR else set()
+    return {name: value for name, value in table.items() if name not in lost}
+
+
+def _filled(value: Any, finger: str, number: int) -> Any:
+    """Return ``value`` with the name and the number of a finger in all its texts."""
+    if isinstance(value, str):
+        return value.replace("{finger}", finger).replace("{number}", str(number))
+    if isinstance(value, Mapping):
+        return {key: _filled(one, finger, number) for key, one in value.items()}
+    return [_filled(one, finger, number) for one in value] if isinstance(value, list) else value
 
 
 def _table(value: Any, path: Path, name: str) -> Mapping[str, Any]:

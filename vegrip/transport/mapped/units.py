@@ -10,6 +10,8 @@ SI: Final = {
     "normal_force": "N",
     "tangential_force_x": "N",
     "tangential_force_y": "N",
+    "tangential_magnitude": "N",
+    "tangential_direction": "rad",
     "torque_x": "N*m",
     "torque_y": "N*m",
     "torque_z": "N*m",
@@ -19,7 +21,8 @@ SI: Final = {
     "slip_speed": "m/s",
     "contact_radius": "m",
 }
-"""The unit of each channel; torque_x and torque_y only serve to turn the frame."""
+"""The unit of each channel; torque_x and torque_y only serve to turn the frame, and magnitude and
+direction (from our x towards our y) only to make the tangential forces x and y."""
 
 SPELLINGS: Final = {
     spelling: unit

@@ -1,0 +1,238 @@
+"""A device at the end of a serial line, a TCP connection or UDP: bytes out and in, without waiting.
+
+A serial line is opened by ``termios`` of the standard library: it has every rate up to 4 Mbit/s that Linux
+has, its file can be waited for together with sockets, and pyserial would add nothing but other systems.
+"""
+
+import contextlib
+import errno
+import fcntl
+import os
+import select
+import socket
+import stat
+import termios
+import tty
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final, Protocol
+
+from vegrip.errors import ConfigError, DeviceError
+
+CHUNK: Final = 4096  # [bytes] read at once
+CONNECT_WAIT: Final = 2.0  # [s] for the first connection; later ones are made while the loop goes on
+LINK_KINDS: Final = ("udp", "tcp", "serial")
+
+
+class Link(Protocol):
+    """An open way to a device. Whatever goes wrong is an ``OSError``: the way is lost, and is opened anew."""
+
+    is_datagram: bool
+    is_connection: bool  # which is made anew when the device falls silent
+
+    def fileno(self) -> int:
+        """Return the descriptor to wait for."""
+
+    def is_ready(self) -> bool:
+        """Whether the connection is made."""
+
+    def read(self) -> bytes:
+        """Return what has come, b"" when nothing has."""
+
+    def write(self, data: bytes) -> None:
+        """Send all of ``data`` now."""
+
+    def close(self) -> None:
+        """Give it back."""
+
+
+Open = Callable[[bool], Link]
+"""Opens a link; when told to wait, a connection is made before it returns."""
+
+
+class SocketLink:
+    """UDP or TCP to one address."""
+
+    def __init__(self, opened: socket.socket) -> None:
+        self._socket = opened
+        self.is_datagram = opened.type == socket.SOCK_DGRAM
+        self.is_connection = not self.is_datagram
+
+    def fileno(self) -> int:
+        """Return the descriptor to wait for."""
+        return self._socket.fileno()
+
+    def is_ready(self) -> bool:
+        """Whether the connection is made."""
+        if self.is_datagram:
+            return True
+        try:
+            self._socket.getpeername()
+        except OSError:
+            failure = self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+            if failure:
+                raise OSError(failure, os.strerror(failure)) from None
+            return False
+        return True
+
+    def read(self) -> bytes:
+        """Return what has come, b"" when nothing has."""
+        try:
+            data = self._socket.recv(65536 if self.is_datagram else CHUNK)
+        except BlockingIOError:
+            return b""
+        if not data and not self.is_datagram:
+            raise ConnectionResetError(errno.ECONNRESET, "closed by the device")
+        return data
+
+    def write(self, data: bytes) -> None:
+        """Send all of ``data`` now."""
+        if self._socket.send(data) < len(data):
+            raise OSError(errno.ENOBUFS, "no room for a whole command")
+
+    def close(self) -> None:
+        """Give it back."""
+        self._socket.close()
+
+
+class SerialLink:
+    """A tty in raw mode, 8 bits, no parity, no flow control, closed to other programs."""
+
+    is_datagram = is_connection = False
+
+    def __init__(self, path: str, speed: int) -> None:
+        self._file = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK | os.O_CLOEXEC)
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.ioctl(self._file, termios.TIOCEXCL)
+            tty.setraw(self._file, termios.TCSANOW)
+            settings = termios.tcgetattr(self._file)
+            settings[2] = settings[2] & ~(termios.CSTOPB | termios.CRTSCTS) | termios.CLOCAL | termios.CREAD
+            settings[4] = settings[5] = speed
+            termios.tcsetattr(self._file, termios.TCSANOW, settings)
+            termios.tcflush(self._file, termios.TCIOFLUSH)
+        except (OSError, termios.error) as error:
+            os.close(self._file)
+            raise error if isinstance(error, OSError) else OSError(*error.args) from None
+
+    def fileno(self) -> int:
+        """Return the descriptor to wait for."""
+        return self._file
+
+    def is_ready(self) -> bool:
+        """Whether the connection is made."""
+        return True
+
+    def read(self) -> bytes:
+        """Return what has come, b"" when nothing has."""
+        try:
+            data = os.read(self._file, CHUNK)
+        except BlockingIOError:
+            return b""
+        if not data:
+            raise OSError(errno.EIO, "unplugged")
+        return data
+
+    def write(self, data: bytes) -> None:
+        """Send all of ``data`` now."""
+        if os.write(self._file, data) < len(data):
+            raise OSError(errno.ENOBUFS, "no room for a whole command")
+
+    def close(self) -> None:
+        """Give it back."""
+        if self._file >= 0:
+            with contextlib.suppress(OSError):
+                fcntl.ioctl(self._file, termios.TIOCNXCL)
+            os.close(self._file)
+            self._file = -1
+
+
+def opener(kind: str, address: str, baud: int, local_port: int, where: str) -> Open:
+    """Return what opens the device at ``address``: ``HOST:PORT``, or the path of a tty.
+
+    Raises:
+        ConfigError: no such address or rate can be.
+
+    """
+    if not address:
+        raise ConfigError(f"{where}: state where the device is: address = {EXAMPLES[kind]}")
+    if kind == "serial":
+        speed = getattr(termios, f"B{baud}", None)
+        if speed is None:
+            raise ConfigError(
+                f"{where}: 'baud' is {baud}; this system has no such rate, the nearest usual one is 115200"
+            )
+        return lambda wait: SerialLink(address, speed)  # noqa: ARG005 (a tty is there or not)
+    host, colon, port = address.rpartition(":")
+    if not (colon and host and port.isdecimal() and 0 < int(port) < 65536):
+        raise ConfigError(f"{where}: 'address' is {address!r}; it must be HOST:PORT, as {EXAMPLES[kind]}")
+    try:
+        found = socket.getaddrinfo(host.strip("[]"), int(port), type=socket.SOCK_DGRAM)[0]
+    except OSError as error:
+        raise DeviceError(
+            f"{where}: {host!r} cannot be found ({error.strerror or error}); give its number, as 192.168.1.1"
+        ) from None
+    family, target = found[0], found[4]
+    return lambda wait: _connected(kind, family, target, local_port, is_waiting=wait)
+
+
+EXAMPLES: Final = {"udp": '"192.168.1.1:49152"', "tcp": '"192.168.1.1:502"', "serial": '"/dev/ttyUSB0"'}
+
+
+def _connected(kind: str, family: int, target: object, local_port: int, *, is_waiting: bool) -> Link:
+    opened = socket.socket(family, socket.SOCK_DGRAM if kind == "udp" else socket.SOCK_STREAM)
+    try:
+        if local_port:
+            opened.bind(("", local_port))
+        if kind == "tcp":
+            opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        opened.setblocking(False)
+        failure = opened.connect_ex(target)  # type: ignore[arg-type]
+        if failure == errno.EINPROGRESS:
+            failure = 0
+            if is_waiting:
+                is_made = select.select([], [opened], [], CONNECT_WAIT)[1]
+                failure = (
+                    opened.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) if is_made else errno.ETIMEDOUT
+                )
+        if failure:
+            raise OSError(failure, os.strerror(failure))
+    except OSError:
+        opened.close()
+        raise
+    return SocketLink(opened)
+
+
+def remedy(kind: str, address: str, error: OSError) -> str:
+    """Return one sentence that says what is wrong with a device that cannot be opened, and what to do."""
+    what = f"the device at {address} cannot be opened"
+    code = error.errno or 0
+    if kind == "serial":
+        said = {
+            errno.ENOENT: "there is no such file; see `ls /dev/serial/by-id`, and plug it in",
+            errno.EACCES: f"you may not; `sudo usermod -aG {_group(address)} $USER`, then log in again",
+            errno.EBUSY: "another program has it; `fuser -v` names it",
+            errno.EAGAIN: "another program has it; `fuser -v` names it",
+            errno.ENOTTY: "it is no serial line",
+            errno.EISDIR: "it is a folder",
+        }.get(code)
+    else:
+        said = {
+            errno.ECONNREFUSED: "nothing listens there; is the device on, in this mode, and the port right?",
+            errno.ETIMEDOUT: f"no answer within {CONNECT_WAIT:g} s; is it on and reachable (`ping`)?",
+            errno.EHOSTUNREACH: "this computer has no address in the network of the device",
+            errno.ENETUNREACH: "this computer has no address in the network of the device",
+            errno.EADDRINUSE: "another program has the local port; end it, or state another local_port",
+        }.get(code)
+    return f"{what}: {said or error.strerror or error}"
+
+
+def _group(path: str) -> str:
+    """Return the group that may open the file."""
+    import grp  # noqa: PLC0415 (only to say who may)
+
+    try:
+        about = Path(path).stat()
+        return grp.getgrgid(about.st_gid).gr_name if about.st_mode & stat.S_IWGRP else "dialout"
+    except (OSError, KeyError):
+        return "dialout"
