@@ -250,6 +250,15 @@ def ends_probe(q: Numbers, i: int, dt: float, slipping: bool, sliding: bool) -> 
     return False
 
 
+def awaits_flag(q: Numbers, i: int) -> bool:
+    """Return whether finger ``i``, which is let go of, may slide by its slip speed until its flag tells slip.
+
+    Force that comes back sooner would end the slide of the rim before all of the patch slides, and nothing
+    would be proven.
+    """
+    return q[PROBE_SHIFT + i] - q[TRUST_KEPT + i] > LEAST_PROBE
+
+
 def seeks_proof(g: Numbers, q: Numbers, i: int) -> bool:
     """Return whether finger ``i`` may be let go of to prove its channel.
 

@@ -83,7 +83,7 @@ from vegrip.grip.kernels.generated import (
 from vegrip.grip.kernels.sense import touches
 from vegrip.grip.late_slip import is_late, present_slip, recall_load
 from vegrip.grip.load_lead import lead_load
-from vegrip.grip.slip_trust import counted_shift, counts_as_known, ends_probe, follow_trust, let_go
+from vegrip.grip.slip_trust import awaits_flag, counted_shift, counts_as_known, ends_probe, follow_trust, let_go
 
 LONGEST_STEP = 0.1  # [s]; a longer pause between two states counts as so much
 NEW_CONTACT = 1e-4  # growth of the variance of ln mu between two states that only a new contact brings
@@ -126,8 +126,9 @@ def restore_slip(f: Floats, t: Wholes) -> None:
 
 def is_slipping(f: Floats, t: Wholes, g: Floats) -> bool:
     """Return whether the finger slips by its flag, or by its speed where friction is shared."""
-    slides = t[SETUP_SHARES] == 1 and shows_sliding(g, f[STATE_SLIP_SPEED])
-    return slides or f[STATE_SLIP] >= SLIDES
+    if f[STATE_SLIP] >= SLIDES or t[SETUP_SHARES] == 0:
+        return f[STATE_SLIP] >= SLIDES
+    return shows_sliding(g, f[STATE_SLIP_SPEED]) and not awaits_flag(g, t[SETUP_FINGER])
 
 
 def believe_friction(f: Floats, mean: float, variance: float) -> None:

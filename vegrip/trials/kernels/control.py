@@ -22,7 +22,7 @@ from vegrip.grip.friction_onset import feel_onset
 from vegrip.grip.friction_probe import PROBE_NEED, feel_slip, watch_load
 from vegrip.grip.late_slip import is_late, present_slip, recall_load
 from vegrip.grip.load_lead import lead_load
-from vegrip.grip.slip_trust import counted_shift, counts_as_known, ends_probe, follow_trust, let_go
+from vegrip.grip.slip_trust import awaits_flag, counted_shift, counts_as_known, ends_probe, follow_trust, let_go
 from vegrip.trials.kernels.generated import (
     CH_USED,
     CHANNEL0,
@@ -198,7 +198,7 @@ def control_finger(
     update(m, -1.0 if first else dt, force, displacement, math.nan, tangential, torque, believed)
     age = informed_age(m, h, i, dt)
     valid = age <= h[G_LONGEST_GAP] and m[REP_SOUND] > 0.5
-    slipping = slip >= 0.5 or (learns and shows_sliding(q, slip_speed))
+    slipping = slip >= 0.5 or (learns and shows_sliding(q, slip_speed) and not awaits_flag(q, i))
     touching = m[REP_CONTACT] > 0.5
     at, shift = h[G_QUANTILE], 0.0
     if learns:
