@@ -94,7 +94,7 @@ TRUST_MISSED = CHANGE_SIZE + 6  # slides that no channel told, since the last on
 TRUST_FIRST = CHANGE_SIZE + 7  # [N] N when force began to be let go of
 TRUST_LATER = CHANGE_SIZE + 8  # [N] N that lags
 TRUST_RATIO = CHANGE_SIZE + 9  # f / N that lags
-TRUST_TOLD = CHANGE_SIZE + 10  # 1 where a channel has told the slide that the load has shown, and not too late
+TRUST_TOLD = CHANGE_SIZE + 10  # 1 where a channel has told in time of the slide that the load has shown
 TRUST_LETTING = CHANGE_SIZE + 11  # [s] for which force has been let go of
 TRUST_PRIOR = CHANGE_SIZE + 12  # mean ln mu of finger i before anything was felt
 TRUST_SPREAD = TRUST_PRIOR + BELIEF_MOST  # its std
@@ -126,7 +126,7 @@ TRUST_LATER_TIME = 0.15  # [s]
 TRUST_TORN_TIME = 0.05  # [s]
 TRUST_SLOW = 0.25  # [1/s] of ln N
 TRUST_BEGUN = 0.95  # of N at first, from which on it must fall that fast
-TRUST_BEGIN_TIME = 0.4  # [s] after which it must, too
+TRUST_BEGIN_TIME = 0.4  # [s] after which it must, too, where felt slip is trusted
 TRUST_ALIKE = 0.5  # of the fall of ln f, that ln N must have fallen by: else the load has changed
 TRUST_FADING = 1.6  # of the same, beyond which the load fades and the grip only follows it
 TRUST_NOISE = 5.0  # standard deviations
@@ -422,7 +422,7 @@ def watch_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> None:
     if has_torn(q, pull / force, part, rise_of_slide(g, q, dt, noise)):
         take_back(g, q)
         return
-    if is_slow(q, force, part):
+    if is_slow(g, q, force, part):
         keep_held(g, q)
         take_back(g, q)
         q[PROBE_SINCE_SLIP] = 0.0
@@ -448,13 +448,13 @@ def watch_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> None:
     q[TRUST_GRIP] += forgotten * (force - q[TRUST_GRIP])
 
 
-def is_slow(q: Numbers, force: float, dt: float) -> bool:
+def is_slow(g: Numbers, q: Numbers, force: float, dt: float) -> bool:
     """Return whether N, ``force`` [N] now, falls so slowly that its fall would not show a slide in time."""
     q[TRUST_LATER] += (1.0 - math.exp(-dt / TRUST_LATER_TIME)) * (force - q[TRUST_LATER])
     rate = math.log(q[TRUST_LATER] / force) / TRUST_LATER_TIME
     q[TRUST_LETTING] += dt
-    begun = force < TRUST_BEGUN * q[TRUST_FIRST] or q[TRUST_LETTING] > TRUST_BEGIN_TIME
-    return begun and rate < TRUST_SLOW
+    is_late = q[TRUST_LETTING] > TRUST_BEGIN_TIME and trusts_slip(g, q)
+    return (is_late or force < TRUST_BEGUN * q[TRUST_FIRST]) and rate < TRUST_SLOW
 
 
 def has_torn(q: Numbers, ratio: float, dt: float, rise: float) -> bool:

@@ -83,7 +83,14 @@ from vegrip.grip.kernels.generated import (
 from vegrip.grip.kernels.sense import touches
 from vegrip.grip.late_slip import is_late, present_slip, recall_load
 from vegrip.grip.load_lead import lead_load
-from vegrip.grip.slip_trust import awaits_flag, counted_shift, counts_as_known, ends_probe, follow_trust, let_go
+from vegrip.grip.slip_trust import (
+    awaits_flag,
+    counted_shift,
+    counts_as_known,
+    ends_probe,
+    follow_trust,
+    let_go,
+)
 
 LONGEST_STEP = 0.1  # [s]; a longer pause between two states counts as so much
 NEW_CONTACT = 1e-4  # growth of the variance of ln mu between two states that only a new contact brings

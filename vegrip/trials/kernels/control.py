@@ -22,7 +22,14 @@ from vegrip.grip.friction_onset import feel_onset
 from vegrip.grip.friction_probe import PROBE_NEED, feel_slip, watch_load
 from vegrip.grip.late_slip import is_late, present_slip, recall_load
 from vegrip.grip.load_lead import lead_load
-from vegrip.grip.slip_trust import awaits_flag, counted_shift, counts_as_known, ends_probe, follow_trust, let_go
+from vegrip.grip.slip_trust import (
+    awaits_flag,
+    counted_shift,
+    counts_as_known,
+    ends_probe,
+    follow_trust,
+    let_go,
+)
 from vegrip.trials.kernels.generated import (
     CH_USED,
     CHANNEL0,
