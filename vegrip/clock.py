@@ -21,7 +21,6 @@ class WallClock:
     """The monotonic clock of this machine (``CLOCK_MONOTONIC``: the same in all its processes)."""
 
     def now(self) -> int:
-        """Return ``time.monotonic_ns()``."""
         return time.monotonic_ns()
 
     def sleep_until(self, deadline: int) -> None:
@@ -46,5 +45,4 @@ class SimulatedClock:
         self._now = max(self._now, deadline)
 
     def advance(self, seconds: float) -> None:
-        """Move forward by ``seconds``."""
         self._now += round(seconds * NS)

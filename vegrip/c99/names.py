@@ -15,12 +15,10 @@ INDENT = "    "
 
 
 def local(name: str) -> str:
-    """Return the name in C of a variable."""
     return f"{name}_c" if name in RESERVED else name
 
 
 def joined(prefix: str, name: str) -> str:
-    """Return the name in C of a function or a table."""
     return f"{prefix}_{name.strip('_')}"
 
 

@@ -50,12 +50,10 @@ class Device:
 
     @property
     def state(self) -> int:
-        """The NMT state."""
         return int(self.local.nmt._state)
 
     @property
     def is_operational(self) -> bool:
-        """Whether PDOs may be sent and received."""
         return self.state == OPERATIONAL
 
     def boot(self) -> None:
@@ -65,13 +63,11 @@ class Device:
         self.local.nmt.state = "PRE-OPERATIONAL"
 
     def set_state(self, state: int) -> None:
-        """Be in the NMT state ``state``, and say so with the next heartbeat."""
         if state != self.state:
             self.local.nmt._state = state
             self.local.nmt.update_heartbeat()
 
     def number(self, index: int, sub: int = 0) -> int:
-        """Return an integer of the object dictionary as it is now."""
         return int.from_bytes(self.local.get_data(index, sub), "little")
 
     def store(self, index: int, sub: int, data: bytes) -> None:

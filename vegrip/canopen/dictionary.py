@@ -143,7 +143,6 @@ def known_parameters(text: str) -> dict[str, int]:
 
 
 def own(base: int) -> str:
-    """Return the text of a COB-ID that is ``base`` and the node's own ID."""
     return f"$NODEID+{NO_RTR + base:#x}"
 
 

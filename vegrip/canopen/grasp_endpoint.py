@@ -145,7 +145,6 @@ class GraspEndpoint(CanopenEndpoint):
         return min(self.network.due, self._look_at)
 
     def service(self, frame: Frame) -> None:
-        """Take a frame that is no PDO."""
         self.sensors.hear(frame.arbitration_id, frame.data, self.now())
         super().service(frame)
 
@@ -160,24 +159,20 @@ class GraspEndpoint(CanopenEndpoint):
         )
 
     def speaks(self, cob_id: int) -> bool:
-        """Everything but states, while we are operational."""
         return self.device.is_operational and (
             cob_id & 0x7F == self.device.id or cob_id & 0x780 not in STATE_COB_IDS
         )
 
     def keep(self, message: Message | None, frames: list[Frame]) -> None:
-        """Keep what is sent, to be read by SDO."""
         self._mirror.keep(message, frames)
 
     def close(self) -> None:
-        """Say that we stop, and leave the bus."""
         if self._node is not None:
             self.device.set_state(STOPPED)
             self.put(0x700 + self.device.id, bytes([STOPPED]))
         super().close()
 
     def _describe(self, fingers: Sequence[int], heartbeat: float, limit: float) -> None:
-        """Let the object dictionary say how we are configured."""
         store = self.device.store
         store(0x1017, 0, round(heartbeat * 1000).to_bytes(2, "little"))
         store(0x1012, 0, (TIME_COB_ID | (PRODUCED if self._time_period else CONSUMED)).to_bytes(4, "little"))

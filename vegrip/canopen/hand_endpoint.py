@@ -73,7 +73,6 @@ class HandEndpoint(CanopenEndpoint):
             device.boot()
 
     def serve(self, now: int) -> None:
-        """Send what is due."""
         for device in self.devices.values():
             device.serve(now / NS)
         self.network.serve(now)
@@ -86,17 +85,14 @@ class HandEndpoint(CanopenEndpoint):
             super().send(message)
 
     def hears(self, cob_id: int) -> bool:
-        """Commands for a finger that is operational."""
         device = self.devices.get(cob_id & 0x7F)
         return cob_id & 0x780 not in STATE_COB_IDS and device is not None and device.is_operational
 
     def speaks(self, cob_id: int) -> bool:
-        """States of a finger that is operational."""
         device = self.devices.get(cob_id & 0x7F)
         return cob_id & 0x780 in STATE_COB_IDS and device is not None and device.is_operational
 
     def close(self) -> None:
-        """Say that we stop, and leave the bus."""
         for node in self.devices:
             self.put(0x700 + node, bytes([STOPPED]))
         super().close()

@@ -51,12 +51,10 @@ class HeartbeatConsumer:
         return lost
 
     def state(self, node: int) -> int | None:
-        """Return the NMT state in the last heartbeat of ``node``, None when it is missing or unheard."""
         return self._nodes[node].state
 
     @property
     def missing(self) -> list[int]:
-        """The nodes that are missing now."""
         return [node for node, watched in self._nodes.items() if watched.missing]
 
     @property

@@ -25,11 +25,9 @@ class PeriodicTask:
         self._owner = owner
 
     def update(self, data: bytes) -> None:
-        """Send other data from now on."""
         self.data = bytes(data)
 
     def stop(self) -> None:
-        """Send no more."""
         self._owner.tasks.discard(self)
 
     def serve(self, now: int) -> None:
@@ -61,7 +59,6 @@ class LoopNetwork(canopen.Network):  # type: ignore[misc]
         return min((task.due for task in self.tasks), default=2**63 - 1)
 
     def serve(self, now: int) -> None:
-        """Send what is due."""
         for task in tuple(self.tasks):
             task.serve(now)
 

@@ -35,5 +35,4 @@ TRANSITIONS_OF_COMMAND: Final = {
 
 
 def nmt_state(lifecycle: Lifecycle, *, is_on_hold: bool) -> int:
-    """Return the NMT state that stands for a lifecycle state."""
     return OPERATIONAL if is_on_hold else STATE_OF[lifecycle]

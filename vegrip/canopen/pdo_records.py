@@ -19,13 +19,11 @@ TYPES = {(8, False): UNSIGNED8, (8, True): INTEGER8, (16, False): UNSIGNED16, (1
 
 
 def pdo_record(index: int, name: str, message: str) -> Record:
-    """Return the record whose entries, mapped in order, make the payload of the classic frame ``message``."""
     found = database().get_message_by_name(message)
     return Record(index, name, (HEADER, *_content(found)))
 
 
 def pdo_mapping(record: Record) -> tuple[tuple[int, int, int], ...]:
-    """Return index, sub-index and bits of every entry of ``record``."""
     return tuple((record.index, sub, BITS[e.data_type]) for sub, e in enumerate(record.entries, 1))
 
 

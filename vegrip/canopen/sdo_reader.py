@@ -31,7 +31,6 @@ class SdoReader:
 
     @property
     def is_done(self) -> bool:
-        """Whether everything was answered, or the device does not answer at all."""
         return self.failed or len(self.values) == len(self._asked)
 
     def serve(self, now: int) -> None:

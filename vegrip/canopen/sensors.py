@@ -29,7 +29,6 @@ class Sensor:
 
     @property
     def is_verified(self) -> bool:
-        """Whether it has been read and is what its EDS says."""
         return self._is_verified
 
     def begin(self) -> None:
@@ -39,7 +38,6 @@ class Sensor:
         self._reader = SdoReader(asked, lambda data: self._send(SDO_REQUEST + self.node, data))
 
     def answer(self, data: bytes, now: int) -> None:
-        """Take an answer to our question."""
         if self._reader is not None:
             self._reader.answer(data, now)
 
@@ -122,7 +120,6 @@ class Sensors:
 
     @property
     def is_ready(self) -> bool:
-        """Whether every finger is what it should be and sends."""
         return all(
             sensor.is_verified and self.consumer.state(node) == OPERATIONAL
             for node, sensor in self.all.items()

@@ -46,7 +46,6 @@ class TimeProducer(PeriodicTask):
         super().__init__(TIME_COB_ID, b"", period, now, owner)
 
     def serve(self, now: int) -> None:
-        """Send if due."""
         if now >= self.due:
             self.update(pack_time(time.time_ns()))
         super().serve(now)

@@ -134,14 +134,12 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def entry() -> None:
-    """Entry point of the installed script."""
     if "_VEGRIP_COMPLETE" in os.environ:  # the shell asks what may come next
         whole()(prog_name="vegrip")
     sys.exit(main())
 
 
 def load(name: str) -> typer.Typer:
-    """Return one command, or group of commands, as an app."""
     module, attribute = COMMANDS[name][0].split(":")
     return _as_app(getattr(importlib.import_module(module), attribute))
 

@@ -39,14 +39,12 @@ ONLY = Annotated[
 
 
 def noise_for(recording: "Recording", tolerance: float) -> "Noise":
-    """Return the noise of a recording, for a model that may be wrong by ``tolerance`` of the peak force."""
     from vegrip.identification.fit import noise_of
 
     return noise_of(recording).tolerant(tolerance)
 
 
 def asked(has_own_zeros: bool, tolerance: float) -> list[str]:
-    """Return the options that decide what an error is, for the next command."""
     return [
         *["--zeros-each-episode"] * has_own_zeros,
         *(["--tolerance", f"{tolerance:g}"] if tolerance else []),
@@ -101,7 +99,6 @@ def doubted(problem: "Problem") -> "list[Doubt]":
 
 
 def print_sentences(sentences: Iterable[str]) -> None:
-    """Print one line for each."""
     for sentence in sentences:
         printer().print(f"- {sentence}")
 

@@ -50,7 +50,6 @@ def put_friction(path: Path, settings: Mapping[str, Any], by: str) -> None:
 
 
 def _is_in(text: str, settings: Mapping[str, Any]) -> bool:
-    """Whether a file reads as one that says ``settings``."""
     try:
         table = parse_toml(text)
     except (ValueError, RecursionError):  # parameters in braces, or said twice

@@ -19,7 +19,6 @@ def table(*header: str, wraps: str = "") -> Table:
 
 
 def printable(text: str) -> str:
-    """Return ``text``, which may name what a file holds, without control characters for the terminal."""
     return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
 
 
@@ -41,16 +40,13 @@ def printer(*, stderr: bool = False) -> Console:
 
 
 def show(content: Table) -> None:
-    """Print ``content``."""
     console = _Literal()
     (console if console.is_terminal else _Literal(width=WIDE_COLUMNS)).print(content)
 
 
 def print_next(*words: object) -> None:
-    """Print the command that one would call next."""
     printer().print(f"next: {shlex.join(map(str, words))}", soft_wrap=True)
 
 
 def complain(sentence: str) -> None:
-    """Print one sentence on standard error, in red."""
     _Literal(stderr=True).print(f"vegrip: {sentence}", style="red", soft_wrap=True)

@@ -55,7 +55,6 @@ def _sentence(error: typer.TyperException, context: Any) -> str:
 
 
 def _given(error: BaseException) -> str:
-    """Return the value that was refused, where the check tells."""
     errors = getattr(error.__cause__, "errors", None)
     if errors is None:
         return ""

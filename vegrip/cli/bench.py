@@ -93,7 +93,6 @@ def _has_run(module: str) -> bool:
 
 
 def _run(module: str, *, quick: bool) -> tuple[Results, str]:
-    """Return the rows of a benchmark, and why there are none."""
     try:
         benchmark = importlib.import_module(module)
         with _small(benchmark) if quick else nullcontext():
@@ -107,7 +106,6 @@ def _run(module: str, *, quick: bool) -> tuple[Results, str]:
 
 @contextmanager
 def _small(benchmark: ModuleType) -> Iterator[None]:
-    """Give the constants that say how much is measured their values of ``SMALLEST`` meanwhile."""
     timing = importlib.import_module("benchmarks._timing")
     places = [(m, name) for m in (timing, benchmark) for name in getattr(m, "SMALLEST", {})]
     before = [getattr(module, name) for module, name in places]

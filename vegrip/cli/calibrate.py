@@ -184,7 +184,6 @@ def _take(calibration: "Calibration", path: Path, kind: str, *, say: bool) -> No
 
 
 def _record(calibration: "Calibration", node: str, finger: str, kind: str, *, say: bool) -> None:
-    """Record the trial that is asked for from a running node, for as long as it lasts."""
     import tempfile
 
     from vegrip.cli.record import record_from_node
@@ -205,7 +204,6 @@ def _record(calibration: "Calibration", node: str, finger: str, kind: str, *, sa
 def _practised(
     calibration: "Calibration", standing: "Standing", seed: int, *, say: bool
 ) -> "tuple[Standing, Ended]":
-    """Do all trials on a virtual fingertip, end, and go on with what the end found missing."""
     from vegrip.identification.calibration.session import MOST_TRIALS
     from vegrip.identification.calibration.trials import practice_tip, practise
 
@@ -332,7 +330,6 @@ def _check_launch(launch: Path | None, *, is_end: bool) -> None:
 
 
 def _use_slip(ended: "Ended", launch: Path | None, folder: Path, *, say: bool) -> None:
-    """Write how slip is felt into the launch file, and tell it."""
     from vegrip.cli._launch_edit import put_friction
     from vegrip.grip.friction_settings import FrictionSettings
 

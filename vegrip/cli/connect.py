@@ -167,7 +167,6 @@ def _check_windows(windows: "dict[str, Window]", traffic: "Traffic") -> None:
 
 
 def _short(traffic: "Traffic", database: "Database") -> list[str]:
-    """Return what is told of frames that are too short."""
     return [
         f"{count} frames of {name} are shorter than the {database.messages[name].length} bytes that "
         f"{database.name} says, and were left out; ask for the database of this version of the hand"
@@ -419,7 +418,6 @@ def _tell(
 
 
 def _end(implausible: list[str]) -> None:
-    """A map that cannot be true is shown and written, and is no success."""
     if implausible:
         raise typer.Exit(InputError.exit_code)
 

@@ -183,7 +183,6 @@ def _print(told: dict[str, Any]) -> None:
 
 
 def _print_lags(told: dict[str, Any]) -> None:
-    """Say how far the drives lag, and what that costs."""
     from vegrip.grip.drive_log import describe_lag
     from vegrip.trials.candidates import parameters
 

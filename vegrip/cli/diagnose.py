@@ -163,7 +163,6 @@ def _print(found: "Diagnosis") -> None:
 
 
 def _print_failures(told: dict[str, Any], added: str) -> None:
-    """Say where the start model fails, and where the one that was found does."""
     from vegrip.cli._fits import print_sentences
     from vegrip.cli._tables import printer
 

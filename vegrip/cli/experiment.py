@@ -124,7 +124,6 @@ def rig_limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits"
 def _contest(
     recording: "Recording", model: Any, names: list[str], report: Any
 ) -> "Hypotheses | dict[str, Any]":
-    """Return the candidates to separate, or the diagnosis where there are none."""
     from vegrip.identification.diagnosis import diagnose
     from vegrip.identification.experiment import hypotheses_of
     from vegrip.identification.experiment.design import hypotheses_after

@@ -86,7 +86,6 @@ def _recordings(done: "list[tuple[Found, Row]]") -> list[dict[str, Any]]:
 
 @contextmanager
 def _counted(total: int, done: int) -> Iterator[Any]:
-    """Show a bar on standard error in a terminal, lines elsewhere."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from vegrip.cli._tables import printer

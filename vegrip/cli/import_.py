@@ -87,7 +87,6 @@ def import_(
 
 
 def _claim(output: Path, src: Path, fingers: str, *, force: bool) -> None:
-    """Refuse before anything is read what would be written over."""
     if output.suffix.lower() == ".mcap":
         claim_file(output, force=force)
     elif src.suffix.lower() in LOGS:

@@ -94,7 +94,6 @@ def set_(
 
 
 def _asked(node: str, call: str) -> Any:
-    """Return what the node answers, or what is known of one that could not be started."""
     from vegrip.errors import UsageError
     from vegrip.runtime.client import ask
     from vegrip.runtime.exit_reports import read_reports

@@ -35,7 +35,6 @@ class DemoHand(VirtualHandNode):
         super().__init__("virtual_hand", settings)
 
     def configure(self) -> None:
-        """Compile the simulation, and what tells the truth of it."""
         super().configure()
         self.new_hand().truths()
 
@@ -59,10 +58,8 @@ class DemoHand(VirtualHandNode):
         return HandNews(time, self.hand.slips, self.hand.dropped, acting)
 
     def rest(self) -> Any:
-        """Return the truth of the whole run."""
         self.course.slips, self.course.dropped = self.hand.slips, self.hand.dropped
         return self.course
 
     def new_hand(self) -> VirtualHand:
-        """Return the hand of the scenario."""
         return self.scenario.hand()

@@ -27,7 +27,6 @@ MOST_RUNS = 8  # in search of the knob
 
 
 def label_of(name: str) -> str:
-    """Return what a controller is called in tables and sentences."""
     base = name.removesuffix(AS_FORCEFUL).removesuffix(AS_SURE)
     return LABEL[base].removesuffix(" grip") + name[len(base) :] if base != name else LABEL[base]
 
@@ -56,7 +55,6 @@ def run_other_controllers(scenario: Scenario, ours: Course) -> dict[str, Course]
 
 
 def is_as_sure(course: Course, slips: int) -> bool:
-    """Return whether a controller held with no more than ``slips``."""
     return not course.dropped and course.slips <= slips
 
 
@@ -75,7 +73,6 @@ def sure_knob(name: str, scenario: Scenario, slips: int, enough: float) -> float
 
 
 def force_ratio(theirs: Course, ours: Course) -> float:
-    """Return the mean grip force of ``theirs`` over that of ``ours``, while both hold."""
     end = min(theirs.time[-1], ours.time[-1])
     return result_of(theirs, end).mean_grip_force / result_of(ours, end).mean_grip_force
 

@@ -125,7 +125,6 @@ def _least(course: Course) -> tuple[Floats, Floats]:
 
 
 def _told(name: str, course: Course) -> str:
-    """Name, force over least possible, slips, of the legend."""
     figures, ratio = result_of(course), force_over_least(course, SETTLED_S)
     slips = f"{course.slips} slip" + ("" if course.slips == 1 else "s")
     end = ", dropped" if course.dropped else ""
@@ -139,7 +138,6 @@ def _samples(course: Course) -> int:
 
 
 def _lowest(values: Floats, count: int) -> Floats:
-    """Return the lowest of ``count`` values about each."""
     padded = np.pad(values, (count // 2, count - 1 - count // 2), mode="edge")
     lowest: Floats = np.lib.stride_tricks.sliding_window_view(padded, count).min(axis=1)
     return lowest
@@ -158,7 +156,6 @@ def _slips(axes: Axes, course: Course, name: str) -> None:
 
 
 def _schedule(axes: Axes, events: tuple[Disturbance, ...], duration: float) -> None:
-    """One bar per disturbance with its name inside or beside it, each in the first lane that has room."""
     free: list[float] = []  # [s] from which on each lane is free
     for event in events:
         name = f" {DESCRIPTION[type(event).__name__].split(',')[0]} "

@@ -41,7 +41,6 @@ class FrameRecorder:
         self._log.offer_block(block)
 
     def flush(self) -> None:
-        """Write out what was kept."""
         self._log.flush()
 
     def close(self) -> None:

@@ -277,7 +277,6 @@ class CoreCount:
     _looks: list[tuple[float, dict[str, float]]] = field(default_factory=list)  # the first and the last
 
     def begin(self) -> None:
-        """Count from now on."""
         self._looks = [self._now()] * 2
 
     def look(self) -> None:

@@ -99,7 +99,6 @@ def _run(pipe: Connection, job: Job) -> None:
 
 
 def _report(pipe: Connection, runner: Runner, over: threading.Event) -> None:
-    """Pass news on, and stop the loop when the parent says so or has gone."""
     node = runner.managed.node
     try:
         while not over.is_set():

@@ -28,7 +28,6 @@ class WorkerHandle:
 
     @property
     def process_id(self) -> int:
-        """Number of the process."""
         return self._process.pid or 0
 
     def wait(self, word: str) -> None:

@@ -78,7 +78,6 @@ def check(where: Path, name: str) -> None:
 
 
 def tell(where: Path, error: OSError | UntrustedError) -> None:
-    """Say once in the log why ``where`` is not used."""
     _tell(where, error.strerror or str(error) if isinstance(error, OSError) else str(error))
 
 

@@ -53,7 +53,6 @@ class _Announcer(event.Listener):
             announce_compiling(f"compiling {name}: {self._done()}, {now - self._since:.0f} s so far")
 
     def on_end(self, event: event.Event) -> None:
-        """Count a function that is compiled, whatever for."""
         if (function := _function_of(event))[0]:
             self._compiled.add(function)
 
@@ -69,7 +68,6 @@ class _Announcer(event.Listener):
 
 
 def _function_of(event: event.Event) -> tuple[str, str]:
-    """Return module and name of the function that is compiled, "" for one that is none of ours."""
     function = getattr(event.data["dispatcher"], "py_func", None)
     module = getattr(function, "__module__", "") or ""
     return (module, str(getattr(function, "__name__", ""))) if module.startswith("vegrip") else ("", "")

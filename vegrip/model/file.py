@@ -92,7 +92,6 @@ def _built(table: Mapping[str, Any], path: str) -> ContactModel:
 
 
 def _value(default: Value, table: Any, where: str) -> Value:
-    """Make a value from a table of fields, or from a bare number."""
     if not isinstance(table, Mapping):
         table = {"value": table}
     _known(table, FIELDS, where)

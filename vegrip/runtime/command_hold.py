@@ -30,7 +30,6 @@ class CommandHold:
         return message
 
     def numbers(self) -> dict[str, int]:
-        """Return the number of the last command of each finger."""
         return {finger: command.seq for finger, command in self._last.items()}
 
     def take_over(self, standing: Iterable[ForceCommand]) -> None:

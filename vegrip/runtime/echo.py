@@ -40,6 +40,5 @@ class EchoNode(NodeBase):
 
 
 def build(settings: Mapping[str, Any], context: NodeContext) -> EchoNode:
-    """Make the node."""
     parameters = build_parameters(EchoParameters, settings, f"{context.name} [parameters]")
     return EchoNode(context.name, parameters)

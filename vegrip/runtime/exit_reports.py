@@ -34,13 +34,11 @@ def write_report(words: ExitReport) -> None:
 
 
 def remove_report(name: str) -> None:
-    """Remove the report of ``name``, which runs again."""
     with contextlib.suppress(OSError):
         _file(name).unlink(missing_ok=True)
 
 
 def read_reports() -> dict[str, ExitReport]:
-    """Return the reports of all nodes that failed lately and do not run again, by full name."""
     found = [_read(path) for path in sorted(runtime_folder("nodes").glob(f"*{SUFFIX}"))]
     return {words.name: words for words in found if words is not None}
 

@@ -60,7 +60,6 @@ class Histogram:
         return total
 
     def clear(self) -> None:
-        """Forget everything."""
         for bucket in range(SIZE):
             self._counts[bucket] = 0
         self.count = self.maximum = 0

@@ -47,7 +47,6 @@ class NodeConfig:
 
     @property
     def full_name(self) -> str:
-        """The name with the namespace."""
         return full_name(self.namespace, self.name or self.program.rpartition(":")[2])
 
 

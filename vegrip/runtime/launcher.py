@@ -56,7 +56,6 @@ class ChildProcess:
     again_at: int | None = None  # [ns] when it will be started again
 
     def __post_init__(self) -> None:
-        """Make the policy."""
         self.policy = RestartPolicy(self.restart)
 
 
@@ -105,7 +104,6 @@ class Launcher:
         return any(child.process is not None or child.again_at is not None for child in self._children)
 
     def stop_all(self) -> None:
-        """Stop the children in reverse order, each before the next."""
         for child in reversed(self._children):
             child.again_at = None
             if child.process is not None:
@@ -120,7 +118,6 @@ class Launcher:
         return not self._stop
 
     def _watched(self) -> bool:
-        """Look at all, rest a moment, and return whether to go on."""
         if self._stop or not self.step():
             return False
         self._clock.sleep_until(self._clock.now() + round(PROCESS_POLL_S * NS))

@@ -112,11 +112,9 @@ class ManagedNode:
             self._note_standing()
 
     def fail(self, error: Exception, now: int) -> None:
-        """Put the node on hold after an ``error`` of its own outside the calls here."""
         self._fault(error, now)
 
     def numbers_sent(self) -> dict[str, int]:
-        """Return the number of the last command of each finger, as far as they were remembered."""
         return self._hold.numbers()
 
     def _note_standing(self) -> None:

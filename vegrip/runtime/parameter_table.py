@@ -22,7 +22,6 @@ def rows(group: Any, prefix: str = "") -> Iterator[tuple[str, Any, Declaration]]
 
 
 def describe_parameters(group: Any) -> list[dict[str, Any]]:
-    """Return the table as plain values."""
     return [
         {"name": name, "value": value, "type": type(value).__name__, **dataclasses.asdict(declared)}
         for name, value, declared in rows(group)

@@ -88,7 +88,6 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
 
 @contextmanager
 def _last_words(entry: Entry) -> Iterator[None]:
-    """Store the reason of a failure for ``vegrip lifecycle`` and the monitor."""
     try:
         yield
     except Exception as error:
@@ -101,7 +100,6 @@ def _last_words(entry: Entry) -> Iterator[None]:
 
 @contextmanager
 def _told(telemetry: Telemetry, sink: TelemetrySocket, name: str) -> Iterator[None]:
-    """Publish on the telemetry that a node without a bus is finalized."""
     try:
         yield
     except VegripError:

@@ -34,12 +34,10 @@ class Entry:
 
     @property
     def control(self) -> str:
-        """Address of the control socket."""
         return self._socket("c")
 
     @property
     def telemetry(self) -> str:
-        """Address of the telemetry socket."""
         return self._socket("t")
 
     def _socket(self, kind: str) -> str:
@@ -111,7 +109,6 @@ def _file(name: str) -> Path:
 
 
 def _living(path: Path) -> Entry | None:
-    """Return the entry in ``path``, None for a dead one, which is removed."""
     try:
         handle = os.open(path, os.O_RDWR | os.O_CLOEXEC)
     except FileNotFoundError:

@@ -66,7 +66,6 @@ class LoopStatistics:
             self.deadline_misses += commands
 
     def forget_states(self) -> None:
-        """Let no command answer what came before now."""
         self._unanswered.clear()
 
     def _answered(self, latency: int) -> None:
@@ -89,7 +88,6 @@ class LoopStatistics:
 
     @property
     def outputs(self) -> int:
-        """Commands or states sent."""
         return self.commands + self.states_sent
 
     def status(

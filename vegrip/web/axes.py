@@ -51,12 +51,10 @@ class Axes:
     _parts: list[str] = field(default_factory=list)
 
     def line(self, xs: Sequence[float], ys: Sequence[float], colour: str, **style: object) -> None:
-        """Draw a line."""
         given = {"stroke": f"var(--{colour})", "fill": "none", "stroke-width": 1.8} | style
         self._path(list(zip(xs, ys, strict=True)), given, closed=False)
 
     def band(self, xs: Sequence[float], low: Sequence[float], high: Sequence[float], colour: str) -> None:
-        """Fill what lies between two lines."""
         outline = [*zip(xs, high, strict=True), *reversed(list(zip(xs, low, strict=True)))]
         self._path(outline, {"fill": f"var(--{colour})", "stroke": "none"}, closed=True)
 

@@ -79,7 +79,6 @@ class Job:
         threading.Timer(END_GRACE_S, self._signal, (signal.SIGKILL,)).start()
 
     def wait(self) -> None:
-        """Return when the command has ended."""
         self._thread.join()
 
     def _run(self) -> None:
@@ -129,7 +128,6 @@ class JobPage(ABC):
         """Return the file with the motion of the next experiment or trial, None where there is none."""
 
     def progress(self) -> str:
-        """Return the progress of the running command as HTML, "" when none runs."""
         job = self.job
         return "" if job is None else progress(self.what, job.elapsed, job.lines)
 

@@ -12,12 +12,10 @@ class Markup(str):
 
 
 def section(heading: str, *content: str) -> str:
-    """Return one part of a page."""
     return f'<section class="card"><h2>{escape(heading)}</h2>{"".join(content)}</section>'
 
 
 def facts(rows: Mapping[str, object]) -> str:
-    """Return names and values, one pair a line."""
     cells = "".join(
         f"<tr><td>{escape(name)}</td><td>{escape(str(value))}</td></tr>" for name, value in rows.items()
     )
@@ -45,25 +43,20 @@ def table(
 
 
 def listed(texts: Sequence[str]) -> str:
-    """Return sentences, one a line."""
     return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in texts) + "</ul>" if texts else ""
 
 
 def commands(lines: Sequence[str]) -> str:
-    """Return commands to be copied."""
     return "".join(f'<pre class="command">{escape(line)}</pre>' for line in lines)
 
 
 def spread(one: Mapping[str, Any], which: str) -> str:
-    """Return a standard deviation of a parameter, relative where its scale is logarithmic."""
     return f"{100.0 * one[which]:.3g} %" if one["scale"] == "log" else f"{one[which]:.2g}"
 
 
 def unit_name(unit: str | None) -> str:
-    """Return ``unit``, "" for numbers without one."""
     return "" if unit in (None, "1") else str(unit)
 
 
 def disabled(is_busy: bool) -> str:
-    """Return the attribute of inputs that rest while a command runs."""
     return "disabled" if is_busy else ""

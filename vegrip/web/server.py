@@ -85,7 +85,6 @@ class _Server(uvicorn.Server):
         self._tell_started = started
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start, then tell."""
         await super().startup(sockets)
         self._tell_started()
 
@@ -97,6 +96,5 @@ def _tell(address: str, announce: Callable[[str], None], *, opens: bool) -> None
 
 
 async def events(texts: AsyncIterator[str]) -> AsyncIterator[str]:
-    """Yield texts as server-sent events."""
     async for text in texts:
         yield f"data: {text}\n\n"

@@ -24,17 +24,14 @@ class Finding:
 
 
 def worst(findings: Iterable[Finding]) -> Grade:
-    """Return the worst grade."""
     return max((finding.grade for finding in findings), default=Grade.OK)
 
 
 def ok(check: str, text: str) -> Finding:
-    """Return a finding without a complaint."""
     return Finding(check, Grade.OK, text)
 
 
 def warn(check: str, text: str, remedy: str) -> Finding:
-    """Return a finding that is worth a look."""
     return Finding(check, Grade.WARN, text, remedy)
 
 

@@ -119,7 +119,6 @@ class Board:
         self._tell_conditions(now)
 
     def say(self, text: str, now: int, style: str = "") -> None:
-        """Add a line to the log."""
         self.said += 1
         self.log.append(LogLine((now - self.start) / NS, text, style))
 
@@ -139,7 +138,6 @@ class Board:
         return self.nodes.setdefault(name, NodeRow(now, is_old=self._looked is None))
 
     def _order(self, fingers: Iterable[str]) -> None:
-        """Show ``fingers`` in this order, behind those that have their place already."""
         new = tuple(finger for finger in fingers if finger not in self.fingers)
         if not new or len(self.fingers) + len(new) > MOST_FINGERS:
             return
@@ -187,7 +185,6 @@ class Board:
             row.pending = (condition, now)
 
     def _tell_conditions(self, now: int) -> None:
-        """Tell of conditions that have lasted, and of bad data at once."""
         due = {
             row.pending[0]
             for row in self.rows.values()
@@ -216,7 +213,6 @@ class Board:
 
 
 def words(name: Condition | Reason) -> str:
-    """Return an enumeration's name as words."""
     return name.name.lower().replace("_", " ")
 
 

@@ -43,12 +43,10 @@ class FingerRow:
         self._heard[type(message)] = _Heard(message, now, gap)
 
     def newest(self, kind: type[M]) -> M | None:
-        """Return the newest message of ``kind``, however old it is."""
         heard = self._heard.get(kind)
         return heard.message if heard is not None and isinstance(heard.message, kind) else None
 
     def fresh(self, kind: type[M], now: int) -> M | None:
-        """Return the newest message of ``kind``, None when it is too old to say anything of ``now``."""
         return self.newest(kind) if self.age(kind, now) <= self._patience(kind) else None
 
     def age(self, kind: type[object], now: int) -> float:

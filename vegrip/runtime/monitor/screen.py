@@ -41,12 +41,10 @@ class Screen:
         self._queue.append((tuple(present), now, ""))
 
     def open(self) -> None:
-        """Begin to draw."""
         self._thread = threading.Thread(target=self._run, name="screen", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Draw once more and end."""
         self._stop.set()
         if self._thread is not None:
             self._thread.join()

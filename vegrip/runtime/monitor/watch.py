@@ -85,7 +85,6 @@ class Watch:
                 self._ask_for_newest(entry)
 
     def close(self) -> None:
-        """Hear no more."""
         self._reader.close()
 
     def _ask_for_newest(self, entry: Entry) -> None:
@@ -112,12 +111,10 @@ class _Topics:
         self._topics = MsgpackCodec(entry.namespace, remap=entry.remap).topics
 
     def of(self, kinds: Sequence[type[Message]]) -> list[str]:
-        """Return the topics of the messages of ``kinds`` of all fingers."""
         routes = [self._topics.outgoing(kind, finger) for kind in kinds for finger in self._entry.fingers]
         return [route.topic for route in routes if route is not None]
 
     def status(self) -> list[str]:
-        """Return the topic of its status, in a list."""
         route = self._topics.outgoing(NodeStatus, self._entry.name)
         return [route.topic] if route is not None else []
 

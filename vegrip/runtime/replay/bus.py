@@ -49,12 +49,10 @@ class RecordedBus(ClosedByWith):
 
     @property
     def finished(self) -> bool:
-        """Whether the recording has ended."""
         return self._next is None
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        """What the codecs refused, and values that the wire cannot carry."""
         clipped = self._hand.clipped + self._node.clipped
         return {**self._node.rejected, **{f"clipped {name}": n for name, n in clipped.items()}}
 
@@ -69,7 +67,6 @@ class RecordedBus(ClosedByWith):
         return self._arrived(self._carried(state))
 
     def send(self, message: Message) -> None:
-        """Encode and keep ``message``."""
         for frame in self._node.encode(message):
             self._occupy(frame)
         self._keep(message)

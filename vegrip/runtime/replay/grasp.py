@@ -57,6 +57,5 @@ def with_recording(settings: Mapping[str, Any], recordings: Mapping[str, Recordi
 def grasp_node(
     settings: Mapping[str, Any], recordings: Mapping[str, Recording], program: str = "grasp_force"
 ) -> Node:
-    """Return the node for the fingers of ``recordings``."""
     context = NodeContext(program, fingers=tuple(recordings))
     return find_program(program)(with_recording(settings, recordings), context)

@@ -30,7 +30,6 @@ class Outcome:
     bus_load: float  # mean share of the time for which a bus of 1 and 5 Mbit/s would be busy
 
     def as_dict(self) -> dict[str, Any]:
-        """The outcome for machines."""
         fingers = {name: summary.as_dict() for name, summary in self.fingers.items()}
         return {"fingers": fingers, "rejected": dict(self.rejected), "bus_load": self.bus_load}
 

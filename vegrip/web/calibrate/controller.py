@@ -26,11 +26,9 @@ class Calibrator(JobPage):
 
     @property
     def has_begun(self) -> bool:
-        """Whether the folder is a calibration already."""
         return (self.folder / "calibration.json").is_file()
 
     def look(self) -> None:
-        """Judge what there is, when the folder is a calibration."""
         if self.has_begun:
             self._start("judging what there is")
 
@@ -71,19 +69,15 @@ class Calibrator(JobPage):
         self._start("recording", "--node", self.node, "--finger", finger.strip() or "index", "--no-ask")
 
     def practise(self, seed: int) -> None:
-        """Do all trials on a virtual fingertip."""
         self._start("a virtual fingertip is measured", "--virtual", str(seed))
 
     def drop(self, number: int) -> None:
-        """Forget a trial."""
         self._start("without that trial", "--drop", str(number))
 
     def end(self) -> None:
-        """Look for what the model lacks, and write model and report."""
         self._start("looking for what the model lacks", "--end")
 
     def motion(self) -> Path | None:
-        """Return the file of the next trial's motion."""
         found = (self.told or {}).get("motion")
         return Path(found) if found and Path(found).is_file() else None
 

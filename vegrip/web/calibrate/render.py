@@ -57,7 +57,6 @@ def _begin(*, is_busy: bool) -> str:
 
 
 def _path(told: Told) -> str:
-    """Return the four kinds with what is done of each."""
     good = {one["kind"] for one in told["trials"] if one["good"]}
     tried = {one["kind"] for one in told["trials"]}
     coming = told["next"]["kind"] if told["next"] is not None else ""

@@ -73,12 +73,10 @@ class Controller(JobPage):
 
     @property
     def name(self) -> str:
-        """The name of the recording."""
         return self._recording.name
 
     @property
     def folder(self) -> Path:
-        """The folder of the models."""
         return self._folder
 
     def begin(self) -> None:
@@ -135,7 +133,6 @@ class Controller(JobPage):
             self._changed()
 
     def _compare_again(self, place: int, other: Rung) -> None:
-        """Judge another model on the episodes on which the one that is looked at is judged."""
         held = self._held(self._standing().held_back)
         arguments = ["compare", *self._with(other.model), "--curves", *held, *self._options]
 

@@ -247,7 +247,6 @@ def _beside(session: Session, place: int | None) -> Beside | None:
 def _beside_card(
     session: Session, rung: Rung, shown: Beside | None, beside: int | None, *, is_busy: bool
 ) -> str:
-    """Return which model is shown beside this one, the errors of both, and the choice of another."""
     choices = '<option value="before">the one before</option>' + "".join(
         f'<option value="{i}" {"selected" if i == beside else ""}>{escape(_rung_name(session, i))}</option>'
         for i, one in enumerate(session.rungs)
@@ -326,7 +325,6 @@ def _experiment(rung: Rung, *, is_busy: bool) -> str:
 
 
 def _rivals(rung: Rung) -> list[str]:
-    """Return the effects that an experiment may have to tell apart."""
     told = rung.diagnosis
     if told is None:
         return []

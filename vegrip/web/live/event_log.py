@@ -26,7 +26,6 @@ class EventLog:
 
     @property
     def number(self) -> int:
-        """The number of the newest event."""
         return self._number
 
     def tick(self, now: int, wishes: Wishes) -> None:
@@ -55,6 +54,5 @@ class EventLog:
 
 
 def _event(snapshot: str, more: dict[str, Any]) -> str:
-    """Return a snapshot, JSON already, with ``more`` in it."""
     rest = json.dumps(more, separators=(",", ":"), allow_nan=False)
     return f"{snapshot[:-1]},{rest[1:]}" if len(snapshot) > 2 else rest

@@ -62,18 +62,15 @@ class FedPage:
             self._log.tick(time.monotonic_ns(), self)
 
     def wanted_margin(self, node: str) -> float | None:
-        """Return the margin that the node keeps."""
         del node
         return self._wanted
 
     @property
     def number(self) -> int:
-        """The number of the newest event."""
         self._looked = time.monotonic()
         return self._log.number
 
     def first(self) -> tuple[int, str]:
-        """Return number and text of the event for a page that has just come."""
         self._looked = time.monotonic()
         return self._log.first()
 

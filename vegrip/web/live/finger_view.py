@@ -75,7 +75,6 @@ def finger_view(
 
 
 def finite(value: float, digits: int = 4) -> float | None:
-    """Return ``value`` with so many digits, None for what JSON has no number for."""
     return float(f"{value:.{digits}g}") if math.isfinite(value) else None
 
 

@@ -93,6 +93,5 @@ def _answers(call: Callable[[dict[str, Any]], Any]) -> Callable[[Request], Any]:
 
 
 def _finite(row: dict[str, Any]) -> dict[str, Any]:
-    """Return a row of the table of parameters without what JSON has no number for."""
     infinite = (float("inf"), -float("inf"))
     return {key: None if value in infinite or value != value else value for key, value in row.items()}  # noqa: PLR0124 (NaN)

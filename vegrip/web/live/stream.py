@@ -42,7 +42,6 @@ class Stream:
         self._thread = threading.Thread(target=self._run, name="watch", daemon=True)
 
     def start(self) -> None:
-        """Begin to hear."""
         self._thread.start()
         self._wishes.start()
 
@@ -72,11 +71,9 @@ class WantedMargins:
         self._thread = threading.Thread(target=self._run, name="wanted", daemon=True)
 
     def start(self) -> None:
-        """Begin to ask."""
         self._thread.start()
 
     def close(self) -> None:
-        """Ask no more."""
         self._stop.set()
         self._thread.join()
 

@@ -61,15 +61,12 @@ class LiveView:
         self._note(self.columns.setdefault(finger, Columns()), message)
 
     def attend(self, present: Iterable[Present], now: int) -> None:
-        """Take note of which nodes run on this machine."""
         self.board.attend(present, now)
 
     def history(self) -> dict[str, list[Column]]:
-        """Return the closed columns of every finger, oldest first."""
         return {finger: list(columns.closed) for finger, columns in self.columns.items()}
 
     def close_columns(self) -> dict[str, Column]:
-        """End the open column of every finger and return them."""
         for finger in self.board.rows:
             self.columns.setdefault(finger, Columns())
         return {finger: columns.close() for finger, columns in self.columns.items()}

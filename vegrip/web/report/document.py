@@ -28,11 +28,9 @@ PAGE = """<!doctype html>
 
 
 def document(title: str, body: str, foot: str) -> str:
-    """Return the whole file."""
     style = STYLE.read_text(encoding="utf-8")
     return PAGE.format(title=escape(title), style=style, body=body, foot=escape(foot))
 
 
 def told_versions(versions: Mapping[str, Any]) -> str:
-    """Return versions as one line."""
     return "made with " + ", ".join(f"{name} {number}" for name, number in versions.items())

@@ -97,7 +97,6 @@ def _data(data: Account) -> str:
 
 
 def _calibration(told: Account | None) -> str:
-    """Return the trials of a calibration, what is known well enough, and what to record again."""
     if told is None:
         return ""
     trials = [
