@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from vegrip.cli import main
-from vegrip.cli._launch_edit import put_friction
+from vegrip.cli.calibrate import put_friction
 from vegrip.errors import InputError
 from vegrip.grip.friction_settings import COARSEST_CREEP_M_S
 from vegrip.identification.calibration.session import Calibration, judge, load, save, usual_limits

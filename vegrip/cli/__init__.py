@@ -14,7 +14,7 @@ from typing import Any
 
 import typer
 
-from vegrip.cli._tables import complain
+from vegrip.cli._terminal import complain
 from vegrip.cli._usage import explained, literal
 from vegrip.errors import DeviceError, VegripError, is_missing_from_installation
 from vegrip.host.descriptors import COMMAND_NEEDS, is_out_of_descriptors, require_descriptors
@@ -64,7 +64,7 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
         ),
         "check": ("vegrip.cli.check:check", "See in the browser what a model lacks, and add it."),
         "diagnose": ("vegrip.cli.diagnose:diagnose", "Find which physical effects the model lacks."),
-        "add": ("vegrip.cli.add:add", "Put an effect into a model and fit again."),
+        "add": ("vegrip.cli.fit:add", "Put an effect into a model and fit again."),
         "refine": ("vegrip.cli.refine:refine", "Add effects until the next one does not pay."),
         "report": ("vegrip.cli.report:report", "Write a recording, a run or a check as one file of HTML."),
         "experiment": (
@@ -78,11 +78,11 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
         "export": ("vegrip.cli.export:app", "Write the estimator as C99 for firmware: c, learned."),
         "fleet": ("vegrip.cli.fleet:fleet", "Diagnose a folder of many recordings, on all cores."),
         "new-effect": (
-            "vegrip.cli.new_effect:new_effect",
+            "vegrip.cli.own_effect:new_effect",
             "Write a package that adds an effect of your own.",
         ),
         "test-effect": (
-            "vegrip.cli.effect_laws:effect_laws",
+            "vegrip.cli.own_effect:effect_laws",
             "Test whether an effect of your own holds to the laws of every effect.",
         ),
     },

@@ -16,7 +16,7 @@ from typing import Annotated, Self
 
 import typer
 
-from vegrip.cli._tables import complain
+from vegrip.cli._terminal import complain
 from vegrip.errors import InputError, UsageError
 
 FORCE = Annotated[bool, typer.Option("--force", help="Replace what is there already.")]

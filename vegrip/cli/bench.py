@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from vegrip.cli._tables import complain, printer
+from vegrip.cli._terminal import complain, printer
 from vegrip.errors import UsageError
 from vegrip.spelling import suggestion
 

@@ -1,10 +1,12 @@
 """``vegrip connect``: from the database of a hand of another make, and its traffic, to a map that runs."""
 
 import json
+import math
 import os
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,11 +14,14 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE
-from vegrip.cli._values import parsed
+from vegrip.cli._terminal import complain, printer, show, table
+from vegrip.cli.node import parsed
 from vegrip.errors import ConfigError, InputError, UsageError
 from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from vegrip.transport.mapped.database import Database
     from vegrip.transport.mapped.drafts import Setting
     from vegrip.transport.mapped.plan import Plan
@@ -52,6 +57,7 @@ SETTINGS = Annotated[
 ]
 ASK = Annotated[bool, typer.Option("--ask/--no-ask", help="Live: ask for rest, press, shear and twist.")]
 
+PICTURE_PERIOD_S = 0.1  # [s] between two pictures of live values
 QUESTIONS = {
     "rest": "leave all fingers in the air",
     "press": "press each fingertip on something along its normal, and let go",
@@ -232,7 +238,6 @@ def _listen(
     ask: bool,
 ) -> "Traffic":
     """Collect live traffic, as long as the windows last or for each question; show it in a terminal."""
-    from vegrip.cli._live_values import showing
     from vegrip.clock import NS
     from vegrip.config import build
     from vegrip.transport.can_port import open_port
@@ -246,14 +251,14 @@ def _listen(
     traffic = Traffic()
 
     def take(until: float) -> None:
-        with showing(now) as show:
+        with _showing(now) as draw:
             while (left := until - time.monotonic()) > 0.0:
                 frame = port.receive(min(left, 0.1))
                 if frame is not None:
                     traffic.add(frame)
                     if now is not None:
                         now.update(frame)
-                show()
+                draw()
 
     try:
         if not ask:
@@ -365,7 +370,6 @@ def _tell(
     *,
     as_json: bool,
 ) -> None:
-    from vegrip.cli._tables import complain
     from vegrip.transport.mapped.price import price
     from vegrip.transport.mapped.traffic import values_of
 
@@ -427,7 +431,6 @@ def _counts(rejected: Mapping[str, int]) -> str:
 
 
 def _show(values: Any, plan: "Plan") -> None:
-    from vegrip.cli._tables import show, table
     from vegrip.transport.mapped.units import SI
 
     content = table("finger", "channel", "from", "unit", "least", "last", "largest", "states/s")
@@ -443,3 +446,30 @@ def _show(values: Any, plan: "Plan") -> None:
     show(content)
     for name, count in values.rejected.items():
         typer.echo(f"refused: {name} ({count} x)")
+
+
+@contextmanager
+def _showing(now: "Now | None") -> Iterator[Callable[[], None]]:
+    """Show ``now`` as long as the block lasts; what is given draws it again when it is time."""
+    if now is None:
+        yield lambda: None
+        return
+    from rich.live import Live
+
+    drawn = 0.0
+    with Live(_drawn(now), console=printer(), auto_refresh=False, transient=True) as live:
+
+        def draw() -> None:
+            nonlocal drawn
+            if time.monotonic() - drawn >= PICTURE_PERIOD_S:
+                drawn = time.monotonic()
+                live.update(_drawn(now), refresh=True)
+
+        yield draw
+
+
+def _drawn(now: "Now") -> "Table":
+    content = table("from", "what", "now", "unit")
+    for source, name, value, unit in now.rows():
+        content.add_row(source, name, "-" if math.isnan(value) else f"{value:.4g}", unit)
+    return content

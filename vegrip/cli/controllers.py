@@ -9,6 +9,7 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.cli._terminal import print_json, progress, show, table
 from vegrip.errors import UsageError
 from vegrip.spelling import suggestion
 
@@ -74,8 +75,6 @@ def controllers(
 
     Fifty scenarios of all controllers take about a minute; with --sweep, five.
     """
-    from vegrip.cli._fits import print_json
-    from vegrip.cli._progress import progress
     from vegrip.trials import fronts
 
     names = _known(grasp, only or [])
@@ -153,8 +152,6 @@ def _draw(told: dict[str, Any], grasp: str, path: Path) -> None:
 
 
 def _print(told: dict[str, Any]) -> None:
-    from vegrip.cli._tables import show, table
-
     columns = table(
         "controller", "knob", "slips", "drops", "slips per trial, 95 %", "force [N]", "over least",
         "micro-slip [um]", "margin, 5 %", "below 0.02 [s]",

@@ -11,6 +11,7 @@ import typer
 
 from vegrip.cli._options import JSON, START_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.cli._terminal import print_json, printer, show, table
 from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -46,7 +47,6 @@ def fleet(
 
     Example: vegrip sample press -o recordings/press && vegrip fleet recordings -o fleet.csv
     """
-    from vegrip.cli._fits import print_json
     from vegrip.identification.fleet import find_recordings, run, summarize_rows
     from vegrip.identification.fleet.findings import write_csv
     from vegrip.identification.fleet.row import Ledger
@@ -88,8 +88,6 @@ def _recordings(done: "list[tuple[Found, Row]]") -> list[dict[str, Any]]:
 def _counted(total: int, done: int) -> Iterator[Any]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from vegrip.cli._tables import printer
-
     console = printer(stderr=True)
     if not console.is_terminal:
         number = done
@@ -111,7 +109,6 @@ def _counted(total: int, done: int) -> Iterator[Any]:
 
 
 def _print(findings: "list[Finding]", done: "list[tuple[Found, Row]]", output: Path | None) -> None:
-    from vegrip.cli._tables import printer, show, table
     from vegrip.identification.fleet.findings import NONE
     from vegrip.identification.fleet.row import FAILED
 

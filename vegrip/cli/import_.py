@@ -10,6 +10,7 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file, claim_recording
+from vegrip.cli._terminal import counted, print_next, progress
 from vegrip.errors import InputError, UsageError
 
 if TYPE_CHECKING:
@@ -114,7 +115,6 @@ def _can_log(src: Path, output: Path, fingers: str, radius: float) -> "Mapping[P
 
 
 def _mapped(src: list[Path], output: Path, chart: "ColumnMap", radius: float) -> "Mapping[Path, Recording]":
-    from vegrip.cli._progress import counted, progress
     from vegrip.identification.recording.data import join_recordings
     from vegrip.identification.recording.import_csv import import_csv
     from vegrip.identification.recording.rosbag import import_rosbag
@@ -151,7 +151,6 @@ def _refuse_options(options: Mapping[str, object], what: str) -> None:
 
 def _tell(found: "Mapping[Path, Recording]", *, as_json: bool) -> None:
     from vegrip.cli._recordings import describe, print_recording
-    from vegrip.cli._tables import print_next
     from vegrip.identification.recording import Kind
 
     if as_json:

@@ -6,14 +6,11 @@ from typing import Annotated
 
 import typer
 
-from vegrip.cli._options import JSON
+from vegrip.cli._options import JSON, group
 
-app = typer.Typer(
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    no_args_is_help=True,
-    help="Make and exchange keys: an address beyond this machine needs them.\n\n"
-    "Example: vegrip keys new hand && vegrip keys trust keys/hand.key",
+app = group(
+    "Make and exchange keys: an address beyond this machine needs them.\n\n"
+    "Example: vegrip keys new hand && vegrip keys trust keys/hand.key"
 )
 Folder = Annotated[Path, typer.Option(help="Folder of our own keys.")]
 

@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from vegrip.cli._tables import show, table
+from vegrip.cli._terminal import show, table
 
 COLOURS = ("cyan", "green", "magenta", "yellow", "blue", "bright_red")
 

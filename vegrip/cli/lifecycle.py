@@ -5,15 +5,11 @@ from typing import Annotated, Any
 
 import typer
 
-from vegrip.cli._options import JSON
-from vegrip.cli._tables import show, table
-from vegrip.cli._values import jsonable
+from vegrip.cli._options import JSON, group
+from vegrip.cli._terminal import jsonable, show, table
 
-app = typer.Typer(
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    no_args_is_help=True,
-    help="Read and change the state of running nodes.\n\nExample: vegrip lifecycle set grasp_force inactive",
+app = group(
+    "Read and change the state of running nodes.\n\nExample: vegrip lifecycle set grasp_force inactive"
 )
 NodeName = Annotated[
     str, typer.Argument(help="Name of a running node, e.g. grasp_force or /left/grasp_force.")

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from vegrip.cli._outputs import FORCE, Outputs
-from vegrip.cli._tables import printer
+from vegrip.cli._terminal import printer
 
 
 def paper(
