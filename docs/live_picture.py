@@ -25,9 +25,8 @@ from vegrip.trials.closed_loop import Loop
 from vegrip.trials.scenario import Scenario
 from vegrip.virtual import Disturbance, HandSettings
 from vegrip.virtual.disturbance import AddedMass, Wetting
-from vegrip.web.live.event_log import EventLog
-from vegrip.web.live.fed import FedPage
-from vegrip.web.live.view import LiveView
+from vegrip.web.live.stream import FedPage
+from vegrip.web.live.view import EventLog, LiveView
 
 PICTURE = Path(__file__).parent / "images" / "live.webp"
 DURATION, SHOWN_FROM = 22.0, 5.0  # [s] of simulated time

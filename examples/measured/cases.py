@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from vegrip.runtime.replay.grasp import grasp_node, read_settings
 
 from vegrip.estimator import ContactEstimator
 from vegrip.grip.node import GraspForce
@@ -15,7 +16,6 @@ from vegrip.identification.recording.column_map import read_column_map
 from vegrip.identification.recording.import_csv import import_csv
 from vegrip.identification.recording.session import read_output
 from vegrip.identification.recording.writer import RecordingWriter
-from vegrip.runtime.replay.grasp import grasp_node, read_settings
 from vegrip.runtime.replay.plot import draw_replay
 from vegrip.runtime.replay.run import Outcome, run_through
 

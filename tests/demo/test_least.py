@@ -7,12 +7,13 @@ import pytest
 
 from validation.controllers.comparison import Trial, run_course
 from vegrip.clock import NS
-from vegrip.demo.least import force_over_least, least_grip_force
 from vegrip.demo.others import (
     AS_FORCEFUL,
     AS_SURE,
     compiled_course,
     course_of,
+    force_over_least,
+    least_grip_force,
     run_other_controllers,
     sure_knob,
 )

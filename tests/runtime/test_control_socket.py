@@ -13,11 +13,10 @@ from vegrip.clock import WallClock
 from vegrip.config import parameter
 from vegrip.errors import ConfigError, InputError, UsageError
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle
-from vegrip.runtime.client import ask
 from vegrip.runtime.control_socket import ControlServer, NodeCalls
 from vegrip.runtime.echo import EchoNode, EchoParameters
 from vegrip.runtime.parameter_table import describe_parameters, with_value
-from vegrip.runtime.registry import Entry
+from vegrip.runtime.registry import Entry, ask
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.runtime.telemetry import Telemetry
 from vegrip.runtime.telemetry_socket import TelemetryReader, TelemetrySocket

@@ -2,7 +2,7 @@
 
 import logging
 
-from vegrip.runtime.logs import OncePerSecond, node_logs
+from vegrip.runtime.process import OncePerSecond, node_logs
 
 
 def record(line, text="x"):

@@ -9,7 +9,7 @@ import pytest
 from vegrip.errors import ConfigError, UsageError
 from vegrip.host.folders import runtime_folder
 from vegrip.runtime.exit_reports import KEPT_S, ExitReport, read_reports, write_report
-from vegrip.runtime.names import full_name
+from vegrip.runtime.launch_file import full_name
 from vegrip.runtime.registry import Entry, find_node, registered, running_nodes
 
 pytestmark = pytest.mark.usefixtures("runtime")

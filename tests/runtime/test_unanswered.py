@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from vegrip.runtime import unanswered
+from vegrip.runtime import registry
 
 
 @pytest.fixture
@@ -20,21 +20,21 @@ def process():
 
 
 def test_a_young_process_is_starting(process):
-    assert unanswered.silent_state(process.pid) == "starting"
+    assert registry.silent_state(process.pid) == "starting"
 
 
 def test_an_old_one_is_stuck(process, monkeypatch):
-    monkeypatch.setattr(unanswered, "STARTS_WITHIN", 0.0)
-    assert unanswered.silent_state(process.pid) == "stuck"
+    monkeypatch.setattr(registry, "STARTS_WITHIN", 0.0)
+    assert registry.silent_state(process.pid) == "stuck"
 
 
 def test_a_stopped_one_is_stopped_however_young(process):
     process.send_signal(signal.SIGSTOP)
     os.waitpid(process.pid, os.WUNTRACED)
-    assert unanswered.silent_state(process.pid) == "stopped"
+    assert registry.silent_state(process.pid) == "stopped"
 
 
 def test_one_that_is_not_there_has_ended(process):
     process.kill()
     process.wait()
-    assert unanswered.silent_state(process.pid) == "ended"
+    assert registry.silent_state(process.pid) == "ended"

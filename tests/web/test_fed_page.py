@@ -8,7 +8,7 @@ from contextlib import closing
 import pytest
 
 from vegrip.messages import Estimate, SlipMargin
-from vegrip.web.live.fed import FedPage
+from vegrip.web.live.stream import FedPage
 
 
 def margin(stamp: int) -> SlipMargin:

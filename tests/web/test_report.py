@@ -9,8 +9,7 @@ import pytest
 from vegrip.cli import main
 from vegrip.identification.samples import SAMPLES
 from vegrip.web.check.session import CHECK_FILE
-from vegrip.web.markup import listed, table
-from vegrip.web.report.document import document
+from vegrip.web.markup import document, listed, table
 
 pytestmark = pytest.mark.slow
 

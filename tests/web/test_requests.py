@@ -8,7 +8,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
 from vegrip.errors import UsageError
-from vegrip.web.requests import MAX_REQUEST_BYTES, asked
+from vegrip.web.server import MAX_REQUEST_BYTES, asked
 
 PART = 1000  # [bytes] that arrive at once
 

@@ -18,8 +18,7 @@ from vegrip.cli import run
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
 from vegrip.cli._terminal import print_json, printer, progress
-from vegrip.errors import RecordingError, UsageError
-from vegrip.spelling import suggestion
+from vegrip.errors import RecordingError, UsageError, suggestion
 
 KEPT = "trials that are done stay in the file of -o, and the same command goes on with the others"
 TRIALS = Annotated[int, typer.Option("--trials", "-n", min=1, help="How many recordings.")]

@@ -4,10 +4,12 @@ A finger is one node, sensor and drive: its TPDOs are its state, its RPDOs what 
 So a finger needs no configuration, and the grasp force node sends on the RPDO identifiers of the fingers.
 """
 
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
 from typing import Final
 
-from vegrip.errors import ConfigError
+from vegrip.errors import ConfigError, DeviceError
+from vegrip.transport.codec import Frame
 from vegrip.transport.codec.database import database
 
 NMT, SYNC, EMCY, SDO_ANSWER, SDO_REQUEST, HEARTBEAT = 0x000, 0x080, 0x080, 0x580, 0x600, 0x700
@@ -60,3 +62,38 @@ def identifiers(fingers: tuple[int, ...], grasp: int, hand: int) -> Mapping[int,
         for number, node in enumerate(fingers)
     }
     return found | {base + grasp: frame_base(name) + stride for name, base in OF_THE_GRASP.items()}
+
+
+CLAIM_LISTEN_NS = (
+    300_000_000  # [ns] longer than a heartbeat of a node of ours, and than the answer to a question takes
+)
+LAST_WORDS = 0.05  # [s] for a frame to leave before the bus is closed
+QUESTION = bytes([0x40, 0x00, 0x10, 0, 0, 0, 0, 0])  # read the device type, which every device has
+
+
+def claim(
+    nodes: tuple[int, ...],
+    send: Callable[[int, bytes], None],
+    receive: Callable[[float], Frame | None],
+    now: Callable[[], int],
+) -> None:
+    """Ask whether another node has one of ``nodes``; listen for ``CLAIM_LISTEN_NS``.
+
+    Raises:
+        DeviceError: another node does. Before that the bus is told with EMCY 8150h, lifecycle "unconfigured".
+
+    """
+    for node in nodes:
+        send(SDO_REQUEST + node, QUESTION)
+    signs = {service + node: node for service in (HEARTBEAT, SDO_ANSWER, EMCY) for node in nodes}
+    end = now() + CLAIM_LISTEN_NS
+    while (left := end - now()) > 0:
+        frame = receive(left / 1e9)
+        if frame is not None and frame.arbitration_id in signs:
+            node = signs[frame.arbitration_id]
+            send(EMCY + node, bytes([0x50, 0x81, 0x11, 0, node, 0, 0, 0]))
+            time.sleep(LAST_WORDS)
+            raise DeviceError(
+                f"the node-ID {node} is taken by another node on this bus; "
+                "choose another (node_id, first_finger) or switch that node off"
+            )

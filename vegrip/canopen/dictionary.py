@@ -5,23 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from vegrip.canopen.connection_set import OF_A_FINGER, OF_THE_GRASP
-from vegrip.canopen.indices import (
-    COMMANDS,
-    ESTIMATED,
-    ESTIMATES,
-    EVENT_DRIVEN,
-    FIRST_FINGER,
-    HEALTH,
-    HEARTBEAT_LIMIT,
-    HEARTBEAT_TIME,
-    MARGINS,
-    MAX_FINGERS,
-    NO_RTR,
-    PARAMETERS,
-    REFUSAL,
-    STATES,
-    STATUS,
-)
+from vegrip.canopen.network import CONSUMED, TIME_COB_ID
 from vegrip.canopen.objects import (
     BOOLEAN,
     INTEGER32,
@@ -36,12 +20,29 @@ from vegrip.canopen.objects import (
     Pdo,
     Record,
     Variable,
+    pdo_mapping,
+    pdo_record,
 )
-from vegrip.canopen.pdo_records import pdo_mapping, pdo_record
-from vegrip.canopen.time_stamp import CONSUMED, TIME_COB_ID
 from vegrip.grip.parameters import GraspParameters
+from vegrip.messages import ContactEstimate
 from vegrip.runtime.parameter_table import rows
 from vegrip.transport.codec.database import layouts
+
+FIRST_FINGER: Final = 32  # node-ID of finger 0 of hand 0, unless configured otherwise
+GRASP_NODE_ID: Final = 16  # node-ID of the grasp force node, unless configured otherwise
+MAX_FINGERS: Final = 8
+NO_RTR: Final = 0x4000_0000
+EVENT_DRIVEN = 254
+HEARTBEAT_TIME, HEARTBEAT_LIMIT = 200, 500  # [ms]
+
+COMMANDS, MARGINS, HEALTH, STATES, STATUS = 0x2100, 0x2110, 0x2120, 0x2200, 0x2130
+ESTIMATES, REFUSAL, PARAMETERS = 0x2300, 0x2400, 0x3000
+ESTIMATED: Final = tuple(
+    name
+    for name in ContactEstimate.__slots__
+    if name not in ("stamp", "finger", "seq", "in_contact", "channels")
+)
+
 
 TYPES: Final = {bool: BOOLEAN, int: INTEGER32, float: REAL32, str: VISIBLE_STRING}
 

@@ -7,10 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 
 import can
 
-from vegrip.canopen.claim import LAST_WORDS
 from vegrip.canopen.codec import CanopenCodec
-from vegrip.canopen.network import LoopNetwork
-from vegrip.canopen.time_stamp import TIME_COB_ID, unpack_time
+from vegrip.canopen.connection_set import LAST_WORDS
+from vegrip.canopen.network import TIME_COB_ID, LoopNetwork, unpack_time
 from vegrip.clock import NS
 from vegrip.messages import ContactEstimate, Message
 from vegrip.transport.can_endpoint import CanEndpoint, Open

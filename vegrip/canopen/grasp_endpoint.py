@@ -1,35 +1,129 @@
 """The grasp force node as a CANopen device: its NMT state, its parameters by SDO, its fingers watched."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import can
-from canopen.objectdictionary import ObjectDictionary
+from canopen.objectdictionary import ObjectDictionary, ODVariable
+from canopen.sdo import SdoAbortedError
 
-from vegrip.canopen.claim import claim
 from vegrip.canopen.connection_set import OF_A_FINGER as BASES
-from vegrip.canopen.connection_set import OUT_OF_A_FINGER, SYNC, identifiers
-from vegrip.canopen.device import Device
-from vegrip.canopen.emergency import HEARTBEAT_LOST, ID_TAKEN, NOT_ITS_EDS, SOFTWARE
+from vegrip.canopen.connection_set import OUT_OF_A_FINGER, SYNC, claim, frame_base, identifiers
+from vegrip.canopen.device import HEARTBEAT_LOST, ID_TAKEN, NOT_ITS_EDS, SOFTWARE, Device
+from vegrip.canopen.dictionary import (
+    COMMANDS,
+    ESTIMATED,
+    ESTIMATES,
+    HEALTH,
+    MARGINS,
+    PARAMETERS,
+    REFUSAL,
+    STATUS,
+)
 from vegrip.canopen.endpoint import CanopenEndpoint
-from vegrip.canopen.mirror import Mirror
-from vegrip.canopen.nmt import (
+from vegrip.canopen.network import (
+    CONSUMED,
     PRE_OPERATIONAL,
+    PRODUCED,
     RESET_COMMUNICATION,
     RESET_NODE,
     STOPPED,
+    TIME_COB_ID,
     TRANSITIONS_OF_COMMAND,
+    TimeProducer,
     nmt_state,
 )
-from vegrip.canopen.parameters import SdoParameters
 from vegrip.canopen.sensors import Sensors
-from vegrip.canopen.time_stamp import CONSUMED, PRODUCED, TIME_COB_ID, TimeProducer
 from vegrip.clock import NS
-from vegrip.messages import Lifecycle, Message
+from vegrip.errors import VegripError
+from vegrip.messages import ContactEstimate, Lifecycle, Message
 from vegrip.runtime.handle import NodeHandle
 from vegrip.transport.can_endpoint import Open
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec import CanCodec, Frame
+
+REFUSED = 0x06090030  # value range of parameter exceeded
+NOT_NOW = 0x08000022  # not because of the present device state
+NOT_THERE = 0x060A0023  # resource not available
+LONGEST_REASON = 120  # [characters] at 2400h
+
+
+class SdoParameters:
+    """Serves objects from 3000h on. Object 2400h says in one sentence why the last write was refused."""
+
+    def __init__(self, device: Device, node: NodeHandle) -> None:
+        self._device = device
+        self._node = node
+        device.local.add_read_callback(self._read)
+        device.local.add_write_callback(self._write)
+
+    def _read(self, index: int, subindex: int, od: ODVariable) -> Any:  # noqa: ARG002 (called by name)
+        if index < PARAMETERS or index >= 0x6000:
+            return None
+        values = self._node.parameters()
+        if od.name not in values:
+            raise SdoAbortedError(NOT_THERE)
+        return values[od.name]
+
+    def _write(self, index: int, subindex: int, od: ODVariable, data: bytes) -> None:  # noqa: ARG002
+        if index < PARAMETERS or index >= 0x6000:
+            return
+        try:
+            self._node.set_parameter(od.name, od.decode_raw(bytes(data)))
+        except VegripError as error:
+            reason = str(error).encode("ascii", "replace")[:LONGEST_REASON]
+            self._device.store(REFUSAL, 0, reason)
+            raise SdoAbortedError(NOT_NOW if "cannot be changed now" in str(error) else REFUSED) from None
+
+
+RECORDS: Mapping[int, str] = {COMMANDS: "ForceCommand", MARGINS: "SlipMargin", HEALTH: "ModelHealth"}
+
+
+class Mirror:
+    """Answers reads of the mapped objects of the grasp force node, and of its estimates."""
+
+    def __init__(self, device: Device, fingers: Sequence[str], hand: int) -> None:
+        self._frames: dict[int, bytes] = {}  # identifier of the classic frame -> data
+        self._estimates: dict[str, ContactEstimate] = {}
+        self._fingers = list(fingers)
+        self._device = device
+        self._identifiers = {
+            record + number: frame_base(name) + 8 * hand + number
+            for record, name in RECORDS.items()
+            for number in range(len(fingers))
+        } | {STATUS: frame_base("NodeStatus") + 8 * hand}
+        device.local.add_read_callback(self._read)
+
+    def keep(self, message: Message | None, frames: Sequence[Frame]) -> None:
+        """Remember what is sent: frames, and the message that they carry where it is known."""
+        if isinstance(message, ContactEstimate):
+            self._estimates[message.finger] = message
+        for frame in frames:
+            self._frames[frame.arbitration_id] = frame.data
+
+    def _read(self, index: int, subindex: int, od: ODVariable) -> Any:
+        if index in self._identifiers and subindex:
+            return self._part(self._frames.get(self._identifiers[index]), index, subindex, len(od) // 8)
+        if subindex and 0 <= index - ESTIMATES < len(self._fingers):
+            return self._estimate(self._fingers[index - ESTIMATES], subindex)
+        return None
+
+    def _part(self, data: bytes | None, index: int, subindex: int, size: int) -> bytes | None:
+        if data is None:
+            return None
+        record = self._device.local.object_dictionary[index]
+        start = sum(len(record[sub]) // 8 for sub in range(1, subindex))
+        return data[start : start + size]
+
+    def _estimate(self, finger: str, subindex: int) -> float:
+        which, is_std = divmod(subindex - 1, 2)
+        message = self._estimates.get(finger)
+        estimate = getattr(message, ESTIMATED[which]) if message is not None else None
+        if estimate is None:
+            return float("nan")
+        return float(estimate.std if is_std else estimate.value)
+
 
 STATE_COB_IDS = {BASES[name] for name in OUT_OF_A_FINGER}
 IS_IT = "is it connected, switched on, and at the same bit rate (transport.bitrate)?"

@@ -4,13 +4,12 @@ from collections.abc import Sequence
 
 import can
 
-from vegrip.canopen.claim import claim
 from vegrip.canopen.connection_set import OF_A_FINGER as BASES
-from vegrip.canopen.connection_set import OUT_OF_A_FINGER, SYNC, identifiers
+from vegrip.canopen.connection_set import OUT_OF_A_FINGER, SYNC, claim, identifiers
 from vegrip.canopen.device import Device
 from vegrip.canopen.eds import read_eds
 from vegrip.canopen.endpoint import CanopenEndpoint
-from vegrip.canopen.nmt import STOPPED
+from vegrip.canopen.network import STOPPED
 from vegrip.clock import NS
 from vegrip.messages import FingertipState, Message
 from vegrip.transport.can_endpoint import Open

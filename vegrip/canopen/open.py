@@ -7,11 +7,11 @@ from typing import Any
 import can
 
 from vegrip.canopen.connection_set import finger_nodes, identifiers
+from vegrip.canopen.dictionary import FIRST_FINGER, GRASP_NODE_ID
 from vegrip.canopen.eds import read_eds
 from vegrip.canopen.endpoint import CanopenEndpoint
 from vegrip.canopen.grasp_endpoint import GraspEndpoint
 from vegrip.canopen.hand_endpoint import HandEndpoint
-from vegrip.canopen.indices import FIRST_FINGER, GRASP_NODE_ID
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError, VegripError
 from vegrip.transport.canbus.frame_time import BitTiming

@@ -16,9 +16,8 @@ import typer
 
 from vegrip.cli._terminal import complain
 from vegrip.cli._usage import explained, literal
-from vegrip.errors import DeviceError, VegripError, is_missing_from_installation
+from vegrip.errors import DeviceError, VegripError, is_missing_from_installation, suggestion
 from vegrip.host.descriptors import COMMAND_NEEDS, is_out_of_descriptors, require_descriptors
-from vegrip.spelling import suggestion
 
 GROUPS: dict[str, dict[str, tuple[str, str]]] = {
     # heading: name: (module:function or module:app, one line of help)

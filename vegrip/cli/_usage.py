@@ -6,7 +6,7 @@ from typing import Any
 import typer
 from rich.markup import escape
 
-from vegrip.spelling import suggestion
+from vegrip.errors import suggestion
 
 SINGLE_BREAK = re.compile(r"(?<!\n)\n *(?!\n)")  # inside a paragraph
 HELP = {"help_option_names": ["-h", "--help"]}

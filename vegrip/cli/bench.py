@@ -14,8 +14,7 @@ from typing import Annotated
 import typer
 
 from vegrip.cli._terminal import complain, printer
-from vegrip.errors import UsageError
-from vegrip.spelling import suggestion
+from vegrip.errors import UsageError, suggestion
 
 Results = dict[str, dict[str, float]]
 SOURCE = Path(__file__).parents[2]  # where the package lies in a checkout

@@ -390,7 +390,7 @@ def _serve(
     from vegrip.web import require_web
 
     require_web()
-    from vegrip.web.calibrate.page import run
+    from vegrip.web.calibrate.controller import run
 
     if radius or (folder / "calibration.json").is_file():
         _opened(folder, radius, limits, own, None)  # what cannot be is refused before a page opens
@@ -405,7 +405,7 @@ def put_friction(path: Path, settings: Mapping[str, Any], by: str) -> None:
         InputError: the file cannot be read or written, or has no grip controller.
 
     """
-    from vegrip.toml_text import toml_value
+    from vegrip.config import toml_value
     from vegrip.transport.mapped.writer import changed_text
 
     try:

@@ -50,7 +50,7 @@ def check(
 
     require_web()
     from vegrip.identification.recording import read_recording
-    from vegrip.web.check.page import run
+    from vegrip.web.check.controller import run
 
     if node:
         recording, model = _recorded(node, recording or Path("live"), finger, seconds, model)

@@ -10,8 +10,7 @@ import typer
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
 from vegrip.cli._terminal import print_json, progress, show, table
-from vegrip.errors import UsageError
-from vegrip.spelling import suggestion
+from vegrip.errors import UsageError, suggestion
 
 if TYPE_CHECKING:
     from vegrip.trials.fronts import Surroundings

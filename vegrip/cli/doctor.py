@@ -77,10 +77,9 @@ def _show_sensors(given: str, *, as_json: bool) -> None:
 
 
 def _channels(given: str) -> tuple[str, ...]:
-    from vegrip.errors import UsageError
+    from vegrip.errors import UsageError, suggestion
     from vegrip.identification.recording import read_recording
     from vegrip.identification.recording.channels import CHANNELS
-    from vegrip.spelling import suggestion
 
     if Path(given).is_dir():
         return tuple(read_recording(given).columns)

@@ -92,8 +92,7 @@ def _run(path: Path, nodes: list[Any]) -> int:
 
 def _is_active(name: str) -> bool:
     from vegrip.errors import VegripError
-    from vegrip.runtime.client import ask
-    from vegrip.runtime.registry import find_node
+    from vegrip.runtime.registry import ask, find_node
 
     try:
         state: str = ask(find_node(name), "state", patience=0.2)["state"]

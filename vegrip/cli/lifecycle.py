@@ -83,17 +83,15 @@ def set_(
     Example: vegrip lifecycle set grasp_force inactive
 
     """
-    from vegrip.runtime.client import CONFIGURING_MAY_TAKE, ask
-    from vegrip.runtime.registry import find_node
+    from vegrip.runtime.registry import CONFIGURING_MAY_TAKE, ask, find_node
 
     _show(ask(find_node(node), "set_state", patience=CONFIGURING_MAY_TAKE, target=target), as_json)
 
 
 def _asked(node: str, call: str) -> Any:
     from vegrip.errors import UsageError
-    from vegrip.runtime.client import ask
     from vegrip.runtime.exit_reports import read_reports
-    from vegrip.runtime.registry import find_node
+    from vegrip.runtime.registry import ask, find_node
 
     try:
         found = find_node(node)
@@ -125,8 +123,7 @@ def _show(state: dict[str, Any], as_json: bool) -> None:
 
 def _state(entry: Any) -> dict[str, Any]:
     from vegrip.errors import DeviceError
-    from vegrip.runtime.client import ask
-    from vegrip.runtime.unanswered import silent_state
+    from vegrip.runtime.registry import ask, silent_state
 
     try:
         state: dict[str, Any] = ask(entry, "state", patience=1.0)

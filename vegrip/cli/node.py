@@ -7,8 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from vegrip.config import parse_toml
-from vegrip.errors import UsageError
-from vegrip.spelling import suggestion
+from vegrip.errors import UsageError, suggestion
 
 
 def node(

@@ -7,7 +7,7 @@ import typer
 
 from vegrip.cli._options import JSON, group
 from vegrip.cli._terminal import show, table
-from vegrip.spelling import suggestion
+from vegrip.errors import suggestion
 
 app = group(
     "Read and set parameters of running nodes.\n\n"
@@ -84,7 +84,6 @@ def _bounds(row: dict[str, Any]) -> str:
 
 
 def _ask(node: str, call: str, **arguments: Any) -> Any:
-    from vegrip.runtime.client import ask
-    from vegrip.runtime.registry import find_node
+    from vegrip.runtime.registry import ask, find_node
 
     return ask(find_node(node), call, **arguments)

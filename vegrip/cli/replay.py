@@ -149,7 +149,7 @@ def _play_log(log: Path, config: Path | None, speed: float, values: list[str]) -
     from vegrip.errors import DeviceError, UsageError
     from vegrip.identification.recording.can_log import frames_of
     from vegrip.runtime.launch_file import find_launch_file, read_launch_file
-    from vegrip.runtime.replay.frames import play_frames
+    from vegrip.runtime.replay.run import play_frames
     from vegrip.transport.mapped.codec import MappedCodec
     from vegrip.transport.mapped.open import open_plan
     from vegrip.transport.open import CanSettings, open_bus
@@ -195,8 +195,7 @@ def _run_through(
     from vegrip.identification.recording.session import replaced
     from vegrip.identification.recording.writer import RecordingWriter
     from vegrip.identification.sensors import LOAD_REMEDY, lacking
-    from vegrip.runtime.replay.grasp import grasp_node, offline, read_settings
-    from vegrip.runtime.replay.run import run_through
+    from vegrip.runtime.replay.run import grasp_node, offline, read_settings, run_through
 
     if output is not None:
         claim_recording(output, force=force)

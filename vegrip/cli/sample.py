@@ -9,9 +9,8 @@ import typer
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file, claim_recording
 from vegrip.cli._terminal import printer, show, table
-from vegrip.errors import UsageError
+from vegrip.errors import UsageError, suggestion
 from vegrip.identification.samples import SAMPLES
-from vegrip.spelling import suggestion
 
 NAME = Annotated[str, typer.Argument(help=f"One of {', '.join(SAMPLES)}; without a name all are listed.")]
 OUT = Annotated[

@@ -13,7 +13,7 @@ import typer
 
 from vegrip.cli._options import group
 from vegrip.cli._terminal import complain, jsonable, show, table
-from vegrip.spelling import suggestion
+from vegrip.errors import suggestion
 
 app = group(
     "Look at topics of running nodes.\n\nExample: vegrip topic echo /hand/thumb/slip_margin --count 3"
@@ -149,8 +149,7 @@ def _is_asked(topic: str, prefix: str) -> bool:
 
 def _topics() -> dict[str, dict[str, Any]]:
     from vegrip.errors import DeviceError
-    from vegrip.runtime.client import ask
-    from vegrip.runtime.registry import running_nodes
+    from vegrip.runtime.registry import ask, running_nodes
 
     found: dict[str, dict[str, Any]] = {}
     for entry in running_nodes():

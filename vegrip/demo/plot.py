@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vegrip.demo.least import force_over_least, least_grip_force
-from vegrip.demo.others import AS_FORCEFUL
+from vegrip.demo.others import AS_FORCEFUL, force_over_least, least_grip_force
 from vegrip.demo.run import DESCRIPTION
 from vegrip.plotting import save_figure
 from vegrip.trials.candidates import LABEL

@@ -6,8 +6,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from vegrip.demo.least import force_over_least
-from vegrip.demo.others import AS_FORCEFUL, AS_SURE, SAME_FORCE, label_of
+from vegrip.demo.others import AS_FORCEFUL, AS_SURE, SAME_FORCE, force_over_least, label_of
 from vegrip.demo.run import Outcome
 from vegrip.trials.closed_loop import Course
 from vegrip.trials.result import Result, result_of

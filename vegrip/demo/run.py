@@ -16,9 +16,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from vegrip.clock import NS
-from vegrip.demo.hand_node import DemoHand, HandNews
-from vegrip.demo.recorder import FrameRecorder
-from vegrip.demo.worker import Job, RunStatistics
+from vegrip.demo.worker import DemoHand, FrameRecorder, HandNews, Job, RunStatistics
 from vegrip.demo.worker_handle import WorkerHandle
 from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission, processor_time
 from vegrip.identification.recording.writer import RecordingWriter

@@ -8,18 +8,28 @@ orphans.
 import signal
 import sys
 import threading
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from typing import Any, Protocol, cast
 
 from vegrip.clock import WallClock
 from vegrip.errors import VegripError
+from vegrip.hand_sample import HandSample
 from vegrip.host.realtime import priority_of
+from vegrip.identification.recording.frame_log import FrameLog
+from vegrip.identification.recording.writer import RecordingWriter
+from vegrip.messages import ForceCommand, Reason
+from vegrip.nodes.virtual_hand import Parameters, VirtualHandNode
 from vegrip.runtime.node import Node
 from vegrip.runtime.process import SWITCH_INTERVAL
 from vegrip.runtime.runner import LoopSettings, Runner
+from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.codec.frame import FrameBlock
 from vegrip.transport.open import Hand, open_endpoint
+from vegrip.trials.closed_loop import Course
+from vegrip.trials.scenario import Scenario
+from vegrip.virtual import VirtualHand
 
 NEWS_PERIOD = 0.1  # [s]
 
@@ -124,3 +134,111 @@ def _run_statistics(runner: Runner) -> RunStatistics:
         rejected=dict(runner.status.rejected) if runner.status is not None else {},
         rest=cast("Reporting", node).rest() if hasattr(node, "rest") else None,
     )
+
+
+FRAMES = "frames.log"
+"""In the folder of the recording while the demonstration runs, and after one that was killed."""
+
+HOLD_REASONS = (Reason.INPUT_HOLD, Reason.FAIL_SAFE)
+
+
+class FrameRecorder:
+    """Keeps the frames of one hand, and writes what they say when it is closed.
+
+    Args:
+        writer: of the recording.
+        channel: name of the bus.
+        fingers: of the hand, in the order of the bus.
+
+    """
+
+    def __init__(self, writer: RecordingWriter, channel: str, fingers: Sequence[str]) -> None:
+        self.commands = 0
+        """Commands since the hand has told of itself; known when it is closed, as the next."""
+        self.held = 0  # of them that only held, because states came too late or not at all
+        self.since: int | None = None  # [ns] when the hand told of itself first
+        self._writer, self._fingers = writer, fingers
+        self._log = FrameLog(writer.folder / FRAMES, channel)
+
+    def offer(self, frame: Frame) -> None:
+        """Keep ``frame``; never waits."""
+        self._log.offer(frame)
+
+    def offer_block(self, block: FrameBlock) -> None:
+        """Keep all frames of ``block``; never waits."""
+        self._log.offer_block(block)
+
+    def flush(self) -> None:
+        self._log.flush()
+
+    def close(self) -> None:
+        """Decode what was kept, write it to the recording, and close that."""
+        self._log.flush()
+        codec = CanCodec(self._fingers, fd=True, use_sender_time=True)
+        for frame in self._log.frames():
+            message = codec.decode(frame)
+            if message is None:
+                continue
+            self._writer.write(message)
+            if isinstance(message, ForceCommand) and self.since is not None and frame.stamp >= self.since:
+                self.commands += 1
+                self.held += message.reason in HOLD_REASONS
+        self._writer.dropped = self._log.lost
+        self._writer.close()
+        if not self._writer.problem:
+            self._log.path.unlink(missing_ok=True)
+
+
+SAMPLING = 0.01  # [s] of the truth
+
+
+@dataclass(frozen=True, slots=True)
+class HandNews:
+    """How the object is doing."""
+
+    time: float  # [s] simulated
+    slips: int
+    dropped: bool
+    acting: tuple[str, ...]  # names of the disturbances that act now
+
+
+class DemoHand(VirtualHandNode):
+    """A virtual hand that goes through a scenario and keeps the truth of it."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self.course = Course(scenario.settings.fingers)
+        settings = replace(
+            Parameters(), hand=scenario.settings, seed=scenario.seed, duration=scenario.duration
+        )
+        super().__init__("virtual_hand", settings)
+
+    def configure(self) -> None:
+        super().configure()
+        self.new_hand().truths()
+
+    def sample(self, now: int) -> Sequence[HandSample]:
+        """Simulate up to now, and note the truth."""
+        samples = super().sample(now)
+        if self.hand.time >= len(self.course.time) * SAMPLING and not self.hand.dropped:
+            forces = {finger: command.normal_force for finger, command in self.commands.items()}
+            self.course.sample(self.hand, forces)
+        self.finished = self.finished or self.hand.dropped
+        return samples
+
+    def news(self) -> HandNews:
+        """Return how the object is doing now."""
+        time = self.hand.time
+        acting = tuple(
+            type(event).__name__
+            for event in self.hand.events
+            if event.start < time < event.start + event.duration
+        )
+        return HandNews(time, self.hand.slips, self.hand.dropped, acting)
+
+    def rest(self) -> Any:
+        self.course.slips, self.course.dropped = self.hand.slips, self.hand.dropped
+        return self.course
+
+    def new_hand(self) -> VirtualHand:
+        return self.scenario.hand()

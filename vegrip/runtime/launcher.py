@@ -14,7 +14,28 @@ from typing import Protocol
 
 from vegrip.clock import NS, Clock
 from vegrip.errors import DeviceError
-from vegrip.runtime.restart import RestartPolicy
+
+FIRST_DELAY = 1.0  # [s]
+LAST_DELAY = 30.0  # [s] it doubles up to this
+STEADY_RUN_S = 60.0  # [s] a node that ran as long begins with the first delay again
+
+
+class RestartPolicy:
+    """One node's ``restart``: never, on-failure or always."""
+
+    def __init__(self, when: str) -> None:
+        self._when = when
+        self._delay = FIRST_DELAY
+
+    def delay(self, exit_code: int, ran: float) -> float | None:
+        """Return the wait [s] before a node that ``ran`` so long [s] starts again; None: it does not."""
+        if self._when == "never" or (self._when == "on-failure" and exit_code == 0):
+            return None
+        if ran >= STEADY_RUN_S:
+            self._delay = FIRST_DELAY
+        delay, self._delay = self._delay, min(2 * self._delay, LAST_DELAY)
+        return delay
+
 
 PROCESS_POLL_S = 0.05  # [s] between two looks at the processes
 GRACE = 5.0  # [s] for a node to end before it is killed

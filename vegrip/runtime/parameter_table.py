@@ -5,8 +5,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from vegrip.config import Declaration, declaration, replace
-from vegrip.errors import ConfigError
-from vegrip.spelling import suggestion
+from vegrip.errors import ConfigError, suggestion
 
 
 def rows(group: Any, prefix: str = "") -> Iterator[tuple[str, Any, Declaration]]:

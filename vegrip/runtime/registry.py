@@ -7,15 +7,19 @@ import fcntl
 import hashlib
 import json
 import os
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
-from vegrip.errors import UsageError
+import msgpack
+import zmq
+
+from vegrip.errors import DeviceError, InputError, UsageError, VegripError, suggestion
 from vegrip.host.folders import locked, remove_leftovers, runtime_folder, socket_path
 from vegrip.runtime import exit_reports
-from vegrip.spelling import suggestion
 
 KILLED = "its process was killed, or crashed"
 
@@ -139,3 +143,49 @@ def _read(handle: int) -> Entry | None:
         return Entry(**json.loads(os.pread(handle, 65_536, 0)))
     except (ValueError, TypeError, RecursionError):  # being written at this moment, or by another version
         return None
+
+
+ANSWER_TIMEOUT_S = 5.0  # [s]
+CONFIGURING_MAY_TAKE = 120.0  # [s] it compiles
+_ERRORS: dict[int, type[VegripError]] = {2: UsageError, 3: InputError, 4: DeviceError}
+
+
+def ask(entry: Entry, call: str, patience: float = ANSWER_TIMEOUT_S, **arguments: Any) -> Any:
+    """Return what the node answers to ``call``.
+
+    Raises:
+        VegripError: of the kind the node raised.
+        DeviceError: no answer within ``patience`` [s].
+
+    """
+    with zmq.Context() as context, context.socket(zmq.REQ) as socket:
+        socket.linger = 0
+        socket.connect(entry.control)
+        socket.send(msgpack.packb({"call": call, "arguments": arguments}))
+        if not socket.poll(round(patience * 1000)):
+            raise DeviceError(
+                f"the node {entry.name} does not answer within {patience:g} s; is it still starting?"
+            )
+        answer = msgpack.unpackb(socket.recv())
+    if "error" in answer:
+        raise _ERRORS.get(answer.get("exit_code", 1), VegripError)(answer["error"])
+    return answer["result"]
+
+
+STARTS_WITHIN = 60.0  # [s] a node that is so young may still import and open its bus
+PROC = Path("/proc")
+_STOPPED = ("T", "t")  # by a signal, by a debugger; proc(5)
+
+
+def silent_state(pid: int) -> str:
+    """Return ``starting``, ``stopped``, ``stuck`` or ``ended``: what a process is that does not answer."""
+    try:
+        # the name in parentheses may hold anything; state is the first field behind it, starttime the 20th
+        fields = (PROC / str(pid) / "stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+        state, start_ticks = fields[0], int(fields[19])
+    except (OSError, IndexError, ValueError):
+        return "ended"
+    if state in _STOPPED:
+        return "stopped"
+    age = time.clock_gettime(time.CLOCK_BOOTTIME) - start_ticks / os.sysconf("SC_CLK_TCK")
+    return "starting" if age < STARTS_WITHIN else "stuck"

@@ -24,8 +24,7 @@ from starlette.routing import Route
 
 from vegrip.errors import UsageError, VegripError
 from vegrip.web.markup import commands
-from vegrip.web.requests import STATUS_OF_EXIT_CODE, asked
-from vegrip.web.server import STATIC, events
+from vegrip.web.server import STATIC, STATUS_OF_EXIT_CODE, asked, events
 
 LINES = 6  # of progress that are kept
 END_GRACE_S = 3.0  # [s] a stopped command has to end by itself

@@ -20,8 +20,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.runtime.monitor.board import MOST_FINGERS, Board, as_json
-from vegrip.runtime.monitor.finger_row import FRESH
-from vegrip.runtime.monitor.node_row import Presence, Present
+from vegrip.runtime.monitor.rows import FRESH, Presence, Present
 
 GRASP, HAND, RECORD = "/grasp_force", "/virtual_hand", "/record"
 LOOK = 0.1  # [s]

@@ -21,7 +21,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.runtime.monitor.board import Board
-from vegrip.runtime.monitor.node_row import Present
+from vegrip.runtime.monitor.rows import Present
 from vegrip.runtime.monitor.table import BAR, finger_lines, render, spoken
 
 

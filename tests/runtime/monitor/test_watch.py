@@ -17,7 +17,7 @@ from vegrip.host.folders import runtime_folder
 from vegrip.messages import Lifecycle, Message, NodeStatus, SlipMargin
 from vegrip.runtime.monitor import watch as watching
 from vegrip.runtime.monitor.board import Board
-from vegrip.runtime.monitor.node_row import Presence
+from vegrip.runtime.monitor.rows import Presence
 from vegrip.runtime.monitor.screen import Screen
 from vegrip.runtime.monitor.watch import Watch
 from vegrip.runtime.registry import Entry, registered

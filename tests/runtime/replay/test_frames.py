@@ -7,7 +7,7 @@ from vegrip.cli import main
 from vegrip.clock import NS, SimulatedClock
 from vegrip.identification.recording.can_log import frames_of
 from vegrip.identification.samples import FOREIGN_DATABASE, FOREIGN_LOG, SAMPLES
-from vegrip.runtime.replay.frames import play_frames
+from vegrip.runtime.replay.run import play_frames
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.frame import EXTENDED
 

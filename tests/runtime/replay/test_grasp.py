@@ -8,7 +8,7 @@ import pytest
 
 from vegrip.errors import ConfigError
 from vegrip.identification.recording import Fingertip, Recording
-from vegrip.runtime.replay.grasp import read_settings, with_recording
+from vegrip.runtime.replay.run import read_settings, with_recording
 
 
 def press(radius: float) -> Recording:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.clock import NS
-from vegrip.errors import RecordingError
+from vegrip.errors import RecordingError, suggestion
 from vegrip.identification.recording.checks import usable_rows
 from vegrip.identification.recording.column_map import BagMap, ColumnMap, EpisodeMap, TableMap, TimeMap
 from vegrip.identification.recording.data import Recording
@@ -25,7 +25,6 @@ from vegrip.identification.recording.extras import bag_library
 from vegrip.identification.recording.import_csv import recording_of
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import Table
-from vegrip.spelling import suggestion
 from vegrip.types import Floats
 
 COLUMN: Final = re.compile(r"(?P<topic>[^:\s]+):(?P<path>\w+(\[\d+\])*(\.\w+(\[\d+\])*)*)")

@@ -17,8 +17,7 @@ from vegrip.messages import (
     Reason,
     SlipMargin,
 )
-from vegrip.runtime.monitor.finger_row import FRESH, FingerRow
-from vegrip.runtime.monitor.node_row import NodeRow, Presence, Present
+from vegrip.runtime.monitor.rows import FRESH, FingerRow, NodeRow, Presence, Present
 
 LOG_LINES = 8
 MOST_FINGERS = 64  # a sender of made-up names must not make the board grow

@@ -14,7 +14,7 @@ from rich.live import Live
 from vegrip.clock import NS
 from vegrip.messages import Message
 from vegrip.runtime.monitor.board import Board
-from vegrip.runtime.monitor.node_row import Present
+from vegrip.runtime.monitor.rows import Present
 from vegrip.runtime.monitor.table import finger_lines, log_line, render
 
 QUEUE_MESSAGES = 20_000  # messages between two drawings; the oldest give way

@@ -21,8 +21,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.runtime.monitor.board import BUSY, Board, LogLine, words
-from vegrip.runtime.monitor.finger_row import FRESH, FingerRow
-from vegrip.runtime.monitor.node_row import NodeRow, Presence
+from vegrip.runtime.monitor.rows import FRESH, FingerRow, NodeRow, Presence
 
 BAR = 24  # characters of the margin bar
 NARROW_BAR = 13  # as long as "no news 59 min"

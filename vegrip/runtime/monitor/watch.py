@@ -16,7 +16,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.runtime.exit_reports import read_reports
-from vegrip.runtime.monitor.node_row import Present
+from vegrip.runtime.monitor.rows import Present
 from vegrip.runtime.registry import Entry, running_nodes
 from vegrip.runtime.telemetry_socket import NEWEST, TelemetryReader
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec

@@ -29,8 +29,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from vegrip.config import build, parameter, read_toml
-from vegrip.errors import ConfigError
-from vegrip.spelling import suggestion
+from vegrip.errors import ConfigError, suggestion
 from vegrip.transport.mapped.checksums import ChecksumMap
 from vegrip.transport.mapped.units import SI
 

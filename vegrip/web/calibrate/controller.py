@@ -1,11 +1,16 @@
 """Runs ``vegrip calibrate`` for the page, and keeps what it told."""
 
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+from starlette.routing import Route
+
 from vegrip.errors import UsageError
 from vegrip.web.calibrate.render import body, standing
-from vegrip.web.job_page import JobPage
+from vegrip.web.job_page import Actions, JobPage, job_routes
+from vegrip.web.server import serve
 
 
 class Calibrator(JobPage):
@@ -99,3 +104,30 @@ class Calibrator(JobPage):
     def _fail(self, told: dict[str, Any] | None) -> None:
         if told is None:  # it did nothing: what is shown is what leads here
             self.commands = self.commands[:-1]
+
+
+def routes(calibrator: Calibrator) -> list[Route]:
+    """Return the routes of the calibration page."""
+    actions: Actions = {
+        "begin": lambda told: calibrator.begin(str(told["radius"]), str(told["force"])),
+        "take": lambda told: calibrator.take(str(told["recording"]), str(told.get("kind", ""))),
+        "record": lambda told: calibrator.record(str(told["node"]), str(told["finger"])),
+        "practise": lambda told: calibrator.practise(int(told["seed"])),
+        "drop": lambda told: calibrator.drop(int(told["number"])),
+        "end": lambda _: calibrator.end(),
+        "look": lambda _: calibrator.look(),
+        "stop": lambda _: calibrator.stop(),
+    }
+    return job_routes("calibrate.html", calibrator, actions)
+
+
+def run(folder: Path, node: str, port: int, announce: Callable[[str], None], *, opens: bool = False) -> None:
+    """Guide a calibration on a page.
+
+    Raises:
+        DeviceError: the port is in use.
+
+    """
+    with closing(Calibrator(folder, node)) as calibrator:
+        calibrator.look()
+        serve(routes(calibrator), port, announce, opens=opens)

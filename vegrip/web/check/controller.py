@@ -3,15 +3,20 @@
 import shlex
 import shutil
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from starlette.routing import Route
+
 from vegrip.errors import InputError, UsageError
 from vegrip.identification.recording.data import episodes_text, parse_episodes
+from vegrip.runtime.registry import ask, find_node
 from vegrip.web.check.render import body, verdict
 from vegrip.web.check.session import Rung, Session, load, save
-from vegrip.web.job_page import JobPage
+from vegrip.web.job_page import Actions, JobPage, job_routes
+from vegrip.web.server import serve
 
 
 @dataclass(frozen=True)
@@ -256,9 +261,6 @@ class Controller(JobPage):
             VegripError: no such node, or it refuses the model.
 
         """
-        from vegrip.runtime.client import ask  # noqa: PLC0415 (a check needs no node)
-        from vegrip.runtime.registry import find_node  # noqa: PLC0415
-
         with self._lock:
             file = (self._folder / self._standing().model).resolve()
         ask(find_node(node), "set_parameter", name="tip.model", value=str(file))
@@ -359,3 +361,48 @@ class Controller(JobPage):
             self.note, self.error = note, ""
             self._note_command(command)
             self._changed()
+
+
+def routes(controller: Controller) -> list[Route]:
+    """Return the routes of the check page."""
+    actions: Actions = {
+        "judge": lambda _: controller.judge(),
+        "add": lambda told: controller.add(str(told["effect"])),
+        "undo": lambda _: controller.undo(),
+        "look_at": lambda told: controller.look_at(int(told["place"])),
+        "stop": lambda _: controller.stop(),
+        "hold_back": lambda told: controller.hold_back(str(told["episodes"])),
+        "compare_with": lambda told: controller.compare_with(_place(told["place"])),
+        "compare_with_file": lambda told: controller.compare_with_file(str(told["name"])),
+        "plan": lambda told: controller.plan(str(told["candidates"]), str(told["duration"])),
+        "write_model": lambda told: controller.write_model(str(told["name"])),
+        "use_in_node": lambda told: controller.use_in_node(str(told["node"])),
+    }
+    return job_routes("check.html", controller, actions)
+
+
+def _place(told: Any) -> int | None:
+    return None if told == "before" else int(told)
+
+
+def run(
+    recording: Path,
+    model: Path | None,
+    folder: Path,
+    options: tuple[str, ...],
+    port: int,
+    announce: Callable[[str], None],
+    *,
+    opens: bool = False,
+    node: str = "grasp_force",
+) -> None:
+    """Check a model against a recording on a page; models and state are kept in ``folder``.
+
+    Raises:
+        DeviceError: the port is in use.
+        InputError: ``folder`` is the check of another recording.
+
+    """
+    with closing(Controller(recording, model, folder, options, node)) as controller:
+        controller.begin()
+        serve(routes(controller), port, announce, opens=opens)

@@ -20,7 +20,7 @@ from vegrip.messages import (
     ModelHealth,
     SlipMargin,
 )
-from vegrip.runtime.monitor.finger_row import FingerRow
+from vegrip.runtime.monitor.rows import FingerRow
 from vegrip.web.live.words import CONDITIONS, REASONS, health_in_words
 
 EXPONENT_STEP = 0.1

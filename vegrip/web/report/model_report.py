@@ -7,8 +7,7 @@ from vegrip.identification.compare.where import format_quantity
 from vegrip.web.check.render import VERDICTS, channels, comparison, parameters, ranking, where
 from vegrip.web.check.session import Rung, Session
 from vegrip.web.figures import ladder
-from vegrip.web.markup import commands, facts, listed, section, spread, table
-from vegrip.web.report.document import document, told_versions
+from vegrip.web.markup import commands, document, facts, listed, section, spread, table, told_versions
 
 Account = Mapping[str, Any]
 

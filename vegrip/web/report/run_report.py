@@ -5,8 +5,7 @@ from typing import Any
 
 from vegrip.web.axes import Axes, extent
 from vegrip.web.figures import WIDE
-from vegrip.web.markup import commands, facts, listed, section, table
-from vegrip.web.report.document import document, told_versions
+from vegrip.web.markup import commands, document, facts, listed, section, table, told_versions
 
 Told = Mapping[str, Any]
 FAULTY = 0.01  # share of the time under a fault from which on it is said
