@@ -9,16 +9,12 @@ from validation.controllers.comparison import Trial, run_course
 from vegrip.clock import NS
 from vegrip.demo.others import (
     AS_FORCEFUL,
-    AS_SURE,
-    compiled_course,
     course_of,
     force_over_least,
     least_grip_force,
     run_other_controllers,
-    sure_knob,
 )
 from vegrip.messages import ContactEstimate, Estimate
-from vegrip.trials.candidates import KNOBS
 from vegrip.trials.closed_loop import BELIEF_PERIOD_S, Course
 from vegrip.trials.fronts import QualityTrial, run_quality_trial
 from vegrip.trials.result import result_of
@@ -52,23 +48,6 @@ def test_constant_grip_and_cone_run_as_tuned_and_with_the_force_of_vegrip() -> N
     assert result_of(found["constant"]).mean_grip_force == pytest.approx(8.0, abs=0.1)
     for name in ("constant", "cone"):
         assert result_of(found[name + AS_FORCEFUL]).mean_grip_force == pytest.approx(5.0, rel=0.01)
-
-
-def test_the_least_knob_is_found_that_slips_no_more_than_vegrip() -> None:
-    """The object of this seed slips at a constant grip of 4 N and does not at 8 N."""
-    scenario = Scenario(3, 6.0, "pinch")
-    ours = Course(("thumb", "index"), time=[1.0, 6.0], force=[[0.6] * 2] * 2, margin=[[0.5] * 2] * 2)
-    found = run_other_controllers(scenario, ours)
-    assert found["constant" + AS_FORCEFUL].dropped or found["constant" + AS_FORCEFUL].slips
-    for name in ("constant", "cone"):
-        sure, tuned = found[name + AS_SURE], found[name]
-        assert not sure.slips
-        assert not sure.dropped
-        assert result_of(sure).mean_grip_force < result_of(tuned).mean_grip_force
-        knob = sure_knob(name, scenario, 0, KNOBS["pinch"][name])
-        assert knob is not None
-        fewer = compiled_course(name, 0.9 * knob, scenario)
-        assert fewer.slips or fewer.dropped
 
 
 def test_beliefs_of_the_first_finger_are_kept_once_in_a_while() -> None:

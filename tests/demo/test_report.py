@@ -2,7 +2,7 @@
 
 import pytest
 
-from vegrip.demo.others import AS_FORCEFUL, AS_SURE
+from vegrip.demo.others import AS_FORCEFUL
 from vegrip.demo.report import (
     TOO_SHORT,
     compare_courses,
@@ -46,15 +46,6 @@ def test_with_the_same_force_slips_and_drops_are_compared() -> None:
     ]
     assert compare_courses({"vegrip": course(4.0, 1), "constant" + AS_FORCEFUL: course(3.9, 1)}) == [
         "constant, same force (3.90 N against 4.00 N): 1 slip; vegrip: 1 slip"
-    ]
-
-
-def test_the_force_of_as_few_slips_is_compared_and_said_to_be_found_afterwards() -> None:
-    ours, least = course(4.0, 1), course(6.0, 1)
-    told = compare_courses({"vegrip": ours, "cone" + AS_FORCEFUL: course(4.0, 5), "cone" + AS_SURE: least})
-    assert told == [
-        "Coulomb cone, same force: 5 slips; vegrip: 1 slip",
-        "Coulomb cone, same slips: 6.00 N against 4.00 N, with the constant that this run itself asks for",
     ]
 
 

@@ -9,11 +9,24 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from vegrip.errors import ConfigError, DeviceError
+from vegrip.messages import ContactEstimate
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.database import database
 
 NMT, SYNC, EMCY, SDO_ANSWER, SDO_REQUEST, HEARTBEAT = 0x000, 0x080, 0x080, 0x580, 0x600, 0x700
 LAST_NODE: Final = 127
+
+FIRST_FINGER: Final = 32  # node-ID of finger 0 of hand 0, unless configured otherwise
+GRASP_NODE_ID: Final = 16  # node-ID of the grasp force node, unless configured otherwise
+
+COMMANDS, MARGINS, HEALTH, STATES, STATUS = 0x2100, 0x2110, 0x2120, 0x2200, 0x2130
+ESTIMATES, REFUSAL, PARAMETERS = 0x2300, 0x2400, 0x3000
+"""Indices of the objects of the grasp force node; tools/object_dictionary.py writes its EDS file."""
+ESTIMATED: Final = tuple(
+    name
+    for name in ContactEstimate.__slots__
+    if name not in ("stamp", "finger", "seq", "in_contact", "channels")
+)
 
 OF_A_FINGER: Final = {
     # classic frame of the DBC: base of the COB-ID, to which the node of the finger is added

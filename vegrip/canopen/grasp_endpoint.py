@@ -8,19 +8,23 @@ import can
 from canopen.objectdictionary import ObjectDictionary, ODVariable
 from canopen.sdo import SdoAbortedError
 
-from vegrip.canopen.connection_set import OF_A_FINGER as BASES
-from vegrip.canopen.connection_set import OUT_OF_A_FINGER, SYNC, claim, frame_base, identifiers
-from vegrip.canopen.device import HEARTBEAT_LOST, ID_TAKEN, NOT_ITS_EDS, SOFTWARE, Device
-from vegrip.canopen.dictionary import (
+from vegrip.canopen.connection_set import (
     COMMANDS,
     ESTIMATED,
     ESTIMATES,
     HEALTH,
     MARGINS,
+    OUT_OF_A_FINGER,
     PARAMETERS,
     REFUSAL,
     STATUS,
+    SYNC,
+    claim,
+    frame_base,
+    identifiers,
 )
+from vegrip.canopen.connection_set import OF_A_FINGER as BASES
+from vegrip.canopen.device import HEARTBEAT_LOST, ID_TAKEN, NOT_ITS_EDS, SOFTWARE, Device
 from vegrip.canopen.endpoint import CanopenEndpoint
 from vegrip.canopen.network import (
     CONSUMED,

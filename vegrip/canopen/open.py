@@ -6,8 +6,7 @@ from typing import Any
 
 import can
 
-from vegrip.canopen.connection_set import finger_nodes, identifiers
-from vegrip.canopen.dictionary import FIRST_FINGER, GRASP_NODE_ID
+from vegrip.canopen.connection_set import FIRST_FINGER, GRASP_NODE_ID, finger_nodes, identifiers
 from vegrip.canopen.eds import read_eds
 from vegrip.canopen.endpoint import CanopenEndpoint
 from vegrip.canopen.grasp_endpoint import GraspEndpoint

@@ -1,8 +1,7 @@
 """The other controllers of the demonstration, through the same scenario in simulated time.
 
 Constant grip and cone run as tuned so that they did not slip on other scenarios, and again with the mean
-force that vegrip took here. The first shows what their safety costs, the second what it was for. Where the
-second slips, they run once more with the least force that slips no more than vegrip did.
+force that vegrip took here. The first shows what their safety costs, the second what it was for.
 """
 
 import math
@@ -56,21 +55,17 @@ AS_FORCEFUL = ", same force"
 """Ends the name of a controller whose knob gives it the mean force of vegrip."""
 SAME_FORCE = 0.01
 """Part of the force by which two mean forces may differ and still be called the same."""
-AS_SURE = ", same slips"
-"""Ends the name of a controller with the least knob at which it slips no more than vegrip."""
-HALVINGS = 7  # in search of it
 MOST_RUNS = 8  # in search of the knob
 
 
 def label_of(name: str) -> str:
-    base = name.removesuffix(AS_FORCEFUL).removesuffix(AS_SURE)
+    base = name.removesuffix(AS_FORCEFUL)
     return LABEL[base].removesuffix(" grip") + name[len(base) :] if base != name else LABEL[base]
 
 
 def run_other_controllers(scenario: Scenario, ours: Course) -> dict[str, Course]:
-    """Run constant grip and cone: as tuned, with the mean force of ``ours`` (thumb), and as sure."""
-    tuned_knobs = {name: KNOBS[scenario.grasp][name] for name in ("constant", "cone")}
-    knobs = dict(tuned_knobs)
+    """Run constant grip and cone: as tuned, and with the mean force of ``ours`` (thumb)."""
+    knobs = {name: KNOBS[scenario.grasp][name] for name in ("constant", "cone")}
     tuned = _run_all(knobs, scenario)
     same = dict(tuned)
     for _ in range(MOST_RUNS):
@@ -82,30 +77,7 @@ def run_other_controllers(scenario: Scenario, ours: Course) -> dict[str, Course]
             least = 1.0 if name == "cone" else 0.0
             knobs[name] = max((least + knobs[name]) / ratio - least, 0.0)
         same |= _run_all({name: knobs[name] for name in off}, scenario)
-    sure: dict[str, Course] = {}
-    if host.compiler() is not None and not ours.dropped:  # else each run takes as long as the demonstration
-        for name in (name for name, course in same.items() if not is_as_sure(course, ours.slips)):
-            if (knob := sure_knob(name, scenario, ours.slips, tuned_knobs[name])) is not None:
-                sure[name + AS_SURE] = compiled_course(name, knob, scenario)
-    return {**tuned, **{name + AS_FORCEFUL: course for name, course in same.items()}, **sure}
-
-
-def is_as_sure(course: Course, slips: int) -> bool:
-    return not course.dropped and course.slips <= slips
-
-
-def sure_knob(name: str, scenario: Scenario, slips: int, enough: float) -> float | None:
-    """Return the least knob with no more than ``slips``, by halving; None when ``enough`` slips more."""
-    if not is_as_sure(compiled_course(name, enough, scenario), slips):
-        return None
-    too_low = 0.0
-    for _ in range(HALVINGS):
-        knob = 0.5 * (too_low + enough)
-        if is_as_sure(compiled_course(name, knob, scenario), slips):
-            enough = knob
-        else:
-            too_low = knob
-    return enough
+    return {**tuned, **{name + AS_FORCEFUL: course for name, course in same.items()}}
 
 
 def force_ratio(theirs: Course, ours: Course) -> float:

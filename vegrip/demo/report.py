@@ -6,7 +6,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from vegrip.demo.others import AS_FORCEFUL, AS_SURE, SAME_FORCE, force_over_least, label_of
+from vegrip.demo.others import AS_FORCEFUL, SAME_FORCE, force_over_least, label_of
 from vegrip.demo.run import Outcome
 from vegrip.trials.closed_loop import Course
 from vegrip.trials.result import Result, result_of
@@ -74,18 +74,12 @@ def compare_courses(courses: Mapping[str, Course]) -> list[str]:
     lines = [
         _compare_force(label_of(name), result_of(course), result_of(ours))
         for name, course in others.items()
-        if name not in alike and not name.endswith(AS_SURE)
+        if name not in alike
     ]
     if alike and not any(one.slips or one.dropped for one in (ours, *alike.values())):
         return [*lines, TOO_SHORT]
     for name, course in alike.items():
         lines.append(_compare_slips(label_of(name), course, ours))
-        if (sure := others.get(name.removesuffix(AS_FORCEFUL) + AS_SURE)) is not None:
-            force, our_force = (result_of(one).mean_grip_force for one in (sure, ours))
-            lines.append(
-                f"{label_of(name.removesuffix(AS_FORCEFUL) + AS_SURE)}: {force:.2f} N against"
-                f" {our_force:.2f} N, with the constant that this run itself asks for"
-            )
     return lines
 
 
