@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 from vegrip.nodes.virtual_hand import AskedForce, Parameters, VirtualHandNode
 
-from validation.cosimulation import Cosimulation, Participant
+from validation.faults.cosimulation import Cosimulation, Participant
 from vegrip.clock import NS, SimulatedClock
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters

@@ -6,7 +6,7 @@ from vegrip.nodes.record import build as build_recorder
 from vegrip.nodes.virtual_bench import VirtualBenchNode
 from vegrip.nodes.virtual_hand import build
 
-from validation.cosimulation import Cosimulation
+from validation.faults.cosimulation import Cosimulation
 from vegrip.clock import SimulatedClock
 from vegrip.errors import ConfigError
 from vegrip.identification.experiment import Hypotheses, hypotheses_of

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from validation.cosimulation import Cosimulation
+from validation.faults.cosimulation import Cosimulation
 from vegrip.clock import SimulatedClock
 from vegrip.messages import FingertipState, ForceCommand
 from vegrip.runtime import NodeBase
