@@ -63,7 +63,7 @@ def disabled(is_busy: bool) -> str:
     return "disabled" if is_busy else ""
 
 
-STYLE = Path(__file__).parents[1] / "static" / "page.css"
+STYLE = Path(__file__).parent / "static" / "page.css"
 
 PAGE = """<!doctype html>
 <html lang="en">
