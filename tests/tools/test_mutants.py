@@ -80,8 +80,8 @@ def test_a_larger_sample_begins_with_the_smaller_one() -> None:
 def test_the_nearest_tests_come_first() -> None:
     far = mutants.related("vegrip/contact/elastic.py")
     near = [
-        "tests/contact/test_pressure.py",  # its own
-        "tests/contact/test_hereditary.py",  # that imports it
+        "tests/contact/test_elastic.py",  # its own
+        "tests/contact/test_history.py",  # that imports it
         "tests/contact/test_prony.py",  # of its folder
         "tests/model/test_channels.py",  # of what else names its folder
     ]
