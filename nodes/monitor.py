@@ -7,7 +7,7 @@ from typing import Any
 from vegrip.config import build as build_parameters
 from vegrip.messages import Message
 from vegrip.runtime import NodeBase, NodeContext
-from vegrip.runtime.monitor.screen import Screen
+from vegrip.runtime.monitor.watch import Screen
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,6 @@ class SimulatedClock:
         self._now = start
 
     def now(self) -> int:
-        """Return the simulated time in nanoseconds."""
         return self._now
 
     def sleep_until(self, deadline: int) -> None:

@@ -10,9 +10,9 @@ from vegrip.host import descriptors
 from vegrip.host.folders import runtime_folder
 from vegrip.messages import Lifecycle
 from vegrip.runtime import NodeBase, process
-from vegrip.runtime.exit_reports import read_reports
 from vegrip.runtime.launch_file import NodeConfig
 from vegrip.runtime.process import OncePerSecond, node_logs
+from vegrip.runtime.registry import read_reports
 
 
 class Broken(NodeBase):

@@ -11,9 +11,17 @@ import pytest
 from vegrip.errors import ConfigError, UsageError
 from vegrip.host.folders import runtime_folder
 from vegrip.runtime import registry
-from vegrip.runtime.exit_reports import KEPT_S, ExitReport, read_reports, write_report
 from vegrip.runtime.launch_file import full_name
-from vegrip.runtime.registry import Entry, find_node, registered, running_nodes
+from vegrip.runtime.registry import (
+    KEPT_S,
+    Entry,
+    ExitReport,
+    find_node,
+    read_reports,
+    registered,
+    running_nodes,
+    write_report,
+)
 
 pytestmark = pytest.mark.usefixtures("runtime")
 

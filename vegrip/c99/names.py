@@ -23,7 +23,6 @@ def joined(prefix: str, name: str) -> str:
 
 
 def comment(text: str, indent: str = "") -> list[str]:
-    """Return lines of a comment."""
     lines = [line.rstrip() for line in text.strip().replace("*/", "* /").splitlines()]
     first = [f"{indent}/* {lines[0]}", *(f"{indent} * {line}".rstrip() for line in lines[1:])]
     if len(first) == 1 and len(first[0]) + 3 <= LINE_WIDTH:

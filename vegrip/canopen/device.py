@@ -37,7 +37,6 @@ class Emergencies:
 
     @property
     def register(self) -> int:
-        """The error register."""
         bits = 0
         for code, _ in self.standing:
             bits |= REGISTER[code]

@@ -149,7 +149,6 @@ class Sensor:
         return self._is_verified
 
     def begin(self) -> None:
-        """Read it anew."""
         self.difference, self._is_verified, self._told = "", False, None
         asked = essentials(self._dictionary)
         self._reader = SdoReader(asked, lambda data: self._send(SDO_REQUEST + self.node, data))
@@ -217,7 +216,6 @@ class Sensors:
             sensor.begin()
 
     def hear(self, can_id: int, data: bytes, now: int) -> None:
-        """Take a heartbeat or an SDO answer."""
         service, node = can_id & 0x780, can_id & 0x7F
         sensor = self.all.get(node)
         if sensor is None or not data:

@@ -23,8 +23,7 @@ def list_(as_json: JSON = False) -> None:
     Example: vegrip lifecycle list
 
     """
-    from vegrip.runtime.exit_reports import read_reports
-    from vegrip.runtime.registry import running_nodes
+    from vegrip.runtime.registry import read_reports, running_nodes
 
     nodes = {name: _ended(words) for name, words in read_reports().items()}
     nodes |= {
@@ -90,8 +89,7 @@ def set_(
 
 def _asked(node: str, call: str) -> Any:
     from vegrip.errors import UsageError
-    from vegrip.runtime.exit_reports import read_reports
-    from vegrip.runtime.registry import ask, find_node
+    from vegrip.runtime.registry import ask, find_node, read_reports
 
     try:
         found = find_node(node)

@@ -39,9 +39,8 @@ def monitor(
         _serve(port, opens=opens)
         return
     from vegrip.runtime.monitor.board import Board, as_json
-    from vegrip.runtime.monitor.screen import Screen
     from vegrip.runtime.monitor.table import render
-    from vegrip.runtime.monitor.watch import Watch
+    from vegrip.runtime.monitor.watch import Screen, Watch
 
     console = printer()
     with closing(Watch(waits=not (once or json))) as watch:  # complains before the screen opens

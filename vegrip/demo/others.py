@@ -94,7 +94,6 @@ def _run_all(knobs: dict[str, float], scenario: Scenario) -> dict[str, Course]:
 
 
 def compiled_course(name: str, knob: float, scenario: Scenario) -> Course:
-    """Return the run of a controller with its knob set."""
     settings = parameters(name, knob)
     run = run_compiled(scenario.settings, scenario.seed, scenario.events, settings, scenario.duration)
     return course_of(run)

@@ -38,7 +38,6 @@ def as_json(outcome: Outcome) -> dict[str, object]:
 
 
 def summary(outcome: Outcome, courses: dict[str, Course]) -> Group:
-    """Return what is printed at the end."""
     node = outcome.node
     lines = [
         f"{node.states} states in, {node.commands} commands out;"

@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from vegrip.clock import NS
-from vegrip.demo.worker import DemoHand, FrameRecorder, HandNews, Job, RunStatistics
-from vegrip.demo.worker_handle import WorkerHandle
+from vegrip.demo.worker import DemoHand, FrameRecorder, HandNews, Job, RunStatistics, WorkerHandle
 from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission, processor_time
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.messages import ContactEstimate, Message
@@ -127,7 +126,6 @@ class Demo:
         return f"{fingers}, scenario {self.news.time:.0f} s, slips: {self.news.slips}{load}"
 
     def tell(self, news: HandNews | None) -> None:
-        """Put what happens to the object on the board's log."""
         if news is None:
             return
         if self.news is not None and news.slips > self.news.slips:

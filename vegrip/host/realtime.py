@@ -53,7 +53,6 @@ class Scheduling:
 
 
 def permission() -> Permission:
-    """Return what this user may ask the system for."""
     if sys.platform != "linux":
         return Permission(0, may_lock=False)
     highest, memory = (

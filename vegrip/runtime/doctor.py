@@ -104,7 +104,6 @@ def clock(now: Callable[[], int] = time.monotonic_ns) -> Finding:
 
 
 def wake_up(sleep: Callable[[float], None] = time.sleep, count: int = 100) -> Finding:
-    """How late a sleep of two milliseconds ends."""
     late = []
     for _ in range(count):
         start = time.monotonic()
@@ -118,7 +117,6 @@ def wake_up(sleep: Callable[[float], None] = time.sleep, count: int = 100) -> Fi
 
 
 def governor(root: Path) -> Finding:
-    """What decides the frequency of the processors."""
     files = sorted((root / "sys/devices/system/cpu").glob("cpu[0-9]*/cpufreq/scaling_governor"))
     found = {_read(file) for file in files} - {""}
     if not found:
@@ -130,7 +128,6 @@ def governor(root: Path) -> Finding:
 
 
 def disk(folder: Path) -> Finding:
-    """The room for recordings."""
     free = shutil.disk_usage(folder).free
     text = f"{free / 1e9:.1f} GB free in {folder}"
     remedy = "make room, or record to another disk with parameters.folder of the record node"
@@ -200,7 +197,6 @@ VIRTUAL = "the virtual bus (interface = vegrip) needs none"
 
 
 def raw_sockets() -> Finding:
-    """Whether a CAN socket can be opened."""
     family = getattr(socket, "AF_CAN", None)
     if family is None:
         return warn("SocketCAN", "this Python has no CAN sockets", VIRTUAL)
@@ -213,7 +209,6 @@ def raw_sockets() -> Finding:
 
 
 def interfaces(ask: Callable[[], str | None] | None = None) -> list[Finding]:
-    """Return a finding for each CAN interface."""
     said = (ask or _ip)()
     if said is None:
         return [warn("CAN", "the program `ip` is missing", "sudo apt install iproute2")]

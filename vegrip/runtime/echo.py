@@ -31,7 +31,6 @@ class EchoNode(NodeBase):
     parameters: EchoParameters
 
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
-        """Answer a state."""
         if not isinstance(message, FingertipState):
             return ()
         p = self.parameters

@@ -17,13 +17,12 @@ from vegrip.errors import DeviceError, VegripError
 from vegrip.host import realtime
 from vegrip.host.descriptors import NODE_NEEDS, require_descriptors
 from vegrip.messages import Lifecycle, NodeStatus
-from vegrip.runtime import exit_reports
 from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.control_socket import ControlServer, NodeCalls
 from vegrip.runtime.handle import NodeHandle, Supervised
 from vegrip.runtime.launch_file import NodeConfig
 from vegrip.runtime.program import NodeContext, find_program
-from vegrip.runtime.registry import Entry, registered
+from vegrip.runtime.registry import Entry, ExitReport, registered, write_report
 from vegrip.runtime.runner import Runner
 from vegrip.runtime.telemetry import Direction, Telemetry
 from vegrip.runtime.telemetry_socket import TelemetrySocket
@@ -144,7 +143,7 @@ def _last_words(entry: Entry) -> Iterator[None]:
         reason, code = f"{type(error).__name__}: {error}", 1
         if isinstance(error, VegripError):
             reason, code = str(error), error.exit_code
-        exit_reports.write_report(exit_reports.ExitReport(entry.name, entry.program, reason, code))
+        write_report(ExitReport(entry.name, entry.program, reason, code))
         raise
 
 

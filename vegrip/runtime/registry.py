@@ -3,6 +3,7 @@
 The lock tells the living from the dead, whichever way they died; process numbers cannot.
 """
 
+import contextlib
 import fcntl
 import hashlib
 import json
@@ -19,7 +20,51 @@ import zmq
 
 from vegrip.errors import DeviceError, InputError, UsageError, VegripError, suggestion
 from vegrip.host.folders import locked, remove_leftovers, runtime_folder, socket_path
-from vegrip.runtime import exit_reports
+from vegrip.whole_file import write_whole
+
+SUFFIX = ".end"
+KEPT_S = 600.0  # [s] an older report is of another run, and says nothing of now
+
+
+@dataclass(frozen=True)
+class ExitReport:
+    """What is known of a node that is finalized."""
+
+    name: str  # in full, with namespace
+    program: str
+    reason: str  # one sentence
+    exit_code: int
+
+
+def write_report(words: ExitReport) -> None:
+    """Write ``words`` down; a folder that takes nothing keeps none."""
+    with contextlib.suppress(OSError):
+        write_whole(_report_file(words.name), json.dumps(asdict(words)))
+
+
+def remove_report(name: str) -> None:
+    with contextlib.suppress(OSError):
+        _report_file(name).unlink(missing_ok=True)
+
+
+def read_reports() -> dict[str, ExitReport]:
+    found = [_read_report(path) for path in sorted(runtime_folder("nodes").glob(f"*{SUFFIX}"))]
+    return {words.name: words for words in found if words is not None}
+
+
+def _report_file(name: str) -> Path:
+    return runtime_folder("nodes") / f"{name.strip('/').replace('/', '.')}{SUFFIX}"
+
+
+def _read_report(path: Path) -> ExitReport | None:
+    try:
+        if time.time() - path.stat().st_mtime > KEPT_S:
+            path.unlink()
+            return None
+        return ExitReport(**json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError, RecursionError):  # removed at this moment, or of another version
+        return None
+
 
 KILLED = "its process was killed, or crashed"
 
@@ -66,7 +111,7 @@ def registered(entry: Entry) -> Iterator[None]:
     try:
         os.ftruncate(handle, 0)
         os.write(handle, json.dumps(asdict(entry)).encode())
-        exit_reports.remove_report(entry.name)
+        remove_report(entry.name)
         running_nodes()
         remove_leftovers()
         yield
@@ -133,7 +178,7 @@ def _living(path: Path) -> Entry | None:
 def _tidy_up_after(dead: Entry | None) -> None:
     if dead is None:
         return
-    exit_reports.write_report(exit_reports.ExitReport(dead.name, dead.program, KILLED, 1))
+    write_report(ExitReport(dead.name, dead.program, KILLED, 1))
     for address in (dead.control, dead.telemetry):
         _socket_file(address).unlink(missing_ok=True)
 

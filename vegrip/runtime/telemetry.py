@@ -126,7 +126,6 @@ class Telemetry:
         self._thread.start()
 
     def close(self) -> None:
-        """Hand over what is left and close the sink."""
         self._stop.set()
         if self._thread is not None:
             self._thread.join()

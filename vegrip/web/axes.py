@@ -59,7 +59,6 @@ class Axes:
         self._path(outline, {"fill": f"var(--{colour})", "stroke": "none"}, closed=True)
 
     def points(self, xs: Sequence[float], ys: Sequence[float], colour: str, *, filled: bool = True) -> None:
-        """Draw points."""
         fill = f"var(--{colour})" if filled else "var(--card)"
         self._parts += [
             f'<circle cx="{self._x(x):.1f}" cy="{self._y(y):.1f}" r="4.5" fill="{fill}" '
@@ -68,7 +67,6 @@ class Axes:
         ]
 
     def mark(self, x: Pair, text: str) -> None:
-        """Mark a range of x with words."""
         left, right = self._x(x[0]), self._x(x[1])
         self._parts.append(
             f'<rect x="{left:.1f}" y="{TOP}" width="{max(right - left, 2.0):.1f}" height="{self._height}" '

@@ -18,8 +18,7 @@ from vegrip.messages import Lifecycle, Message, NodeStatus, SlipMargin
 from vegrip.runtime.monitor import watch as watching
 from vegrip.runtime.monitor.board import Board
 from vegrip.runtime.monitor.rows import Presence
-from vegrip.runtime.monitor.screen import Screen
-from vegrip.runtime.monitor.watch import Watch
+from vegrip.runtime.monitor.watch import Screen, Watch
 from vegrip.runtime.registry import Entry, registered
 from vegrip.runtime.telemetry import Direction
 from vegrip.runtime.telemetry_socket import TelemetrySocket

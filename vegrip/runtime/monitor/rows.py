@@ -132,7 +132,6 @@ class NodeRow:
             self._streamed = now
 
     def attend(self, present: Present | None, now: int) -> None:
-        """Note whether the registry knows the node."""
         self.failure = present.failure if present is not None else ""
         if present is not None and not self.failure:
             if present.pid != self._pid:

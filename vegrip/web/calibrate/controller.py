@@ -107,7 +107,6 @@ class Calibrator(JobPage):
 
 
 def routes(calibrator: Calibrator) -> list[Route]:
-    """Return the routes of the calibration page."""
     actions: Actions = {
         "begin": lambda told: calibrator.begin(str(told["radius"]), str(told["force"])),
         "take": lambda told: calibrator.take(str(told["recording"]), str(told.get("kind", ""))),

@@ -25,7 +25,6 @@ def standing(told: Told | None) -> tuple[str, str]:
 
 
 def body(told: Told | None, *, node: str, is_busy: bool) -> str:
-    """Return the page below its header."""
     if told is None:
         return _begin(is_busy=is_busy)
     return "".join(

@@ -219,7 +219,6 @@ class Controller(JobPage):
             self._changed()
 
     def look_at(self, place: int) -> None:
-        """Show another of the models."""
         with self._lock:
             self._be_free()
             if not 0 <= place < len(self.session.rungs):
@@ -364,7 +363,6 @@ class Controller(JobPage):
 
 
 def routes(controller: Controller) -> list[Route]:
-    """Return the routes of the check page."""
     actions: Actions = {
         "judge": lambda _: controller.judge(),
         "add": lambda told: controller.add(str(told["effect"])),

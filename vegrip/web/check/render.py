@@ -149,7 +149,6 @@ def ranking(rung: Rung, have: Sequence[str], *, is_busy: bool, has_buttons: bool
 
 
 def parameters(rung: Rung) -> str:
-    """Return the parameters with their standard errors."""
     rows = [
         (
             symbol,

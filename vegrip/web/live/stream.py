@@ -46,8 +46,6 @@ class EventSource(Protocol):
 
 
 def routes(stream: EventSource) -> list[Route]:
-    """Return the routes of the live page."""
-
     async def page(_: Request) -> Response:
         return FileResponse(STATIC / "live.html")
 
@@ -133,7 +131,6 @@ class Stream:
         self._wishes.start()
 
     def close(self) -> None:
-        """End both threads."""
         self._stop.set()
         self._wishes.close()
         self._thread.join()
@@ -222,7 +219,6 @@ class FedPage:
         self._thread.start()
 
     def close(self) -> None:
-        """Serve no more."""
         self._server.should_exit = True
         self._thread.join()
         self._listener.close()
