@@ -12,8 +12,46 @@ class Markup(str):
     __slots__ = ()
 
 
-def section(heading: str, *content: str) -> str:
-    return f'<section class="card"><h2>{escape(heading)}</h2>{"".join(content)}</section>'
+def section(heading: str, *content: str, kind: str = "card", **given: object) -> str:
+    return (
+        f"<section{attributes(class_=kind, **given)}><h2>{escape(heading)}</h2>{''.join(content)}</section>"
+    )
+
+
+def attributes(**given: object) -> str:
+    """Return attributes of an element, ``_`` for ``-``; empty, false and absent ones are left out."""
+    told = {name.strip("_").replace("_", "-"): value for name, value in given.items()}
+    kept = [
+        (name, value) for name, value in told.items() if not (value is None or value is False or value == "")
+    ]
+    return "".join(f" {n}" if value is True else f' {n}="{escape(str(value))}"' for n, value in kept)
+
+
+def button(text: str, do: str, *, busy: bool, **given: object) -> str:
+    return f'<button type="button"{attributes(data_do=do, disabled=busy, **given)}>{text}</button>'
+
+
+def entry(label: str, name: str, *, busy: bool, **given: object) -> str:
+    return f"<label>{label} <input{attributes(name=name, disabled=busy, **given)}></label>"
+
+
+def choice(label: str, name: str, options: str, *, busy: bool, **given: object) -> str:
+    return f"<label>{label} <select{attributes(name=name, disabled=busy, **given)}>{options}</select></label>"
+
+
+def form(do: str, submit: str, *fields: str, busy: bool, kind: str = "") -> str:
+    """Return entries on one line, and the button that sends them."""
+    sends = f"<button{attributes(class_=kind, disabled=busy)}>{submit}</button>"
+    return f'<form data-do="{do}" class="inline">{"".join(fields)}{sends}</form>'
+
+
+def legend(*lines: tuple[str, str]) -> str:
+    """Return what the lines of a figure are: colour (``colour dash`` for a dashed one) and words."""
+    told = (
+        f"<span><i{attributes(class_=kind, style=f'border-color:var(--{colour})')}></i>{escape(text)}</span>"
+        for (colour, _, kind), text in ((name.partition(" "), text) for name, text in lines)
+    )
+    return f'<div class="legend">{"".join(told)}</div>'
 
 
 def facts(rows: Mapping[str, object]) -> str:
@@ -57,10 +95,6 @@ def spread(one: Mapping[str, Any], which: str) -> str:
 
 def unit_name(unit: str | None) -> str:
     return "" if unit in (None, "1") else str(unit)
-
-
-def disabled(is_busy: bool) -> str:
-    return "disabled" if is_busy else ""
 
 
 STYLE = Path(__file__).parent / "static" / "page.css"

@@ -18,7 +18,7 @@ from vegrip.model import ContactModel
 from vegrip.web.axes import Axes, extent
 from vegrip.web.check.session import CHECK_FILE, load
 from vegrip.web.figures import WIDE
-from vegrip.web.markup import commands, document, facts, listed, section, table, told_versions
+from vegrip.web.markup import commands, document, facts, legend, listed, section, table, told_versions
 from vegrip.web.report.model_report import account_of_check, model_report
 
 Told = Mapping[str, Any]
@@ -111,11 +111,7 @@ def _margins(name: str, traces: Told) -> str:
     axes.band(margin["time"], margin["low"], margin["high"], "band")
     axes.line(margin["time"], margin["high"], "blue")
     axes.line(bound["time"], bound["low"], "orange", **{"stroke-width": 1.2})
-    legend = (
-        '<div class="legend"><span><i style="border-color:var(--blue)"></i>margin</span><span>'
-        '<i style="border-color:var(--orange)"></i>its lower bound</span></div>'
-    )
-    return legend + axes.svg(f"{name}: margin over time")
+    return legend(("blue", "margin"), ("orange", "its lower bound")) + axes.svg(f"{name}: margin over time")
 
 
 def _forces(name: str, traces: Told) -> str:
@@ -127,11 +123,8 @@ def _forces(name: str, traces: Told) -> str:
     if force is not None:
         axes.line(force["time"], force["high"], "blue")
     axes.line(command["time"], command["high"], "orange", **{"stroke-dasharray": "5 4"})
-    legend = (
-        '<div class="legend"><span><i style="border-color:var(--blue)"></i>estimated normal force</span>'
-        '<span><i class="dash" style="border-color:var(--orange)"></i>commanded</span></div>'
-    )
-    return legend + axes.svg(f"{name}: force over time")
+    lines = (("blue", "estimated normal force"), ("orange dash", "commanded"))
+    return legend(*lines) + axes.svg(f"{name}: force over time")
 
 
 def _shares(reasons: Told) -> str:

@@ -7,7 +7,7 @@ from vegrip.identification.compare.where import format_quantity
 from vegrip.web.check.render import VERDICTS, channels, comparison, parameters, ranking, where
 from vegrip.web.check.session import Rung, Session
 from vegrip.web.figures import ladder
-from vegrip.web.markup import commands, document, facts, listed, section, spread, table, told_versions
+from vegrip.web.markup import commands, document, facts, legend, listed, section, spread, table, told_versions
 
 Account = Mapping[str, Any]
 
@@ -70,12 +70,8 @@ def _result(told: Account, added: list[str]) -> str:
 
 
 def _ladder(told: Account) -> str:
-    legend = (
-        '<div class="legend"><span><i style="border-color:var(--blue)"></i>fitted</span><span>'
-        '<i class="dash" style="border-color:var(--orange)"></i>held-out episodes</span><span>'
-        '<i class="dash" style="border-color:var(--green)"></i>noise</span></div>'
-    )
-    return legend + ladder(told["ladder"])
+    lines = (("blue", "fitted"), ("orange dash", "held-out episodes"), ("green dash", "noise"))
+    return legend(*lines) + ladder(told["ladder"])
 
 
 def _data(data: Account) -> str:
