@@ -18,6 +18,10 @@ def section(heading: str, *content: str, kind: str = "card", **given: object) ->
     )
 
 
+def huge_error(error: float) -> str:
+    return f'<p class="huge">{error:.2f} <small>times the noise (1 is all that noise allows)</small></p>'
+
+
 def attributes(**given: object) -> str:
     """Return attributes of an element, ``_`` for ``-``; empty, false and absent ones are left out."""
     told = {name.strip("_").replace("_", "-"): value for name, value in given.items()}

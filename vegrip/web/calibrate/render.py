@@ -13,6 +13,7 @@ from vegrip.web.markup import (
     choice,
     entry,
     form,
+    huge_error,
     section,
     spread,
     table,
