@@ -261,7 +261,7 @@ def _beside_card(
     file = entry("or a model file", "name", busy=is_busy, id="beside-file", placeholder="model.toml")
     return section(
         "two models",
-        choice("beside this one, dashed:", "place", choices, busy=is_busy, **asked),
+        f'<div class="inline">{choice("beside this one, dashed:", "place", choices, busy=is_busy, **asked)}</div>',
         form("compare_with_file", "compare", file, busy=is_busy),
         _two_models(rung.comparison, shown) if shown is not None and rung.comparison is not None else "",
         id="beside",
