@@ -258,10 +258,11 @@ def _beside_card(
         if one is not rung and one.comparison is not None
     )
     asked = {"id": "beside-place", "data_do": "compare_with"}
+    place = choice("beside this one, dashed:", "place", choices, busy=is_busy, **asked)
     file = entry("or a model file", "name", busy=is_busy, id="beside-file", placeholder="model.toml")
     return section(
         "two models",
-        f'<div class="inline">{choice("beside this one, dashed:", "place", choices, busy=is_busy, **asked)}</div>',
+        f'<div class="inline">{place}</div>',
         form("compare_with_file", "compare", file, busy=is_busy),
         _two_models(rung.comparison, shown) if shown is not None and rung.comparison is not None else "",
         id="beside",
