@@ -73,7 +73,7 @@ class Stage(FedPage):
     def show(self, messages: Iterable[Message], now: int) -> None:
         """Show what happened up to ``now`` [ns]."""
         for message in messages:
-            self._log.view.take(message, now, NODE)
+            self._log.view.receive(message, now, NODE)
         self._log.tick(now, self)
 
 

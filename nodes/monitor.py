@@ -39,7 +39,7 @@ class MonitorNode(NodeBase):
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
         """Pass it on."""
         if self._screen is not None:
-            self._screen.take(message, now)
+            self._screen.receive(message, now)
         return ()
 
 

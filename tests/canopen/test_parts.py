@@ -113,7 +113,7 @@ def test_periodic_messages_stay_on_their_grid_and_are_not_made_up_for():
 def test_no_frame_can_break_the_services(can_id, data):
     network = LoopNetwork(lambda *_: None, lambda: 0)
     network.create_node(16, canopen.import_od("proto/fingertip.eds", 16))
-    network.hear(can_id, data, 0)
+    network.receive(can_id, data, 0)
 
 
 def test_each_trouble_is_told_once_and_its_end_too():

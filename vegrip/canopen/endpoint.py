@@ -139,7 +139,7 @@ class CanopenEndpoint(ClosedByWith):
         self.network.serve(now)
 
     def service(self, frame: Frame) -> None:
-        self.network.hear(frame.arbitration_id, frame.data, frame.stamp)
+        self.network.receive(frame.arbitration_id, frame.data, frame.stamp)
 
     def hears(self, cob_id: int) -> bool:  # noqa: ARG002 (for those who build on this)
         return True

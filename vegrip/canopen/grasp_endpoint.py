@@ -243,7 +243,7 @@ class GraspEndpoint(CanopenEndpoint):
         return min(self.network.due, self._look_at)
 
     def service(self, frame: Frame) -> None:
-        self.sensors.hear(frame.arbitration_id, frame.data, self.now())
+        self.sensors.receive(frame.arbitration_id, frame.data, self.now())
         super().service(frame)
 
     def hears(self, cob_id: int) -> bool:

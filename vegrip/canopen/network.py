@@ -43,7 +43,7 @@ class PeriodicTask:
 
 
 class LoopNetwork(canopen.Network):  # type: ignore[misc]
-    """A network without threads. The owner feeds frames to :meth:`hear` and calls :meth:`serve` when due.
+    """A network without threads. The owner feeds frames to :meth:`receive` and calls :meth:`serve` when due.
 
     Args:
         send: puts a frame on the bus.
@@ -67,7 +67,7 @@ class LoopNetwork(canopen.Network):  # type: ignore[misc]
         for task in tuple(self.tasks):
             task.serve(now)
 
-    def hear(self, can_id: int, data: bytes, stamp: int) -> None:
+    def receive(self, can_id: int, data: bytes, stamp: int) -> None:
         """Let the services have a frame; one they cannot read is counted."""
         try:
             self.notify(can_id, bytearray(data), stamp / NS)

@@ -56,12 +56,12 @@ class SdoReader:
         if (index, sub) != self._asked[len(self.values)]:
             return
         if command == ABORT:
-            self._take(None, now)
+            self._store(None, now)
         elif command & 0xE2 == UPLOAD | 0x02:
             size = 4 - (command >> 2 & 3) if command & 1 else 4
-            self._take(int.from_bytes(data[4 : 4 + size], "little"), now)
+            self._store(int.from_bytes(data[4 : 4 + size], "little"), now)
 
-    def _take(self, value: int | None, now: int) -> None:
+    def _store(self, value: int | None, now: int) -> None:
         self.values[self._asked[len(self.values)]] = value
         self._sent, self._tries = None, 0
         self.serve(now)
@@ -215,7 +215,7 @@ class Sensors:
         for sensor in self.all.values():
             sensor.begin()
 
-    def hear(self, can_id: int, data: bytes, now: int) -> None:
+    def receive(self, can_id: int, data: bytes, now: int) -> None:
         service, node = can_id & 0x780, can_id & 0x7F
         sensor = self.all.get(node)
         if sensor is None or not data:

@@ -247,7 +247,7 @@ def run(
     except SystemExit as done:
         return done.code if isinstance(done.code, int) else 0
     except Exception as error:
-        sentence, code = _told(error, program)
+        sentence, code = _sentence_and_code(error, program)
         if not sentence:
             raise
         complain(sentence)
@@ -256,7 +256,7 @@ def run(
     return code if isinstance(code, int) else 0
 
 
-def _told(error: Exception, program: str) -> tuple[str, int]:
+def _sentence_and_code(error: Exception, program: str) -> tuple[str, int]:
     """Return what to say of ``error`` and the exit code; nothing of one that is a mistake of ours."""
     if isinstance(error, VegripError):
         return str(error), error.exit_code

@@ -21,7 +21,7 @@ def judged(recording: "Recording", tolerance: float, has_own_zeros: bool) -> dic
     return {"noise": noise_of(recording).tolerant(tolerance), "zeros": zeros}
 
 
-def asked(has_own_zeros: bool, tolerance: float) -> list[str]:
+def error_options(has_own_zeros: bool, tolerance: float) -> list[str]:
     return [
         *["--zeros-each-episode"] * has_own_zeros,
         *(["--tolerance", f"{tolerance:g}"] if tolerance else []),

@@ -133,13 +133,13 @@ def counted(report: Report) -> Callable[[int], None]:
     """Return what tells a number of rows, at most once a second."""
     due = time.monotonic() + COUNT_PERIOD_S
 
-    def tell(rows: int) -> None:
+    def report_count(rows: int) -> None:
         nonlocal due
         if time.monotonic() >= due:
             due = time.monotonic() + COUNT_PERIOD_S
             report(f"{rows:,} rows".replace(",", " "))
 
-    return tell
+    return report_count
 
 
 @contextmanager

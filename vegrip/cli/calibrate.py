@@ -121,7 +121,7 @@ def calibrate(
     if virtual is not None:
         standing, ended = _practised(calibration, standing, virtual, say=not as_json)
     if as_json:
-        print_json(_told(calibration, standing, ended))
+        print_json(_as_dict(calibration, standing, ended))
     elif not asks or ended is not None:
         _print(calibration, standing, ended)
     if virtual is not None and ended is not None and not as_json:
@@ -270,7 +270,7 @@ def _ended(calibration: "Calibration") -> "Ended":
     return ended
 
 
-def _told(calibration: "Calibration", standing: "Standing", ended: "Ended | None") -> dict[str, Any]:
+def _as_dict(calibration: "Calibration", standing: "Standing", ended: "Ended | None") -> dict[str, Any]:
     from vegrip.identification.calibration.session import MODEL, NEXT, REPORT
 
     trial = standing.next.trial
@@ -341,7 +341,7 @@ def _use_slip(ended: "Ended", launch: Path | None, folder: Path, *, say: bool) -
     if launch is not None and not settings:
         raise InputError(f"nothing is written into {launch}: {slip.lacking}")
     if launch is not None:
-        put_friction(launch, settings, f"measured by vegrip calibrate {folder}: {slip.bracket}")
+        write_friction(launch, settings, f"measured by vegrip calibrate {folder}: {slip.bracket}")
     if not say:
         return
     if not settings:
@@ -398,7 +398,7 @@ def _serve(
     run(folder, node, port, announce_page("calibration page"), opens=opens)
 
 
-def put_friction(path: Path, settings: Mapping[str, Any], by: str) -> None:
+def write_friction(path: Path, settings: Mapping[str, Any], by: str) -> None:
     """Write ``settings`` as ``friction`` of the grip controller of a launch file, or of a map.
 
     Raises:

@@ -106,7 +106,7 @@ def connect(
     if database.suffix.lower() == ".toml":
         plan = open_plan(database)
         traffic = _traffic(log, transport, windows, seconds, MappedNow(plan), ask=False, shows=not as_json)
-        _tell(plan, traffic, None, None, None, "", as_json=as_json)
+        _print_result(plan, traffic, None, None, None, "", as_json=as_json)
         return
     known = _database(database, _pairs(nodes))
     asks = ask and not as_json
@@ -131,7 +131,7 @@ def connect(
         findings.implausible += _short(traffic, known)
     if output is not None:
         _write(output, text)
-    _tell(plan, traffic, proposal, findings, output, text, as_json=as_json)
+    _print_result(plan, traffic, proposal, findings, output, text, as_json=as_json)
 
 
 def _refuse(database: Path, output: Path | None, log: Path | None, *, force: bool) -> None:
@@ -360,7 +360,7 @@ def _setting(text: str) -> "Setting":
     return [part.strip() for part in key.split(".")], parsed(value.strip())
 
 
-def _tell(
+def _print_result(
     plan: "Plan",
     traffic: "Traffic | None",
     proposal: "Proposal | None",

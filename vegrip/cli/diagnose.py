@@ -49,7 +49,7 @@ def diagnose(
 
     Example: vegrip sample press && vegrip diagnose press -o found
     """
-    from vegrip.cli._fits import asked, judged, opened
+    from vegrip.cli._fits import error_options, judged, opened
     from vegrip.identification.diagnosis import diagnose as diagnose_model
     from vegrip.model import write_model
 
@@ -69,7 +69,7 @@ def diagnose(
         else:
             _print(found)
             if words := _next(found, recording, model):
-                options = asked(zeros_each_episode, tolerance) if words[0] in ("add", "fit") else []
+                options = error_options(zeros_each_episode, tolerance) if words[0] in ("add", "fit") else []
                 print_next("vegrip", *words, *options)
 
 

@@ -31,7 +31,7 @@ def fit(
 
     Example: vegrip sample press && vegrip fit press -o press-fit.toml
     """
-    from vegrip.cli._fits import asked, doubted, judged, opened, print_fit
+    from vegrip.cli._fits import doubted, error_options, judged, opened, print_fit
     from vegrip.identification.fit import fit as fit_model
     from vegrip.model import write_model
 
@@ -50,7 +50,8 @@ def fit(
             print_fit(found)
             if not any(doubt.is_grave for doubt in doubts):
                 print_next(
-                    *_next(recording, found, output if kept else None), *asked(zeros_each_episode, tolerance)
+                    *_next(recording, found, output if kept else None),
+                    *error_options(zeros_each_episode, tolerance),
                 )
 
 

@@ -84,7 +84,7 @@ def import_(
     else:
         read = read_column_map(map_file) if map_file else ColumnMap()
         found = _mapped(src, output, with_columns(read, columns or [], units or [], negated or []), metres)
-    _tell(found, as_json=as_json)
+    _print_result(found, as_json=as_json)
 
 
 def _claim(output: Path, src: Path, fingers: str, *, force: bool) -> None:
@@ -149,7 +149,7 @@ def _refuse_options(options: Mapping[str, object], what: str) -> None:
             raise UsageError(f"{name} does not apply to {what}")
 
 
-def _tell(found: "Mapping[Path, Recording]", *, as_json: bool) -> None:
+def _print_result(found: "Mapping[Path, Recording]", *, as_json: bool) -> None:
     from vegrip.cli._recordings import describe, print_recording
     from vegrip.identification.recording import Kind
 

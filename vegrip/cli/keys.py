@@ -29,7 +29,7 @@ def new(
     from vegrip.transport.key_files import make_keys
 
     public, secret = make_keys(folder, name)
-    _tell(
+    _print_result(
         {"public": str(public), "secret": str(secret)},
         f"{public} is public: give it to the other side; {secret} is secret: keep it",
         as_json=as_json,
@@ -52,7 +52,7 @@ def trust(
     from vegrip.transport.key_files import trust_key as trusted
 
     place = trusted(key, peers)
-    _tell({"trusted": str(place)}, f"{place}: may subscribe", as_json=as_json)
+    _print_result({"trusted": str(place)}, f"{place}: may subscribe", as_json=as_json)
 
 
 @app.command("list")
@@ -65,8 +65,10 @@ def list_(folder: Folder = Path("keys"), as_json: JSON = False) -> None:
     from vegrip.transport.key_files import list_keys
 
     keys = list_keys(folder)
-    _tell(dict(keys), "\n".join(f"{name}  {key}" for name, key in keys.items()) or "no keys", as_json=as_json)
+    _print_result(
+        dict(keys), "\n".join(f"{name}  {key}" for name, key in keys.items()) or "no keys", as_json=as_json
+    )
 
 
-def _tell(found: dict[str, str], sentence: str, *, as_json: bool) -> None:
+def _print_result(found: dict[str, str], sentence: str, *, as_json: bool) -> None:
     print(json.dumps(found) if as_json else sentence)  # noqa: T201

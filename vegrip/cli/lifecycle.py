@@ -50,7 +50,7 @@ def get(node: NodeName, as_json: JSON = False) -> None:
     Example: vegrip lifecycle get grasp_force
 
     """
-    _show(_asked(node, "state"), as_json)
+    _show(_ask_or_recall(node, "state"), as_json)
 
 
 @app.command()
@@ -60,7 +60,7 @@ def status(node: NodeName, as_json: JSON = False) -> None:
     Example: vegrip lifecycle status grasp_force
 
     """
-    told = jsonable(_asked(node, "status"))
+    told = jsonable(_ask_or_recall(node, "status"))
     if as_json:
         print(json.dumps(told))  # noqa: T201
         return
@@ -87,7 +87,7 @@ def set_(
     _show(ask(find_node(node), "set_state", patience=CONFIGURING_MAY_TAKE, target=target), as_json)
 
 
-def _asked(node: str, call: str) -> Any:
+def _ask_or_recall(node: str, call: str) -> Any:
     from vegrip.errors import UsageError
     from vegrip.runtime.registry import ask, find_node, read_reports
 

@@ -48,7 +48,7 @@ def monitor(
             board = Board(time.monotonic_ns())
             watch.run(board, duration or STATUS_WAIT_S)
             now = time.monotonic_ns()
-            board.look(now)
+            board.refresh(now)
             if json:
                 sys.stdout.write(json_format.dumps(as_json(board, now)) + "\n")
             else:

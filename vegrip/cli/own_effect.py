@@ -70,14 +70,14 @@ def effect_laws(
     for name, one in zip(chosen, found, strict=True):
         broken[name] = broken_laws(one)
         if not as_json:
-            _tell(name, broken[name], len(LAWS))
+            _print_result(name, broken[name], len(LAWS))
     if as_json:
         typer.echo(json.dumps({name: {"broken": sentences} for name, sentences in broken.items()}))
     if any(broken.values()):
         raise typer.Exit(EXIT_BROKEN_LAW)
 
 
-def _tell(name: str, broken: list[str], laws: int) -> None:
+def _print_result(name: str, broken: list[str], laws: int) -> None:
     typer.echo(f"{name}: breaks {len(broken)} of {laws} laws" if broken else f"{name}: holds to {laws} laws")
     for sentence in broken:
         typer.echo(f"  {sentence}")

@@ -121,7 +121,7 @@ class _Load:
     force: float | None
     mass: float | None
 
-    def put_on(self, fingers: "dict[str, Recording]") -> "dict[str, Recording]":
+    def applied_to(self, fingers: "dict[str, Recording]") -> "dict[str, Recording]":
         from vegrip.identification.sensors import share_of, with_load
 
         force = self.force if self.mass is None else share_of(self.mass, len(fingers))
@@ -199,7 +199,7 @@ def _run_through(
 
     if output is not None:
         claim_recording(output, force=force)
-    recordings = stated.put_on(_recordings(folder, finger))
+    recordings = stated.applied_to(_recordings(folder, finger))
     pictures = {name: _beside(plot, name, len(recordings)) for name in recordings} if plot else {}
     node = grasp_node(offline(read_settings(parameters)), recordings)
     with Outputs(force=force) as outputs, tempfile.TemporaryDirectory() as scratch:

@@ -41,7 +41,7 @@ NODE = "/grasp_force"  # as a page calls it
 class Page(Protocol):
     """A page that shows what is on the bus."""
 
-    def take(self, message: Message, now: int, node: str) -> None:
+    def receive(self, message: Message, now: int, node: str) -> None:
         """Take a message that came at ``now`` [ns]."""
 
     def tick(self) -> None:
@@ -81,7 +81,7 @@ class Demo:
     def watch(self, endpoint: CanEndpoint, recorder: FrameRecorder) -> None:
         """Take what is on the bus: the newest of every kind to show it, everything to record it."""
         time.sleep(LOOK_PAUSE_S)
-        for frame in self.take(endpoint, recorder):
+        for frame in self.receive(endpoint, recorder):
             self._show(frame)
         if self.page is not None:
             self.page.tick()
@@ -95,7 +95,7 @@ class Demo:
             if not math.isnan(load):
                 self.loads.append(load)
 
-    def take(self, endpoint: CanEndpoint, recorder: FrameRecorder) -> Sequence[Frame]:
+    def receive(self, endpoint: CanEndpoint, recorder: FrameRecorder) -> Sequence[Frame]:
         """Record what has come; return what of it is to be shown."""
         if (block := endpoint.take_block()) is not None:
             recorder.offer_block(block)
@@ -111,11 +111,11 @@ class Demo:
         if message is None:
             return
         now = time.monotonic_ns()
-        self.board.take(message, now)
+        self.board.receive(message, now)
         if isinstance(message, ContactEstimate) and self.news is not None:
             self.believed.believe(message, self.news.time)
         if self.page is not None:
-            self.page.take(message, now, NODE)
+            self.page.receive(message, now, NODE)
 
     def title(self) -> str:
         """Return the headline of the screen; the scenario's time is behind the clock on a slow machine."""
@@ -125,7 +125,7 @@ class Demo:
             return fingers + load
         return f"{fingers}, scenario {self.news.time:.0f} s, slips: {self.news.slips}{load}"
 
-    def tell(self, news: HandNews | None) -> None:
+    def report_news(self, news: HandNews | None) -> None:
         if news is None:
             return
         if self.news is not None and news.slips > self.news.slips:
@@ -198,7 +198,7 @@ def run(
             "virtual_hand", Job(DemoHand, (scenario,), transport, fingers, TICK_PERIODS_S["hand"])
         )
         stack.callback(hand.stop)
-        demo.take(endpoint, recorder)  # nothing yet, but it compiles
+        demo.receive(endpoint, recorder)  # nothing yet, but it compiles
         programs = {"hand": hand.process_id, "node": node.process_id, "watch": os.getpid()}
         if (hub := hub_process(transport["channel"])) is not None:
             programs["bus"] = hub
@@ -245,16 +245,16 @@ def _play(
     due = 0.0
     with suppress(KeyboardInterrupt):
         while hand.listen() and node.listen():
-            cores.look()
+            cores.refresh()
             demo.watch(endpoint, recorder)
-            demo.tell(hand.news)
+            demo.report_news(hand.news)
             if recorder.since is None and demo.news is not None:
                 recorder.since = time.monotonic_ns()
             if time.monotonic() >= due:
                 due = time.monotonic() + REFRESH_PERIOD_S
-                demo.board.look(time.monotonic_ns())
+                demo.board.refresh(time.monotonic_ns())
                 refresh(demo)
-        demo.board.look(time.monotonic_ns())
+        demo.board.refresh(time.monotonic_ns())
         refresh(demo)
         return False
     return True
@@ -275,7 +275,7 @@ class CoreCount:
     def begin(self) -> None:
         self._looks = [self._now()] * 2
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Count up to now; a process that has ended by the next time was there until now."""
         if time.monotonic() - self._looks[1][0] > REFRESH_PERIOD_S:
             now = self._now()

@@ -278,7 +278,7 @@ class WorkerHandle:
         """
         deadline = time.monotonic() + START_PATIENCE
         while time.monotonic() < deadline:
-            if self._pipe.poll(0.1) and self._hear() == word:
+            if self._pipe.poll(0.1) and self._receive() == word:
                 return
         raise DeviceError(f"the process of {self.name} does not get ready within {START_PATIENCE:g} s")
 
@@ -292,7 +292,7 @@ class WorkerHandle:
     def listen(self) -> bool:
         """Take in what the child has said; tell whether it still runs."""
         while self.statistics_at_end is None and self._pipe.poll():
-            self._hear()
+            self._receive()
         return self.statistics_at_end is None
 
     def stop(self) -> None:
@@ -302,7 +302,7 @@ class WorkerHandle:
         try:
             while self.statistics_at_end is None and time.monotonic() < deadline:
                 if self._pipe.poll(0.05):
-                    self._hear()
+                    self._receive()
         except DeviceError:
             pass  # it has ended in another way
         self._process.join(1.0)
@@ -311,7 +311,7 @@ class WorkerHandle:
             self._process.join()
         self._pipe.close()
 
-    def _hear(self) -> str:
+    def _receive(self) -> str:
         try:
             word, content = self._pipe.recv()
         except (EOFError, OSError):

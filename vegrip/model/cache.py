@@ -110,7 +110,7 @@ def _written(name: str, text: str) -> Path:
     try:
         return _write(where, name, text)
     except (OSError, UntrustedError) as error:
-        compiled_folder.tell(where, error)
+        compiled_folder.warn_not_kept(where, error)
     return _write(compiled_folder.substitute(), name, text)
 
 

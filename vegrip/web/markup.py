@@ -128,5 +128,5 @@ def document(title: str, body: str, foot: str) -> str:
     return PAGE.format(title=escape(title), style=style, body=body, foot=escape(foot))
 
 
-def told_versions(versions: Mapping[str, Any]) -> str:
+def versions_line(versions: Mapping[str, Any]) -> str:
     return "made with " + ", ".join(f"{name} {number}" for name, number in versions.items())

@@ -48,7 +48,7 @@ def serve(
             uvicorn.Config(
                 app, log_config=None, lifespan="off", access_log=False, timeout_graceful_shutdown=FAREWELL
             ),
-            lambda: _tell(address, announce, opens=opens),
+            lambda: _announce(address, announce, opens=opens),
         )
         server.run(sockets=[listener])
 
@@ -93,7 +93,7 @@ class _Server(uvicorn.Server):
         self._tell_started()
 
 
-def _tell(address: str, announce: Callable[[str], None], *, opens: bool) -> None:
+def _announce(address: str, announce: Callable[[str], None], *, opens: bool) -> None:
     announce(address)
     if opens:
         webbrowser.open(address)

@@ -71,7 +71,7 @@ def until(happened: Callable[[], bool], watch: Watch, board: Board | Screen, say
         say()
         watch.step(board)
         if isinstance(board, Board):
-            board.look(time.monotonic_ns())
+            board.refresh(time.monotonic_ns())
     assert happened()
 
 
@@ -124,7 +124,7 @@ def test_a_node_that_ends_in_order_has_stopped_though_its_last_word_is_lost(left
         watch.step(board)
         left.close()
         watch.step(board)
-    board.look(time.monotonic_ns())
+    board.refresh(time.monotonic_ns())
     assert board.nodes["/left/grasp"].presence is Presence.STOPPED
 
 

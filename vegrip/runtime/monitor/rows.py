@@ -123,11 +123,11 @@ class NodeRow:
     _status_at: int = 0  # [ns]
     _period: float = STATUS_PERIOD  # [s] between its last two statuses
 
-    def hear(self, message: object, now: int) -> None:
+    def receive(self, message: object, now: int) -> None:
         """Note that the node has said something."""
         self._spoke = now
         if isinstance(message, NodeStatus):
-            self._take(message, now)
+            self._update(message, now)
         else:
             self._streamed = now
 
@@ -190,7 +190,7 @@ class NodeRow:
         streams = self._streamed > 0 and self._spoke - self._streamed < FRESH * NS
         return FRESH if streams else FRESH + MISSED * self._period
 
-    def _take(self, status: NodeStatus, now: int) -> None:
+    def _update(self, status: NodeStatus, now: int) -> None:
         before, self.status = self.status, status
         gap = (now - self._status_at) / NS
         self._status_at = now

@@ -38,7 +38,7 @@ REGISTRY_PERIOD = 0.2  # [s] between two looks at who runs
 class Sink(Protocol):
     """Takes the messages: a :class:`~vegrip.runtime.monitor.board.Board`, or the screen in front of one."""
 
-    def take(self, message: Message, now: int, node: str = "") -> None:
+    def receive(self, message: Message, now: int, node: str = "") -> None:
         """Take a message that came at ``now`` [ns] from ``node``."""
 
     def attend(self, present: Iterable[Present], now: int) -> None:
@@ -87,7 +87,7 @@ class Watch:
             self._attend(sink)
         for entry, _, direction, message in self._reader.read(TELEMETRY_WAIT_S):
             if direction == "out" or isinstance(message, FingertipState):
-                sink.take(_named(message, entry.namespace), time.monotonic_ns(), entry.name)
+                sink.receive(_named(message, entry.namespace), time.monotonic_ns(), entry.name)
             if isinstance(message, SlipMargin) and direction == "out":
                 self._ask_for_newest(entry)
 
@@ -156,7 +156,7 @@ class Screen:
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def take(self, message: Message, now: int, node: str = "") -> None:
+    def receive(self, message: Message, now: int, node: str = "") -> None:
         """Queue ``message`` that came at ``now`` [ns] from ``node``; never waits."""
         self._queue.append((message, now, node))
 
@@ -183,13 +183,13 @@ class Screen:
             self._draw(live)
 
     def _draw(self, live: Live) -> None:
-        now = self._look()
+        now = self._refresh()
         live.update(render(self.board, now, self._title, size=self._console.size), refresh=True)
 
     def _print_lines(self) -> None:
         due, told, fingers = self.board.start, 0, [""]
         while not self._stop.wait(REDRAW_PERIOD_S):
-            now = self._look()
+            now = self._refresh()
             news, told = self.board.said - told, self.board.said
             lines = [str(log_line(line)) for line in list(self.board.log)[-news:]] if news else []
             before = fingers
@@ -199,14 +199,14 @@ class Screen:
             for line in lines:
                 self._console.print(line, soft_wrap=True, markup=False, highlight=False)
 
-    def _look(self) -> int:
+    def _refresh(self) -> int:
         """Put on the board what has come, and return the time [ns]."""
         for _ in range(len(self._queue)):
             news, then, node = self._queue.popleft()
             if isinstance(news, tuple):
                 self.board.attend(news, then)
             else:
-                self.board.take(news, then, node)
+                self.board.receive(news, then, node)
         now = time.monotonic_ns()
-        self.board.look(now)
+        self.board.refresh(now)
         return now

@@ -62,9 +62,9 @@ class FingerSummary:
 
     def take(self, message: Message) -> None:
         if isinstance(message, FingertipState):
-            self._take_state(message)
+            self._count_state(message)
         elif isinstance(message, ContactEstimate):
-            self._take_contact(message)
+            self._count_contact(message)
         elif isinstance(message, SlipMargin):
             if self.last is not None and self.last.in_contact and not math.isnan(message.lower_bound):
                 self.lowest_bound = min(self.lowest_bound, message.lower_bound)
@@ -72,7 +72,7 @@ class FingerSummary:
             self.commands += 1
             self.highest_command = max(self.highest_command, message.normal_force)
         elif isinstance(message, ModelHealth):
-            self._take_health(message)
+            self._count_health(message)
 
     def as_dict(self) -> dict[str, Any]:
         """The summary for machines: what is not known is null."""
@@ -95,7 +95,7 @@ class FingerSummary:
             "friction_coefficient": _estimate(last.friction_coefficient),
         }
 
-    def _take_state(self, state: FingertipState) -> None:
+    def _count_state(self, state: FingertipState) -> None:
         if self._state is not None:
             step = (state.stamp - self._state.stamp) / NS
             self.duration += step
@@ -105,7 +105,7 @@ class FingerSummary:
         self.samples += 1
         self._state = state
 
-    def _take_contact(self, contact: ContactEstimate) -> None:
+    def _count_contact(self, contact: ContactEstimate) -> None:
         self.last = contact
         force = contact.normal_force
         if self._state is None or not contact.in_contact or math.isnan(self._state.normal_force):
@@ -114,7 +114,7 @@ class FingerSummary:
         self.force_error += error * error
         self.force_count += 1
 
-    def _take_health(self, health: ModelHealth) -> None:
+    def _count_health(self, health: ModelHealth) -> None:
         if not any(begin < health.stamp < end for begin, end in self.gaps):
             self.conditions[health.condition.name.lower()] += 1
         self.rejected = health.rejected

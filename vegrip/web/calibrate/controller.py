@@ -33,7 +33,7 @@ class Calibrator(JobPage):
     def has_begun(self) -> bool:
         return (self.folder / "calibration.json").is_file()
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         if self.has_begun:
             self._start("judging what there is")
 
@@ -96,9 +96,9 @@ class Calibrator(JobPage):
         with self._lock:
             self._be_free()
             self.error = ""
-            self._run(what, ["calibrate", str(self.folder), *options], self._take)
+            self._run(what, ["calibrate", str(self.folder), *options], self._store)
 
-    def _take(self, told: dict[str, Any]) -> None:
+    def _store(self, told: dict[str, Any]) -> None:
         self.told = told
 
     def _fail(self, told: dict[str, Any] | None) -> None:
@@ -114,7 +114,7 @@ def routes(calibrator: Calibrator) -> list[Route]:
         "practise": lambda told: calibrator.practise(int(told["seed"])),
         "drop": lambda told: calibrator.drop(int(told["number"])),
         "end": lambda _: calibrator.end(),
-        "look": lambda _: calibrator.look(),
+        "look": lambda _: calibrator.refresh(),
         "stop": lambda _: calibrator.stop(),
     }
     return job_routes("calibrate.html", calibrator, actions)
@@ -128,5 +128,5 @@ def run(folder: Path, node: str, port: int, announce: Callable[[str], None], *, 
 
     """
     with closing(Calibrator(folder, node)) as calibrator:
-        calibrator.look()
+        calibrator.refresh()
         serve(routes(calibrator), port, announce, opens=opens)

@@ -25,7 +25,7 @@ class Task:
 
     what: str
     arguments: list[str]
-    take: Callable[[dict[str, Any]], None]
+    store: Callable[[dict[str, Any]], None]
 
 
 Step = Callable[[], Task]
@@ -131,7 +131,7 @@ class Controller(JobPage):
                 mine, other = self._standing(), self.session.rungs[place]
                 held = self._held(mine.held_back)
                 command = ["compare", *self._with(mine.model), "--versus", self._path(other.model), *held]
-                self._note_command("vegrip " + shlex.join(command))
+                self._log_command("vegrip " + shlex.join(command))
                 if other.held_back != mine.held_back:
                     self._compare_again(place, other)
                     return
@@ -141,10 +141,10 @@ class Controller(JobPage):
         held = self._held(self._standing().held_back)
         arguments = ["compare", *self._with(other.model), "--curves", *held, *self._options]
 
-        def take(told: dict[str, Any]) -> None:
+        def store(told: dict[str, Any]) -> None:
             self.other = (f"model {place}", told)
 
-        task = Task(f"comparing with model {place}", arguments, take)
+        task = Task(f"comparing with model {place}", arguments, store)
         self._start([lambda: task])
 
     def compare_with_file(self, name: str) -> None:
@@ -158,12 +158,12 @@ class Controller(JobPage):
             if not name or not Path(name).is_file():
                 raise UsageError(f"there is no model file {name!r}")
 
-            def take(told: dict[str, Any]) -> None:
+            def store(told: dict[str, Any]) -> None:
                 self.beside, self.other = None, (name, told)
 
             held = self._held(self._standing().held_back)
             arguments = ["compare", str(self._recording), "--model", name, "--curves", *held, *self._options]
-            task = Task(f"comparing with {name}", arguments, take)
+            task = Task(f"comparing with {name}", arguments, store)
             self._start([lambda: task])
 
     def plan(self, candidates: str, duration: str = "") -> None:
@@ -176,10 +176,10 @@ class Controller(JobPage):
             arguments = ["experiment", *self._with(rung.model), "--candidates", candidates]
             arguments += [*(["--duration", duration] if duration else []), "-o", file, "--force"]
 
-            def take(told: dict[str, Any]) -> None:
+            def store(told: dict[str, Any]) -> None:
                 rung.experiment = told
 
-            task = Task("looking for the next experiment", arguments, take)
+            task = Task("looking for the next experiment", arguments, store)
             self._start([lambda: task])
 
     def motion(self) -> Path | None:
@@ -201,13 +201,13 @@ class Controller(JobPage):
             arguments += self._options
             parent = self.session.current
 
-            def take(told: dict[str, Any]) -> None:
+            def store(told: dict[str, Any]) -> None:
                 added = Rung(file, effect, parent, told["error"]["after"], held_back=held)
                 added.parameters, added.warnings = told["parameters"], told["warnings"]
                 self.session.add(added)
                 self.beside = self.other = None
 
-            task = Task(f"adding {effect.replace('_', ' ')}", arguments, take)
+            task = Task(f"adding {effect.replace('_', ' ')}", arguments, store)
             self._start([lambda: task, *self._judging(held)])
 
     def undo(self) -> None:
@@ -279,42 +279,42 @@ class Controller(JobPage):
         start = ["--model", model] if model else []
         arguments = ["fit", str(self._recording), *start, "-o", self._path(file), *self._held(held_back)]
 
-        def take(told: dict[str, Any]) -> None:
+        def store(told: dict[str, Any]) -> None:
             rung = Rung(file, None, parent, told["error"], held_back=held_back)
             rung.parameters, rung.warnings = told["parameters"], told.get("warnings", [])
             self.session.add(rung)
             self.beside = self.other = None
 
         what = "fitting the first model" if parent is None else "fitting again"
-        return Task(what, [*arguments, *self._options], take)
+        return Task(what, [*arguments, *self._options], store)
 
     def _compare(self) -> Task:
         rung = self._standing()
         arguments = ["compare", *self._with(rung.model), "--curves", *self._held(rung.held_back)]
 
-        def take(told: dict[str, Any]) -> None:
+        def store(told: dict[str, Any]) -> None:
             rung.comparison = told
             rung.error = told["error"]
 
-        return Task("comparing", [*arguments, *self._options], take)
+        return Task("comparing", [*arguments, *self._options], store)
 
     def _compare_held_out(self) -> Task:
         rung = self._standing()
         arguments = ["compare", *self._with(rung.model), "--curves", "--episodes", rung.held_back]
 
-        def take(told: dict[str, Any]) -> None:
+        def store(told: dict[str, Any]) -> None:
             rung.held_out = told
 
-        return Task("comparing with what was held back", [*arguments, *self._options], take)
+        return Task("comparing with what was held back", [*arguments, *self._options], store)
 
     def _diagnose(self) -> Task:
         rung = self._standing()
 
-        def take(told: dict[str, Any]) -> None:
+        def store(told: dict[str, Any]) -> None:
             rung.diagnosis = told
 
         arguments = ["diagnose", *self._with(rung.model), *self._held(rung.held_back), *self._options]
-        return Task("looking for what is missing", arguments, take)
+        return Task("looking for what is missing", arguments, store)
 
     @staticmethod
     def _held(episodes: str) -> list[str]:
@@ -344,12 +344,12 @@ class Controller(JobPage):
             return
         task = self._queue.pop(0)()
 
-        def take(told: dict[str, Any]) -> None:
-            task.take(told)
+        def store(told: dict[str, Any]) -> None:
+            task.store(told)
             save(self.session, self._folder)
             self._next()
 
-        self._run(task.what, task.arguments, take)
+        self._run(task.what, task.arguments, store)
 
     def _fail(self, told: dict[str, Any] | None) -> None:
         del told
@@ -358,7 +358,7 @@ class Controller(JobPage):
     def _say(self, note: str, command: str) -> None:
         with self._lock:
             self.note, self.error = note, ""
-            self._note_command(command)
+            self._log_command(command)
             self._changed()
 
 

@@ -223,10 +223,10 @@ class FedPage:
         self._thread.join()
         self._listener.close()
 
-    def take(self, message: Message, now: int, node: str) -> None:
+    def receive(self, message: Message, now: int, node: str) -> None:
         """Take a message that came at ``now`` [ns]; dropped while no page looks."""
         if now / NS - self._looked < LOOKED_AT_S:
-            self._log.view.take(message, now, node)
+            self._log.view.receive(message, now, node)
 
     def tick(self) -> None:
         """Make the next event, when it is due and a page looks; called by the thread that takes."""

@@ -52,7 +52,7 @@ class Columns:
     _open: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     _stds: dict[str, float] = field(default_factory=dict)
 
-    def note(self, name: str, value: float, std: float = math.nan) -> None:
+    def add(self, name: str, value: float, std: float = math.nan) -> None:
         """Take a value of the open column; one that is not finite is none."""
         if not math.isfinite(value):
             return
@@ -96,13 +96,13 @@ class LiveView:
     _alarms: Alarms = field(default_factory=Alarms)
     _states: Alarms = field(default_factory=Alarms)
 
-    def take(self, message: Message, now: int, node: str = "") -> None:
+    def receive(self, message: Message, now: int, node: str = "") -> None:
         """Take a message that came at ``now`` [ns] from ``node``."""
         if isinstance(message, FingertipState):  # what a node received is no sign of life of that node
             if (row := self.board.rows.get(message.finger)) is not None:
                 row.put(message, now)
             return
-        self.board.take(message, now, node)
+        self.board.receive(message, now, node)
         finger = getattr(message, "finger", "")
         if finger not in self.board.rows:
             return
@@ -111,7 +111,7 @@ class LiveView:
             if message.symbol in learned or len(learned) < MOST_LEARNED:
                 learned[message.symbol] = message
             return
-        self._note(self.columns.setdefault(finger, Columns()), message)
+        self._track(self.columns.setdefault(finger, Columns()), message)
 
     def attend(self, present: Iterable[Present], now: int) -> None:
         self.board.attend(present, now)
@@ -126,7 +126,7 @@ class LiveView:
 
     def snapshot(self, now: int, wishes: Wishes) -> dict[str, Any]:
         """Return everything as of ``now`` [ns] but the columns."""
-        self.board.look(now)
+        self.board.refresh(now)
         board = self.board
         alarms = alarms_of(board, now)
         worst = {one.finger: one for one in sorted(alarms, key=lambda one: one.level is Level.BAD)}
@@ -154,16 +154,16 @@ class LiveView:
         return node in self.board.nodes and self.board.nodes[node].presence is Presence.RUNNING
 
     @staticmethod
-    def _note(columns: Columns, message: Message) -> None:
+    def _track(columns: Columns, message: Message) -> None:
         if isinstance(message, SlipMargin):
-            columns.note("margin", message.margin.value)
-            columns.note("bound", message.lower_bound)
+            columns.add("margin", message.margin.value)
+            columns.add("bound", message.lower_bound)
         elif isinstance(message, ForceCommand):
-            columns.note("command", message.normal_force)
+            columns.add("command", message.normal_force)
         elif isinstance(message, ContactEstimate):
             for name in BANDS:
                 estimate = getattr(message, name)
-                columns.note(name, estimate.value, estimate.std)
+                columns.add(name, estimate.value, estimate.std)
 
 
 LAYOUT: dict[str, Any] = {

@@ -18,7 +18,7 @@ from vegrip.model import ContactModel
 from vegrip.web.axes import Axes, extent
 from vegrip.web.check.session import CHECK_FILE, load
 from vegrip.web.figures import WIDE
-from vegrip.web.markup import commands, document, facts, legend, listed, section, table, told_versions
+from vegrip.web.markup import commands, document, facts, legend, listed, section, table, versions_line
 from vegrip.web.report.model_report import account_of_check, model_report
 
 Told = Mapping[str, Any]
@@ -36,7 +36,7 @@ def run_report(told: Told, commands_run: list[str], versions: Told) -> str:
         section("data", facts({"run": told["folder"], **told["about"]})),
         section("how to make this again", commands(commands_run)),
     )
-    return document(told["name"], "".join(parts), told_versions(versions))
+    return document(told["name"], "".join(parts), versions_line(versions))
 
 
 def _findings(told: Told) -> list[str]:

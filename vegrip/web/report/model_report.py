@@ -7,7 +7,7 @@ from vegrip.identification.compare.where import format_quantity
 from vegrip.web.check.render import VERDICTS, channels, comparison, parameters, ranking, where
 from vegrip.web.check.session import Rung, Session
 from vegrip.web.figures import ladder
-from vegrip.web.markup import commands, document, facts, legend, listed, section, spread, table, told_versions
+from vegrip.web.markup import commands, document, facts, legend, listed, section, spread, table, versions_line
 
 Account = Mapping[str, Any]
 
@@ -28,7 +28,7 @@ def model_report(told: Account) -> str:
         section("what remains unknown", _unknown(told)),
         section("how to make this again", commands(told["commands"])),
     )
-    return document(told["data"]["name"], "".join(parts), told_versions(told["versions"]))
+    return document(told["data"]["name"], "".join(parts), versions_line(told["versions"]))
 
 
 def account_of_check(
