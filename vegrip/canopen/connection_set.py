@@ -6,8 +6,10 @@ So a finger needs no configuration, and the grasp force node sends on the RPDO i
 
 import time
 from collections.abc import Callable, Mapping
-from typing import Final
+from dataclasses import dataclass
+from typing import Any, Final
 
+from vegrip.config import parameter
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.messages import ContactEstimate
 from vegrip.transport.codec import Frame
@@ -39,6 +41,30 @@ OF_A_FINGER: Final = {
 }
 OF_THE_GRASP: Final = {"NodeStatus": 0x180}  # TPDO 1 of the grasp force node
 OUT_OF_A_FINGER: Final = frozenset(name for name in OF_A_FINGER if name.startswith("FingertipState"))
+
+
+@dataclass(frozen=True)
+class CanopenSettings:
+    """``[transport]`` with ``kind = "canopen"``."""
+
+    kind: str = parameter("canopen")
+    interface: str = parameter("vegrip", doc="python-can interface: vegrip, socketcan, virtual, slcan, ...")
+    channel: str = parameter("vegrip0", doc="name of the bus or device")
+    bitrate: int = parameter(1_000_000, unit="bit/s", low=10_000, high=1_000_000)
+    options: dict[str, Any] = parameter({}, doc="anything else python-can's interface understands")
+    role: str = parameter("grasp", choices=("grasp", "hand", "listen"), doc="which end of the bus this is")
+    node_id: int = parameter(GRASP_NODE_ID, low=1, high=LAST_NODE, doc="of the grasp force node")
+    first_finger: int = parameter(FIRST_FINGER, low=1, high=LAST_NODE, doc="node-ID of finger 0 of hand 0")
+    eds: str = parameter("", doc="EDS file of this end; empty: that of vegrip")
+    finger_eds: str = parameter("", doc="EDS file that the fingers must agree with; empty: that of vegrip")
+    heartbeat: float = parameter(0.2, unit="s", low=0.01, high=60.0, doc="period of our own")
+    heartbeat_limit: float = parameter(0.5, unit="s", low=0.02, high=60.0, doc="longest silence of a finger")
+    first_heartbeat: float = parameter(
+        10.0, unit="s", low=0.02, high=600.0, doc="time a finger may take to appear"
+    )
+    sync_period: float = parameter(0.0, unit="s", low=0.0, high=10.0, doc="of SYNC; 0: none is produced")
+    time_period: float = parameter(0.0, unit="s", low=0.0, high=60.0, doc="of TIME; 0: none is produced")
+    master: bool = parameter(True, doc="the grasp force node starts the fingers (NMT)")
 
 
 def frame_base(name: str) -> int:

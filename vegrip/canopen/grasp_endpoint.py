@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import can
-from canopen.objectdictionary import ObjectDictionary, ODVariable
+from canopen.objectdictionary import ODVariable
 from canopen.sdo import SdoAbortedError
 
 from vegrip.canopen.connection_set import (
@@ -19,12 +19,14 @@ from vegrip.canopen.connection_set import (
     REFUSAL,
     STATUS,
     SYNC,
+    CanopenSettings,
     claim,
     frame_base,
     identifiers,
 )
 from vegrip.canopen.connection_set import OF_A_FINGER as BASES
 from vegrip.canopen.device import HEARTBEAT_LOST, ID_TAKEN, NOT_ITS_EDS, SOFTWARE, Device
+from vegrip.canopen.eds import read_eds
 from vegrip.canopen.endpoint import CanopenEndpoint
 from vegrip.canopen.network import (
     CONSUMED,
@@ -144,22 +146,14 @@ FAULT_NAMES = {
 
 
 class GraspEndpoint(CanopenEndpoint):
-    """One end of the bus: hears fingers, commands them.
+    """One end of the bus: receives states, sends commands.
 
     Args:
         bus: opened by the caller.
         codec: classic layout.
-        node: own node-ID.
-        dictionary: our own object dictionary.
+        settings: of the transport.
         fingers: node-IDs of the fingers.
-        finger_dictionary: what their EDS says.
         hand: number of the hand in the identifiers of the DBC.
-        heartbeat: own period [s].
-        limit: longest time between two heartbeats of a finger [s].
-        first: time that a finger may take to appear [s].
-        sync_period: of the SYNC we produce [s]; 0: none.
-        time_period: of the TIME we produce [s]; 0: none.
-        master: whether fingers are told to start when they have been found right.
         reopen: opens a lost bus again.
         timing: for the estimate of the load.
 
@@ -169,40 +163,33 @@ class GraspEndpoint(CanopenEndpoint):
         self,
         bus: can.BusABC,
         codec: CanCodec,
-        *,
-        node: int,
-        dictionary: ObjectDictionary,
+        settings: CanopenSettings,
         fingers: Sequence[int],
-        finger_dictionary: ObjectDictionary,
         hand: int = 0,
-        heartbeat: float = 0.2,
-        limit: float = 0.5,
-        first: float = 0.5,
-        sync_period: float = 0.0,
-        time_period: float = 0.0,
-        is_master: bool = True,
         reopen: Open | None = None,
         timing: BitTiming | None = None,
     ) -> None:
+        node = settings.node_id
         super().__init__(bus, codec, identifiers(tuple(fingers), node, hand), reopen, timing)
-        self.device = Device(node, dictionary, self.network, self._command)
+        own = read_eds(settings.eds, node, "grasp_force.eds")
+        self.device = Device(node, own, self.network, self._command)
         self.sensors = Sensors(
             fingers,
-            finger_dictionary,
-            round(limit * NS),
-            round(first * NS),
+            read_eds(settings.finger_eds, fingers[0], "fingertip.eds"),
+            round(settings.heartbeat_limit * NS),
+            round(settings.first_heartbeat * NS),
             self.put,
             self.now(),
-            is_master=is_master,
+            is_master=settings.master,
         )
+        self._settings = settings
         self._names = dict(zip(fingers, codec.fingers, strict=True))
         self._mirror = Mirror(self.device, codec.fingers, hand)
-        self._sync_period, self._time_period = sync_period, time_period
         self._look_at = 0  # [ns]
         self._node: NodeHandle | None = None
         self._autostart = self._start_pending = False
         self._logger = logging.getLogger("vegrip.canopen")
-        self._describe(fingers, heartbeat, limit)
+        self._describe(fingers)
 
     def claim(self) -> None:
         """Make sure that no other node has our node-ID.
@@ -221,10 +208,10 @@ class GraspEndpoint(CanopenEndpoint):
         waited_for = ", ".join(f"{name} (node {finger})" for finger, name in self._names.items())
         self._logger.info("waits for %s", waited_for)
         self._appear()
-        if self._sync_period > 0.0:
-            self.network.send_periodic(SYNC, b"", self._sync_period)
-        if self._time_period > 0.0:
-            self.network.tasks.add(TimeProducer(self._time_period, self.now(), self.network))
+        if self._settings.sync_period > 0.0:
+            self.network.send_periodic(SYNC, b"", self._settings.sync_period)
+        if self._settings.time_period > 0.0:
+            self.network.tasks.add(TimeProducer(self._settings.time_period, self.now(), self.network))
 
     def serve(self, now: int) -> None:
         """Send what is due; look after the fingers and our own state."""
@@ -270,13 +257,14 @@ class GraspEndpoint(CanopenEndpoint):
             self.put(0x700 + self.device.id, bytes([STOPPED]))
         super().close()
 
-    def _describe(self, fingers: Sequence[int], heartbeat: float, limit: float) -> None:
-        store = self.device.store
-        store(0x1017, 0, round(heartbeat * 1000).to_bytes(2, "little"))
-        store(0x1012, 0, (TIME_COB_ID | (PRODUCED if self._time_period else CONSUMED)).to_bytes(4, "little"))
-        store(0x1006, 0, round(self._sync_period * 1e6).to_bytes(4, "little"))
+    def _describe(self, fingers: Sequence[int]) -> None:
+        store, given = self.device.store, self._settings
+        limit = round(given.heartbeat_limit * 1000)  # [ms]
+        store(0x1017, 0, round(given.heartbeat * 1000).to_bytes(2, "little"))
+        store(0x1012, 0, (TIME_COB_ID | (PRODUCED if given.time_period else CONSUMED)).to_bytes(4, "little"))
+        store(0x1006, 0, round(given.sync_period * 1e6).to_bytes(4, "little"))
         for number, finger in enumerate(fingers):
-            store(0x1016, number + 1, (finger << 16 | round(limit * 1000)).to_bytes(4, "little"))
+            store(0x1016, number + 1, (finger << 16 | limit).to_bytes(4, "little"))
             for part, base in enumerate((0x180, 0x280, 0x380)):
                 store(0x1400 + 3 * number + part, 1, (base + finger).to_bytes(4, "little"))
             for kind, base in enumerate((0x200, 0x300, 0x400)):

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import can
 
 from vegrip.canopen.connection_set import OF_A_FINGER as BASES
-from vegrip.canopen.connection_set import OUT_OF_A_FINGER, SYNC, claim, identifiers
+from vegrip.canopen.connection_set import OUT_OF_A_FINGER, SYNC, CanopenSettings, claim, identifiers
 from vegrip.canopen.device import Device
 from vegrip.canopen.eds import read_eds
 from vegrip.canopen.endpoint import CanopenEndpoint
@@ -26,11 +26,9 @@ class HandEndpoint(CanopenEndpoint):
     Args:
         bus: opened by the caller.
         codec: classic layout.
+        settings: of the transport.
         fingers: node-IDs of the fingers, in the order of the codec's.
-        grasp: node-ID of the grasp force node.
-        eds: EDS file of a finger; empty for the one of vegrip.
         hand: number of the hand in the identifiers of the DBC.
-        heartbeat: period [s].
         reopen: opens a lost bus again.
         timing: for the estimate of the load.
 
@@ -40,21 +38,19 @@ class HandEndpoint(CanopenEndpoint):
         self,
         bus: can.BusABC,
         codec: CanCodec,
-        *,
+        settings: CanopenSettings,
         fingers: Sequence[int],
-        grasp: int,
-        eds: str = "",
         hand: int = 0,
-        heartbeat: float = 0.2,
         reopen: Open | None = None,
         timing: BitTiming | None = None,
     ) -> None:
-        super().__init__(bus, codec, identifiers(tuple(fingers), grasp, hand), reopen, timing)
+        super().__init__(bus, codec, identifiers(tuple(fingers), settings.node_id, hand), reopen, timing)
         self.devices = {
-            node: Device(node, read_eds(eds, node, "fingertip.eds"), self.network) for node in fingers
+            node: Device(node, read_eds(settings.eds, node, "fingertip.eds"), self.network)
+            for node in fingers
         }
         for device in self.devices.values():
-            device.store(0x1017, 0, round(heartbeat * 1000).to_bytes(2, "little"))
+            device.store(0x1017, 0, round(settings.heartbeat * 1000).to_bytes(2, "little"))
         self._by_name = dict(zip(codec.fingers, self.devices.values(), strict=True))
         self._waiting: dict[str, FingertipState] = {}  # for the next SYNC
         self._syncs = 0

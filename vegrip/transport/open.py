@@ -30,7 +30,7 @@ TRANSPORTS: dict[str, str] = {
 
 SETTINGS: dict[str, str] = {
     "can": "vegrip.transport.open:CanSettings",
-    "canopen": "vegrip.canopen.open:CanopenSettings",
+    "canopen": "vegrip.canopen.connection_set:CanopenSettings",
     "zmq": "vegrip.transport.open:ZmqSettings",
 }
 """What such a table may hold, by its kind."""
