@@ -133,19 +133,9 @@ class Controller(JobPage):
                 command = ["compare", *self._with(mine.model), "--versus", self._path(other.model), *held]
                 self._log_command("vegrip " + shlex.join(command))
                 if other.held_back != mine.held_back:
-                    self._compare_again(place, other)
+                    self._compare_other(f"model {place}", self._path(other.model), place)
                     return
             self._changed()
-
-    def _compare_again(self, place: int, other: Rung) -> None:
-        held = self._held(self._standing().held_back)
-        arguments = ["compare", *self._with(other.model), "--curves", *held, *self._options]
-
-        def store(told: dict[str, Any]) -> None:
-            self.other = (f"model {place}", told)
-
-        task = Task(f"comparing with model {place}", arguments, store)
-        self._start([lambda: task])
 
     def compare_with_file(self, name: str) -> None:
         """Show the model of a file beside the one that is looked at.
@@ -157,14 +147,15 @@ class Controller(JobPage):
         with self._lock:
             if not name or not Path(name).is_file():
                 raise UsageError(f"there is no model file {name!r}")
+            self._compare_other(name, name, None)
 
-            def store(told: dict[str, Any]) -> None:
-                self.beside, self.other = None, (name, told)
+    def _compare_other(self, name: str, file: str, beside: int | None) -> None:
+        def store(told: dict[str, Any]) -> None:
+            self.beside, self.other = beside, (name, told)
 
-            held = self._held(self._standing().held_back)
-            arguments = ["compare", str(self._recording), "--model", name, "--curves", *held, *self._options]
-            task = Task(f"comparing with {name}", arguments, store)
-            self._start([lambda: task])
+        held = self._held(self._standing().held_back)
+        arguments = ["compare", str(self._recording), "--model", file, "--curves", *held, *self._options]
+        self._start([lambda: Task(f"comparing with {name}", arguments, store)])
 
     def plan(self, candidates: str, duration: str = "") -> None:
         """Look for the experiment that tells ``candidates`` (by commas) apart, as a motion to export."""
@@ -175,11 +166,7 @@ class Controller(JobPage):
             file = self._path(f"next-{self.session.current}.toml")
             arguments = ["experiment", *self._with(rung.model), "--candidates", candidates]
             arguments += [*(["--duration", duration] if duration else []), "-o", file, "--force"]
-
-            def store(told: dict[str, Any]) -> None:
-                rung.experiment = told
-
-            task = Task("looking for the next experiment", arguments, store)
+            task = Task("looking for the next experiment", arguments, _into(rung, "experiment"))
             self._start([lambda: task])
 
     def motion(self) -> Path | None:
@@ -301,20 +288,13 @@ class Controller(JobPage):
     def _compare_held_out(self) -> Task:
         rung = self._standing()
         arguments = ["compare", *self._with(rung.model), "--curves", "--episodes", rung.held_back]
-
-        def store(told: dict[str, Any]) -> None:
-            rung.held_out = told
-
-        return Task("comparing with what was held back", [*arguments, *self._options], store)
+        what = "comparing with what was held back"
+        return Task(what, [*arguments, *self._options], _into(rung, "held_out"))
 
     def _diagnose(self) -> Task:
         rung = self._standing()
-
-        def store(told: dict[str, Any]) -> None:
-            rung.diagnosis = told
-
         arguments = ["diagnose", *self._with(rung.model), *self._held(rung.held_back), *self._options]
-        return Task("looking for what is missing", arguments, store)
+        return Task("looking for what is missing", arguments, _into(rung, "diagnosis"))
 
     @staticmethod
     def _held(episodes: str) -> list[str]:
@@ -360,6 +340,10 @@ class Controller(JobPage):
             self.note, self.error = note, ""
             self._log_command(command)
             self._changed()
+
+
+def _into(rung: Rung, name: str) -> Callable[[dict[str, Any]], None]:
+    return lambda told: setattr(rung, name, told)
 
 
 def routes(controller: Controller) -> list[Route]:
