@@ -142,14 +142,10 @@ class Sensor:
         self._is_master = is_master
         self._told: int | None = None  # [ns] when it was last told to start
         self._reader: SdoReader | None = None
-        self._is_verified = False
-
-    @property
-    def is_verified(self) -> bool:
-        return self._is_verified
+        self.is_verified = False
 
     def begin(self) -> None:
-        self.difference, self._is_verified, self._told = "", False, None
+        self.difference, self.is_verified, self._told = "", False, None
         asked = essentials(self._dictionary)
         self._reader = SdoReader(asked, lambda data: self._send(SDO_REQUEST + self.node, data))
 
@@ -163,7 +159,7 @@ class Sensor:
             self._reader.serve(now)
             if self._reader.is_done:
                 self._compare(self._reader)
-        if self._is_verified and self._is_master and state not in (None, OPERATIONAL):
+        if self.is_verified and self._is_master and state not in (None, OPERATIONAL):
             self._start(now)
 
     def _compare(self, reader: SdoReader) -> None:
@@ -177,7 +173,7 @@ class Sensor:
                 has = "does not exist" if value is None else f"is {value:#x}"
                 self.difference = f"object {index:04X}sub{sub} {has}, its EDS says {wanted:#x}"
                 return
-        self._is_verified = True
+        self.is_verified = True
 
     def _start(self, now: int) -> None:
         if self._told is None or now - self._told >= RESTART_PERIOD_NS:

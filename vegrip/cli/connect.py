@@ -102,7 +102,8 @@ def connect(
     said = [_setting(each) for each in settings or []]
     _refuse(database, output, log, force=force)
     windows = _windows(rest=rest, press=press, shear=shear, twist=twist)
-    transport = _transport(channel, interface, bitrate, fd=fd) if channel else {}
+    said_of_bus = {"interface": interface, "channel": channel, "fd": fd, "bitrate": bitrate}
+    transport: dict[str, Any] = {"kind": "can", **said_of_bus} if channel else {}
     if database.suffix.lower() == ".toml":
         plan = open_plan(database)
         traffic = _traffic(log, transport, windows, seconds, MappedNow(plan), ask=False, shows=not as_json)
@@ -195,10 +196,6 @@ def _pairs(text: str) -> dict[str, int]:
             raise UsageError(f"--nodes has {part!r}; write it as thumb=32,index=33")
         found[name.strip()] = int(number)
     return found
-
-
-def _transport(channel: str, interface: str, bitrate: int, *, fd: bool) -> dict[str, Any]:
-    return {"kind": "can", "interface": interface, "channel": channel, "fd": fd, "bitrate": bitrate}
 
 
 def _database(path: Path, nodes: dict[str, int]) -> Any:

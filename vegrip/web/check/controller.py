@@ -59,7 +59,7 @@ class Controller(JobPage):
     ) -> None:
         super().__init__()
         self.node = node
-        self._model, self._folder, self._options = model, folder, list(options)
+        self._model, self.folder, self._options = model, folder, list(options)
         self._recording = recording
         folder.mkdir(parents=True, exist_ok=True)
         name = str(recording.resolve())
@@ -79,10 +79,6 @@ class Controller(JobPage):
     @property
     def name(self) -> str:
         return self._recording.name
-
-    @property
-    def folder(self) -> Path:
-        return self._folder
 
     def begin(self) -> None:
         """Fit the first model, unless a former check has; compare and diagnose what is not yet."""
@@ -182,7 +178,7 @@ class Controller(JobPage):
             if effect in self.session.effects:
                 raise UsageError(f"the model has {effect} already")
             file = self.session.next_file(effect)
-            (self._folder / file).unlink(missing_ok=True)  # of an addition that was stopped
+            (self.folder / file).unlink(missing_ok=True)  # of an addition that was stopped
             held = rung.held_back
             arguments = ["add", effect, *self._with(rung.model), "-o", self._path(file), *self._held(held)]
             arguments += self._options
@@ -235,7 +231,7 @@ class Controller(JobPage):
             if path.exists():
                 raise UsageError(f"{path} is there already; give another name")
             try:
-                shutil.copyfile(self._folder / rung.model, path)
+                shutil.copyfile(self.folder / rung.model, path)
             except OSError as error:
                 raise InputError(f"{path} cannot be written: {error.strerror}") from None
             self._say(f"saved as {path}", f"cp {shlex.quote(self._path(rung.model))} {shlex.quote(name)}")
@@ -248,7 +244,7 @@ class Controller(JobPage):
 
         """
         with self._lock:
-            file = (self._folder / self._standing().model).resolve()
+            file = (self.folder / self._standing().model).resolve()
         ask(find_node(node), "set_parameter", name="tip.model", value=str(file))
         self._say(
             f"{node} goes on with this model", f"vegrip param set {node} tip.model {shlex.quote(str(file))}"
@@ -262,7 +258,7 @@ class Controller(JobPage):
 
     def _fit_task(self, model: str, held_back: str, parent: int | None) -> Task:
         file = self.session.next_file(None)
-        (self._folder / file).unlink(missing_ok=True)
+        (self.folder / file).unlink(missing_ok=True)
         start = ["--model", model] if model else []
         arguments = ["fit", str(self._recording), *start, "-o", self._path(file), *self._held(held_back)]
 
@@ -304,7 +300,7 @@ class Controller(JobPage):
         return [str(self._recording), "--model", self._path(model)]
 
     def _path(self, file: str) -> str:
-        return str(self._folder / file)
+        return str(self.folder / file)
 
     def _standing(self) -> Rung:
         rung = self.session.rung
@@ -326,7 +322,7 @@ class Controller(JobPage):
 
         def store(told: dict[str, Any]) -> None:
             task.store(told)
-            save(self.session, self._folder)
+            save(self.session, self.folder)
             self._next()
 
         self._run(task.what, task.arguments, store)

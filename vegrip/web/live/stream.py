@@ -57,7 +57,7 @@ def routes(stream: EventSource) -> list[Route]:
         Route("/live", live),
         Route("/parameters", _answers(_parameters), methods=["GET"]),
         Route("/parameters", _answers(_set_parameter), methods=["POST"]),
-        Route("/state", _answers(_state), methods=["GET"]),
+        Route("/state", _answers(lambda told: ask(find_node(told["node"]), "state")), methods=["GET"]),
         Route("/state", _answers(_set_state), methods=["POST"]),
     ]
 
@@ -79,10 +79,6 @@ def _parameters(told: dict[str, Any]) -> Any:
 def _set_parameter(told: dict[str, Any]) -> Any:
     rows = ask(find_node(told["node"]), "set_parameter", name=told["name"], value=told["value"])
     return [_finite(row) for row in rows]
-
-
-def _state(told: dict[str, Any]) -> Any:
-    return ask(find_node(told["node"]), "state")
 
 
 def _set_state(told: dict[str, Any]) -> Any:
