@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from vegrip.runtime.replay.grasp import grasp_node, read_settings
 
 from vegrip.estimator import ContactEstimator
 from vegrip.grip.node import GraspForce
@@ -17,7 +16,7 @@ from vegrip.identification.recording.import_csv import import_csv
 from vegrip.identification.recording.session import read_output
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.runtime.replay.plot import draw_replay
-from vegrip.runtime.replay.run import Outcome, run_through
+from vegrip.runtime.replay.run import Outcome, grasp_node, read_settings, run_through
 
 HERE = Path(__file__).parent
 MAPS = HERE.parent / "maps"
