@@ -18,7 +18,7 @@ WORKERS ?= $(shell expr $$(nproc) + 1)
 # the workers share the processors already; BLAS with threads of its own beside them costs a quarter more
 test test-ci test-long test-fast test-numba test-vcan test-c: export OPENBLAS_NUM_THREADS = 1
 
-TESTS = $(V)/python -m pytest -q -m "not wheel and not long"
+TESTS = $(V)/python -m pytest -q -m "not wheel and not long and not numba"
 ALL_TESTS = $(TESTS) -n $(WORKERS) --dist worksteal
 FAILED = .pytest_cache/v/cache/lastfailed
 
@@ -34,7 +34,7 @@ test-long: $(STAMP)  ## the few tests that take the longest
 	$(V)/python -m pytest -q -n auto --dist load -m long $$(grep -rl --include='*.py' mark.long tests)
 
 test-fast: $(STAMP)
-	$(V)/python -m pytest -q -n $(WORKERS) -m "not slow and not long and not wheel"
+	$(V)/python -m pytest -q -n $(WORKERS) -m "not slow and not long and not wheel and not numba"
 
 # those that compare numba with plain Python to the bit, and what is odd: statistics are then those of C
 OF_KERNELS = $(addprefix tests/estimator/test_,estimate.py hostile.py ieee.py memory.py allocation.py late.py hold.py) \

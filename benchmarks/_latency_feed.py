@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.messages import FingertipState, ForceCommand, Message
-from vegrip.runtime.histogram import Histogram
-from vegrip.runtime.statistics import LoopStatistics
+from vegrip.runtime.statistics import Histogram, LoopStatistics
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.open import Hand, open_endpoint
 from vegrip.virtual import HandSettings, VirtualHand

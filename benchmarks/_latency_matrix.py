@@ -24,7 +24,7 @@ from typing import Any
 
 from benchmarks._latency_feed import FINGERS, Feed, Felt, feed, record
 from benchmarks._nodes import private_runtime, running
-from vegrip.runtime.histogram import Histogram
+from vegrip.runtime.statistics import Histogram
 from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
 
 PROGRAMS = ("grasp_force", "echo")

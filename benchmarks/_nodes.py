@@ -11,8 +11,7 @@ from contextlib import contextmanager
 from unittest import mock
 
 from vegrip.errors import VegripError
-from vegrip.runtime.client import ask
-from vegrip.runtime.registry import find_node
+from vegrip.runtime.registry import ask, find_node
 
 PATIENCE = 180.0  # [s] for a first start, which compiles
 

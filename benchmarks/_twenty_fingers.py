@@ -28,8 +28,8 @@ from vegrip.clock import NS, WallClock
 from vegrip.host.realtime import HAND_PRIORITY, NODE_PRIORITY, priority_of
 from vegrip.messages import FingertipState, ForceCommand, Reason
 from vegrip.runtime.batch_path import BatchPath
-from vegrip.runtime.histogram import Histogram
 from vegrip.runtime.runner import LoopSettings, Runner
+from vegrip.runtime.statistics import Histogram
 from vegrip.transport.batch_endpoint import BatchEndpoint
 from vegrip.transport.codec.batch_codec import FIRST_ROW, BatchCodec
 from vegrip.transport.open import Hand, open_endpoint

@@ -22,8 +22,7 @@ from typing import Any
 from benchmarks._nodes import private_runtime, running
 from vegrip.clock import NS
 from vegrip.host.realtime import switched
-from vegrip.runtime.client import ask
-from vegrip.runtime.registry import find_node
+from vegrip.runtime.registry import ask, find_node
 
 CHANNEL = "transport.channel=onecore"
 TICKS = os.sysconf("SC_CLK_TCK")

@@ -25,9 +25,8 @@ from vegrip.trials.closed_loop import NodeLoop
 from vegrip.trials.scenario import Scenario
 from vegrip.virtual import Disturbance, HandSettings
 from vegrip.virtual.disturbance import AddedMass, Wetting
-from vegrip.web.live.event_log import EventLog
-from vegrip.web.live.fed import FedPage
-from vegrip.web.live.view import LiveView
+from vegrip.web.live.stream import FedPage
+from vegrip.web.live.view import EventLog, LiveView
 
 PICTURE = Path(__file__).parent / "images" / "live.webp"
 DURATION, SHOWN_FROM = 22.0, 5.0  # [s] of simulated time
@@ -74,7 +73,7 @@ class Stage(FedPage):
     def show(self, messages: Iterable[Message], now: int) -> None:
         """Show what happened up to ``now`` [ns]."""
         for message in messages:
-            self._log.view.take(message, now, NODE)
+            self._log.view.receive(message, now, NODE)
         self._log.tick(now, self)
 
 

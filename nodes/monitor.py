@@ -7,7 +7,7 @@ from typing import Any
 from vegrip.config import build as build_parameters
 from vegrip.messages import Message
 from vegrip.runtime import NodeBase, NodeContext
-from vegrip.runtime.monitor.screen import Screen
+from vegrip.runtime.monitor.watch import Screen
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class MonitorNode(NodeBase):
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
         """Pass it on."""
         if self._screen is not None:
-            self._screen.take(message, now)
+            self._screen.receive(message, now)
         return ()
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.toml_text import toml_value
+from vegrip.config import toml_value
 from vegrip.transport.mapped.writer import changed_text
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"]))

@@ -9,8 +9,19 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from vegrip.canopen.dictionary import fingertip, grasp_force, known_parameters
-from vegrip.canopen.objects import UNSIGNED8, UNSIGNED32, Device, Entry, Object, Pdo, Record, Variable
+from tools.object_dictionary import (
+    UNSIGNED8,
+    UNSIGNED32,
+    Device,
+    Entry,
+    Object,
+    Pdo,
+    Record,
+    Variable,
+    fingertip,
+    grasp_force,
+    known_parameters,
+)
 
 DATE = "11-20-2026"  # of the layout; a file is written anew only when it changes
 VAR, ARRAY, RECORD = 0x7, 0x8, 0x9

@@ -21,7 +21,6 @@ class WallClock:
     """The monotonic clock of this machine (``CLOCK_MONOTONIC``: the same in all its processes)."""
 
     def now(self) -> int:
-        """Return ``time.monotonic_ns()``."""
         return time.monotonic_ns()
 
     def sleep_until(self, deadline: int) -> None:
@@ -38,7 +37,6 @@ class SimulatedClock:
         self._now = start
 
     def now(self) -> int:
-        """Return the simulated time in nanoseconds."""
         return self._now
 
     def sleep_until(self, deadline: int) -> None:
@@ -46,5 +44,4 @@ class SimulatedClock:
         self._now = max(self._now, deadline)
 
     def advance(self, seconds: float) -> None:
-        """Move forward by ``seconds``."""
         self._now += round(seconds * NS)

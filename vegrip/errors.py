@@ -15,6 +15,8 @@ The message is one sentence that says what is wrong and what to do. Errors are f
 command line; inside the real-time loop nothing raises, outputs are flagged and counted instead.
 """
 
+from collections.abc import Iterable
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TypeGuard
 
@@ -66,3 +68,25 @@ class DeviceError(VegripError):
 def is_missing_from_installation(error: BaseException) -> TypeGuard[FileNotFoundError]:
     """Whether ``error`` is that a file of vegrip itself is not there: nothing of the user's is wrong."""
     return isinstance(error, FileNotFoundError) and Path(__file__).parent in Path(str(error.filename)).parents
+
+
+MANY = 12  # names; more are not listed beside a near one
+
+
+def suggestion(name: object, known: Iterable[str], there: str = "there are") -> str:
+    """Return the end of a sentence about the unknown ``name``.
+
+    >>> suggestion("adhesoin", ["adhesion", "rolling"])
+    'there are adhesion, rolling; did you mean adhesion?'
+    >>> suggestion("x", [])
+    'there are none'
+
+    """
+    known = list(known)
+    near = get_close_matches(str(name), known, n=1, cutoff=0.7)
+    near = near or [one for one in known if one.rpartition(".")[2] == str(name)]
+    listed = f"{there} {', '.join(known) or 'none'}"
+    if not near:
+        return listed
+    asked = f"did you mean {near[0]}?"
+    return asked if len(known) > MANY else f"{listed}; {asked}"

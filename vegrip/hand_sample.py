@@ -29,5 +29,4 @@ class HandSample(NamedTuple):
 
 
 def nothing(fingers: int) -> HandSample:
-    """Return a sample of so many fingers of which all was lost."""
     return HandSample(0, np.zeros(fingers, np.int64), np.zeros((fingers, 9)), np.ones(fingers, np.bool_))

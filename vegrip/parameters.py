@@ -61,7 +61,6 @@ def declared(parameter: Parameter) -> Value:
 
 
 def coordinate(parameter: Parameter, value: float) -> float:
-    """Return the coordinate of ``value``."""
     return math.log(value) if parameter.transform == "log" else value
 
 
@@ -86,5 +85,4 @@ def check(effect: str, parameter: Parameter, value: Value) -> None:
 
 
 def changed(known: Value, /, **fields: float | bool) -> Value:
-    """Return ``known`` with some fields changed."""
     return dataclasses.replace(known, **fields)  # type: ignore[arg-type]

@@ -15,9 +15,8 @@ from vegrip.identification.recording.column_map import read_column_map
 from vegrip.identification.recording.import_csv import import_csv
 from vegrip.identification.recording.session import read_output
 from vegrip.identification.recording.writer import RecordingWriter
-from vegrip.runtime.replay.grasp import grasp_node, read_settings
 from vegrip.runtime.replay.plot import draw_replay
-from vegrip.runtime.replay.run import Outcome, run_through
+from vegrip.runtime.replay.run import Outcome, grasp_node, read_settings, run_through
 
 HERE = Path(__file__).parent
 MAPS = HERE.parent / "maps"

@@ -28,6 +28,7 @@ def untold() -> None:
 
 
 @needs_compiler
+@pytest.mark.numba
 def test_estimates_are_equal_to_the_bit(monkeypatch: pytest.MonkeyPatch) -> None:
     request = Request(paper_model(8e-3), frames=200)
     monkeypatch.setenv("VEGRIP_KERNEL", "numba")

@@ -9,8 +9,8 @@ import canopen
 import pytest
 import vegrip.proto
 
+from tools.object_dictionary import _parameters, fingertip, grasp_force, known_parameters
 from tools.write_eds import text
-from vegrip.canopen.dictionary import _parameters, fingertip, grasp_force, known_parameters
 from vegrip.canopen.eds import difference_of, read_eds
 from vegrip.errors import ConfigError
 from vegrip.grip.parameters import GraspParameters

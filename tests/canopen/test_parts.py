@@ -8,12 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vegrip.canopen.connection_set import finger_nodes, identifiers
-from vegrip.canopen.emergency import HEARTBEAT_LOST, NOT_ITS_EDS, Emergencies
-from vegrip.canopen.heartbeat import HeartbeatConsumer
-from vegrip.canopen.network import LoopNetwork
-from vegrip.canopen.nmt import STATE_OF
-from vegrip.canopen.sdo_reader import ANSWER_TIMEOUT_NS, RETRIES, SdoReader
-from vegrip.canopen.time_stamp import TIME_COB_ID, pack_time, unpack_time
+from vegrip.canopen.device import HEARTBEAT_LOST, NOT_ITS_EDS, Emergencies
+from vegrip.canopen.network import STATE_OF, TIME_COB_ID, LoopNetwork, pack_time, unpack_time
+from vegrip.canopen.sensors import ANSWER_TIMEOUT_NS, RETRIES, HeartbeatConsumer, SdoReader
 from vegrip.errors import ConfigError
 from vegrip.messages import Lifecycle
 
@@ -116,7 +113,7 @@ def test_periodic_messages_stay_on_their_grid_and_are_not_made_up_for():
 def test_no_frame_can_break_the_services(can_id, data):
     network = LoopNetwork(lambda *_: None, lambda: 0)
     network.create_node(16, canopen.import_od("proto/fingertip.eds", 16))
-    network.hear(can_id, data, 0)
+    network.receive(can_id, data, 0)
 
 
 def test_each_trouble_is_told_once_and_its_end_too():

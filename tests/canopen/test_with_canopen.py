@@ -7,7 +7,7 @@ import canopen
 import pytest
 from vegrip.nodes.grasp_force import build
 
-from vegrip.canopen.time_stamp import unpack_time
+from vegrip.canopen.network import unpack_time
 from vegrip.messages import FingertipState, ForceCommand, Reason
 from vegrip.runtime import NodeContext
 

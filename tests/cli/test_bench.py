@@ -39,7 +39,7 @@ def test_every_benchmark_that_is_listed_has_something_to_run() -> None:
     assert without == []
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", bench.benchmarks())
 def test_every_benchmark_runs_in_its_smallest_size(
     name: str, tmp_path: Path, runtime: str, capsys: pytest.CaptureFixture[str]

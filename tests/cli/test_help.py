@@ -12,7 +12,7 @@ from typer.models import ParameterInfo
 
 from vegrip import cli
 from vegrip.cli import main
-from vegrip.cli._tables import complain, printer, show, table
+from vegrip.cli._terminal import complain, printer, show, table
 
 from .walk import Command, commands
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numba
 import pytest
 
-from vegrip.cli import _progress
+from vegrip.cli import _terminal as _progress
 from vegrip.compiling import SENTENCE
 from vegrip.model import cache
 

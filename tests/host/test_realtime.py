@@ -1,14 +1,16 @@
 """Real-time priority comes with activation where it is permitted, goes with it, and is not inherited."""
 
+import math
 import os
 import subprocess
 import sys
 import threading
+import time
 
 import pytest
 
 from vegrip.host import realtime
-from vegrip.host.realtime import LoopPriority, Permission, Scheduling, choose_scheduling
+from vegrip.host.realtime import LoopPriority, Permission, Scheduling, choose_scheduling, processor_time
 from vegrip.runtime import background
 
 ALL = Permission(99, may_lock=True)
@@ -148,3 +150,15 @@ def test_a_helper_that_a_side_task_starts_has_no_priority_over_other_programs(mo
     finally:
         priority.give_back()
     assert int(told) in (os.SCHED_IDLE, os.SCHED_OTHER)
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="needs /proc")  # noqa: PTH110
+def test_it_is_what_the_process_itself_counts() -> None:
+    end = time.process_time() + 0.1
+    while time.process_time() < end:
+        pass
+    assert processor_time(os.getpid()) == pytest.approx(time.process_time(), abs=0.03)
+
+
+def test_it_is_not_known_of_a_process_that_is_not_there() -> None:
+    assert math.isnan(processor_time(2**22 + 1))

@@ -7,8 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vegrip.clock import NS, SimulatedClock
-from vegrip.runtime.launcher import ChildProcess, Launcher
-from vegrip.runtime.restart import FIRST_DELAY, LAST_DELAY, STEADY_RUN_S, RestartPolicy
+from vegrip.runtime.launcher import (
+    FIRST_DELAY,
+    LAST_DELAY,
+    STEADY_RUN_S,
+    ChildProcess,
+    Launcher,
+    RestartPolicy,
+)
 
 
 class Played:

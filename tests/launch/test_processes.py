@@ -57,8 +57,7 @@ def wait_for(condition):
 
 def states():
     from vegrip.errors import VegripError
-    from vegrip.runtime.client import ask
-    from vegrip.runtime.registry import running_nodes
+    from vegrip.runtime.registry import ask, running_nodes
 
     try:
         return {
@@ -217,8 +216,7 @@ def the_active_one():
 
 
 def last_status():
-    from vegrip.runtime.client import ask
-    from vegrip.runtime.registry import find_node
+    from vegrip.runtime.registry import ask, find_node
 
     return ask(find_node("echo"), "status") or {"deadline_misses": 0}
 

@@ -19,7 +19,7 @@ OTHER = 12345  # a user
 
 @pytest.fixture(autouse=True)
 def anew(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    compiled_folder._tell.cache_clear()
+    compiled_folder._warn_once.cache_clear()
     compiled_folder.substitute.cache_clear()
     monkeypatch.setenv("VEGRIP_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("VEGRIP_RUNTIME_DIR", str(tmp_path / "run"))

@@ -9,7 +9,7 @@ import pytest
 EXAMPLE = Path(__file__).parents[2] / "examples" / "hand_from_contract" / "run.py"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_hands_written_from_the_contract_alone_are_commanded_and_hold(tmp_path):
     done = subprocess.run(
         [sys.executable, str(EXAMPLE)], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300

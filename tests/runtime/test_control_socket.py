@@ -8,16 +8,18 @@ from dataclasses import dataclass
 import msgpack
 import pytest
 import zmq
+from hypothesis import given
+from hypothesis import strategies as st
 
 from vegrip.clock import WallClock
 from vegrip.config import parameter
 from vegrip.errors import ConfigError, InputError, UsageError
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle
-from vegrip.runtime.client import ask
 from vegrip.runtime.control_socket import ControlServer, NodeCalls
 from vegrip.runtime.echo import EchoNode, EchoParameters
+from vegrip.runtime.lifecycle import TRANSITIONS, allowed_transitions, route, state_after
 from vegrip.runtime.parameter_table import describe_parameters, with_value
-from vegrip.runtime.registry import Entry
+from vegrip.runtime.registry import Entry, ask
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.runtime.telemetry import Telemetry
 from vegrip.runtime.telemetry_socket import TelemetryReader, TelemetrySocket
@@ -235,3 +237,40 @@ def test_the_status_has_the_clock_of_the_hand_where_it_is_estimated():
     told = status()
     assert told["clock"] == {"offset": 1.5, "drift": 1e-5, "jitter": 2e-4, "worst": 1e-3, "jumps": 1}
     assert told["state"] == "unconfigured"
+
+
+states = st.sampled_from(list(Lifecycle))
+
+
+@given(states, st.sampled_from(list(TRANSITIONS)))
+def test_a_transition_is_made_or_refused_never_ignored(state, transition):
+    if transition in allowed_transitions(state):
+        assert state_after(state, transition) is TRANSITIONS[transition][1]
+    else:
+        with pytest.raises(UsageError, match=state.name.lower()):
+            state_after(state, transition)
+
+
+def test_nothing_leaves_finalized():
+    assert allowed_transitions(Lifecycle.FINALIZED) == []
+
+
+def test_only_an_inactive_node_becomes_active():
+    assert [state for state in Lifecycle if "activate" in allowed_transitions(state)] == [Lifecycle.INACTIVE]
+
+
+@given(states, states)
+def test_a_route_leads_where_it_says(start, target):
+    if start is Lifecycle.FINALIZED and target is not start:
+        with pytest.raises(UsageError):
+            route(start, target)
+        return
+    state = start
+    for transition in route(start, target):
+        state = state_after(state, transition)
+    assert state is target
+
+
+def test_an_unknown_transition_names_the_known_ones():
+    with pytest.raises(UsageError, match="configure, activate, deactivate, cleanup, shutdown"):
+        state_after(Lifecycle.ACTIVE, "explode")

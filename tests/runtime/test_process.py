@@ -1,5 +1,6 @@
 """Laws of a node in a process of its own."""
 
+import logging
 import signal
 
 import pytest
@@ -9,8 +10,9 @@ from vegrip.host import descriptors
 from vegrip.host.folders import runtime_folder
 from vegrip.messages import Lifecycle
 from vegrip.runtime import NodeBase, process
-from vegrip.runtime.exit_reports import read_reports
 from vegrip.runtime.launch_file import NodeConfig
+from vegrip.runtime.process import OncePerSecond, node_logs
+from vegrip.runtime.registry import read_reports
 
 
 class Broken(NodeBase):
@@ -109,3 +111,33 @@ class Interrupted(NodeBase):
     def cleanup(self):
         signal.raise_signal(signal.SIGTERM)
         signal.raise_signal(signal.SIGTERM)
+
+
+def record(line, text="x"):
+    return logging.LogRecord("vegrip", logging.WARNING, "file.py", line, text, None, None)
+
+
+def test_a_source_line_speaks_once_a_second_and_tells_how_often_it_would_have():
+    now = [0.0]
+    limit = OncePerSecond(lambda: now[0])
+    let_through = []
+    for i in range(2500):
+        now[0] = i * 0.001
+        entry = record(1)
+        if limit.filter(entry):
+            let_through.append((now[0], entry.msg))
+    assert [time for time, _ in let_through] == [0.0, 1.0, 2.0]
+    assert "999 more" in let_through[1][1]
+
+
+def test_source_lines_do_not_silence_each_other():
+    limit = OncePerSecond(lambda: 5.0)
+    assert [limit.filter(record(line)) for line in (1, 2, 1, 3)] == [True, True, False, True]
+
+
+def test_logs_bear_the_name_of_the_node_and_handlers_are_taken_away_again(capsys):
+    before = list(logging.getLogger().handlers)
+    with node_logs("/left/grip"):
+        logging.getLogger("vegrip.x").info("hello")
+    assert "INFO /left/grip: hello" in capsys.readouterr().err
+    assert logging.getLogger().handlers == before

@@ -3,14 +3,25 @@
 import os
 import signal
 import socket
+import subprocess
+import sys
 
 import pytest
 
 from vegrip.errors import ConfigError, UsageError
 from vegrip.host.folders import runtime_folder
-from vegrip.runtime.exit_reports import KEPT_S, ExitReport, read_reports, write_report
-from vegrip.runtime.names import full_name
-from vegrip.runtime.registry import Entry, find_node, registered, running_nodes
+from vegrip.runtime import registry
+from vegrip.runtime.launch_file import full_name
+from vegrip.runtime.registry import (
+    KEPT_S,
+    Entry,
+    ExitReport,
+    find_node,
+    read_reports,
+    registered,
+    running_nodes,
+    write_report,
+)
 
 pytestmark = pytest.mark.usefixtures("runtime")
 
@@ -98,3 +109,33 @@ def test_the_sockets_of_a_node_that_was_killed_go_with_it():
     assert len(list(runtime_folder("nodes").iterdir())) == 3
     with registered(Entry("/another", "echo")):  # the next node that starts sees to it
         assert {path.name for path in runtime_folder("nodes").iterdir()} == {"another.node", "grip.end"}
+
+
+@pytest.fixture
+def process():
+    child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    yield child
+    child.kill()
+    child.wait()
+    child.stdin.close()
+
+
+def test_a_young_process_is_starting(process):
+    assert registry.silent_state(process.pid) == "starting"
+
+
+def test_an_old_one_is_stuck(process, monkeypatch):
+    monkeypatch.setattr(registry, "STARTS_WITHIN", 0.0)
+    assert registry.silent_state(process.pid) == "stuck"
+
+
+def test_a_stopped_one_is_stopped_however_young(process):
+    process.send_signal(signal.SIGSTOP)
+    os.waitpid(process.pid, os.WUNTRACED)
+    assert registry.silent_state(process.pid) == "stopped"
+
+
+def test_one_that_is_not_there_has_ended(process):
+    process.kill()
+    process.wait()
+    assert registry.silent_state(process.pid) == "ended"

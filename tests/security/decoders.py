@@ -15,7 +15,7 @@ with atheris.instrument_imports(include=["vegrip", "canopen", "msgpack"]):
 
     from vegrip.canopen.device import Device
     from vegrip.canopen.network import LoopNetwork
-    from vegrip.canopen.sdo_reader import SdoReader
+    from vegrip.canopen.sensors import SdoReader
     from vegrip.messages import (
         Channel,
         ContactEstimate,

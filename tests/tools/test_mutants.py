@@ -82,7 +82,7 @@ def test_the_nearest_tests_come_first() -> None:
     near = [
         "tests/contact/test_elastic.py",  # its own
         "tests/contact/test_history.py",  # that imports it
-        "tests/contact/test_prony.py",  # of its folder
+        "tests/contact/test_coupling.py",  # of its folder
         "tests/model/test_channels.py",  # of what else names its folder
     ]
     assert [far[file] for file in near] == [0, 1, 2, 4]

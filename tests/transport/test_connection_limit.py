@@ -12,8 +12,7 @@ import zmq
 
 from vegrip.errors import DeviceError
 from vegrip.host import descriptors
-from vegrip.runtime.client import ask
-from vegrip.runtime.registry import Entry
+from vegrip.runtime.registry import Entry, ask
 from vegrip.transport import connection_limit
 from vegrip.transport.connection_limit import ConnectionLimit
 from vegrip.transport.zmq_address import resolve

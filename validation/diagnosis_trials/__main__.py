@@ -15,13 +15,10 @@ from validation.diagnosis_trials import Case, Outcome, draw_cases, run_case, tal
 from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, UNMODELLED_AMOUNTS
 from validation.diagnosis_trials.cases import CASE_KINDS
 from vegrip.cli import run
-from vegrip.cli._fits import print_json
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
-from vegrip.cli._progress import progress
-from vegrip.cli._tables import printer
-from vegrip.errors import RecordingError, UsageError
-from vegrip.spelling import suggestion
+from vegrip.cli._terminal import print_json, printer, progress
+from vegrip.errors import RecordingError, UsageError, suggestion
 
 KEPT = "trials that are done stay in the file of -o, and the same command goes on with the others"
 TRIALS = Annotated[int, typer.Option("--trials", "-n", min=1, help="How many recordings.")]

@@ -23,8 +23,7 @@ import zmq
 
 from vegrip.errors import VegripError
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, NodeStatus, Reason
-from vegrip.runtime.client import ask
-from vegrip.runtime.registry import Entry, find_node
+from vegrip.runtime.registry import Entry, ask, find_node
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.codec.protection import P04, P04_COUNTER, P04_HEADER
 from vegrip.transport.zmq_address import resolve

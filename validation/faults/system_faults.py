@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
+from validation.faults.cosimulation import Participant
 from validation.faults.testbed import Scene
-from vegrip.runtime.cosimulation import Participant
 from vegrip.transport.canbus.node_faults import NO_FAULTS, NodeFaults
 from vegrip.transport.simulated_can import SimulatedEndpoint
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 from vegrip.nodes.virtual_hand import AskedForce, Parameters, VirtualHandNode
 
+from validation.faults.cosimulation import Cosimulation, Participant
 from vegrip.clock import NS, SimulatedClock
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters
@@ -17,7 +18,6 @@ from vegrip.identification.recording.table_file import TableFile
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.messages import Condition, FingertipState, Message
 from vegrip.runtime import NodeBase
-from vegrip.runtime.cosimulation import Cosimulation, Participant
 from vegrip.runtime.runner import LoopSettings
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.simulated_can import SimulatedCan, SimulatedEndpoint

@@ -20,7 +20,7 @@ from vegrip.grip.controller import GripController
 from vegrip.grip.node import GraspForce
 from vegrip.grip.policies import POLICIES
 from vegrip.messages import Condition, ContactEstimate, ForceCommand, Message, NodeStatus
-from vegrip.runtime.replay.bus import RecordedBus
+from vegrip.runtime.replay.run import RecordedBus
 from vegrip.runtime.runner import LoopSettings, Runner
 
 TICK_S = 0.005

@@ -35,14 +35,12 @@ def behind_doubles(
 
 
 def _result(text: str, name: str) -> str:
-    """Return the type in C that an entry gives, of doubles where it gives floats."""
     found = re.search(rf"\b(\w+) {name}_in_floats\(", text)
     assert found is not None  # noqa: S101 (the text was translated with this entry)
     return REAL.c if found[1] == "float" else found[1]
 
 
 def _bridge(name: str, kinds: Sequence[Kind], lengths: list[int | str], result: str) -> str:
-    """Return one function that copies its memories in and out."""
     takes, gives, before, after = [], [], [], []
     for i, kind in enumerate(kinds):
         takes.append(f"{kind.c}{'' if kind in (MEMORY, LONGS, BYTES) else ' '}a{i}")

@@ -67,7 +67,6 @@ class Value:
     constant: int | float | None = None
 
     def within(self, binding: int) -> str:
-        """Return the text as an operand of an operator that binds so tightly."""
         return self.text if self.binding >= binding else f"({self.text})"
 
 
@@ -152,15 +151,12 @@ class Expressions:
         return f"{memory.text}[{self.index(node.slice)}]"
 
     def real(self, value: float) -> str:
-        """Return a constant."""
         return literals.real(value, self.module.reals)
 
     def as_real(self, value: Value) -> str:
-        """Return a whole number made real."""
         return f"({self.module.reals.c}){value.within(SIGN)}"
 
     def of_math(self, function: str) -> str:
-        """Return the name of a function of math.h."""
         return function + self.module.reals.function
 
     def stored(self, target: ast.Subscript | ast.Attribute, value: Value) -> str:
@@ -187,7 +183,6 @@ class Expressions:
         raise refused(target, f"holds {kind.c} and gets {value.kind.c}; convert it")
 
     def _member(self, node: ast.Attribute) -> tuple[Kind, str]:
-        """Return kind and text of a field of a record."""
         whole = self.value(node.value)
         if not isinstance(whole.kind, Record) or node.attr not in whole.kind.fields:
             raise refused(node, "is no field of a record, and no constant of math")
@@ -303,7 +298,6 @@ class Expressions:
         return Value(" && ".join(parts), BOOL, BOTH if len(parts) > 1 else binding)
 
     def _calls(self, node: ast.expr) -> bool:
-        """Return whether ``node`` calls a function of the module."""
         calls = (one.func for one in nodes_of(node) if isinstance(one, ast.Call))
         return any(isinstance(one, ast.Name) and not hasattr(self, f"_call_{one.id}") for one in calls)
 
@@ -432,12 +426,10 @@ class Expressions:
         return Value(f"{self.module.helper('whole')}({value.text})", INT)
 
     def _call_real_of_bits(self, node: ast.Call) -> Value:
-        """Write the number of a single's bits (:mod:`vegrip.grip.kernels.bits`)."""
         bits = self.index(node.args[0])
         return Value(f"{self.module.helper('real_of_bits')}({bits})", REAL)
 
     def _call_bits_of_real(self, node: ast.Call) -> Value:
-        """Write the bits of the nearest single (:mod:`vegrip.grip.kernels.bits`)."""
         value = self.number(node.args[0])
         return Value(f"{self.module.helper('bits_of_real')}({value.text})", LONG)
 
@@ -469,7 +461,6 @@ class Expressions:
 
 
 def number_of(node: ast.expr, value: int) -> Value:
-    """Return a constant whole number."""
     try:
         return Value(literals.whole(value), INT if literals.is_short(value) else LONG, constant=value)
     except OverflowError as error:

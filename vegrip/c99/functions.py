@@ -83,11 +83,9 @@ class Function:
         return not isinstance(self.kinds[name], Table) and not self.scopes.is_read(name)
 
     def spelled(self, kind: Kind) -> str:
-        """Return the type in C of a value of ``kind``."""
         return self.module.reals.spelled(kind)
 
     def _nothing(self, kind: Kind) -> str:
-        """Return what a variable holds before it is set."""
         if isinstance(kind, Struct):
             return f"{{{', '.join(map(self._nothing, kind.fields))}}}"
         if isinstance(kind, Record):
@@ -101,7 +99,6 @@ class Function:
         return f"{'const ' if is_constant else ''}{self.spelled(kind)} {local(name)}"
 
     def _declarations(self) -> list[str]:
-        """Declare the variables that no statement declares with their first value."""
         return [
             f"{self._declared(kind, name, is_constant=False)} = {self._nothing(kind)};"
             for name, kind in self.kinds.items()
@@ -160,7 +157,6 @@ class Function:
         return writer
 
     def _ahead(self, node: ast.expr) -> Expressions:
-        """Return the writer for an expression that is evaluated more than once."""
         if matters(node, self._writes):
             raise refused(node, "is evaluated in an order that C does not fix; give its parts names first")
         return self._writer(node)
@@ -188,7 +184,6 @@ class Function:
         return [*self.before, f"{text};"]
 
     def _note_writes(self, *nodes: ast.expr) -> None:
-        """Note through which parameters the calls in ``nodes`` write."""
         for call in (one for node in nodes for one in nodes_of(node) if isinstance(one, ast.Call)):
             if isinstance(call.func, ast.Name):
                 for place in self.module.written(call.func.id):
@@ -395,11 +390,9 @@ class Callees(Module):
     """What a function knows of those it calls."""
 
     def writes(self, name: str) -> bool:
-        """Return whether the function may write to the memory."""
         raise NotImplementedError
 
     def written(self, name: str) -> tuple[int, ...]:
-        """Return the places of the parameters through which it writes."""
         raise NotImplementedError
 
 
@@ -434,7 +427,6 @@ def _reads(node: ast.expr, name: str) -> bool:
 
 
 def _are_independent(targets: list[ast.expr], values: list[ast.expr]) -> bool:
-    """Return whether setting one target after the other gives what setting all at once gives."""
     for i, target in enumerate(targets):
         later = values[i + 1 :]
         if isinstance(target, ast.Name):

@@ -86,7 +86,6 @@ class RealType:
     function: str = ""
 
     def spelled(self, kind: Kind) -> str:
-        """Return the type in C of a value of ``kind``."""
         return {REAL: self.c, MEMORY: f"{self.c} *"}.get(kind, kind.c)
 
 

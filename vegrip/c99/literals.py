@@ -55,7 +55,6 @@ def is_short(value: int) -> bool:
 
 
 def hexadecimal(value: float) -> str:
-    """Return a number to the bit, for test vectors."""
     return real(value) if not math.isfinite(value) else value.hex()
 
 

@@ -15,17 +15,14 @@ INDENT = "    "
 
 
 def local(name: str) -> str:
-    """Return the name in C of a variable."""
     return f"{name}_c" if name in RESERVED else name
 
 
 def joined(prefix: str, name: str) -> str:
-    """Return the name in C of a function or a table."""
     return f"{prefix}_{name.strip('_')}"
 
 
 def comment(text: str, indent: str = "") -> list[str]:
-    """Return lines of a comment."""
     lines = [line.rstrip() for line in text.strip().replace("*/", "* /").splitlines()]
     first = [f"{indent}/* {lines[0]}", *(f"{indent} * {line}".rstrip() for line in lines[1:])]
     if len(first) == 1 and len(first[0]) + 3 <= LINE_WIDTH:

@@ -282,7 +282,6 @@ def _is_array(kind: Kind) -> bool:
 
 
 def _values(tree: ast.Module) -> dict[str, object]:
-    """Return the numbers and tables of a module, by running what is neither function nor of numba."""
     kept = [
         node
         for node in tree.body
@@ -383,14 +382,12 @@ POWER = re.compile(r"power(\d+)")
 
 
 def helper(kind: str, name: str, reals: RealType) -> str:
-    """Return the text of a helper under its ``name`` in C."""
     if found := POWER.fullmatch(kind):
         return _power(int(found[1]), name, reals.c)
     return HELPERS[kind].format(name=name, real=reals.c, literal=reals.literal)
 
 
 def _power(n: int, name: str, real: str) -> str:
-    """``x ** n`` as products of squares, in the order in which numba multiplies."""
     lines: list[str] = []
     exponent, product, square = n, "", "x"
     while exponent:

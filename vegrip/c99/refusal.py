@@ -18,7 +18,6 @@ class RefusedError(Exception):
 
 
 def refused(node: ast.AST, reason: str) -> RefusedError:
-    """Return the error for ``node``."""
     return RefusedError(f"`{ast.unparse(node).splitlines()[0]}`: {reason}")
 
 
@@ -42,7 +41,6 @@ def statements(tree: ast.FunctionDef) -> list[ast.stmt]:
 
 
 def is_text(node: ast.stmt) -> bool:
-    """Return whether a statement is a bare string."""
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
 
 

@@ -48,27 +48,21 @@ class Scopes:
                 self._homes[name], self._loops[name] = homes, loops
 
     def is_read(self, name: str) -> bool:
-        """Return whether anything reads the variable."""
         return name in self._reads
 
     def is_fixed(self, name: str) -> bool:
-        """Return whether the variable keeps its first value."""
         return self._stores[name] == (0 if name in self._arguments else 1)
 
     def has_home(self, name: str) -> bool:
-        """Return whether each use of the variable lies in a block that begins with setting it."""
         return name in self._homes
 
     def is_declared_in(self, name: str, home: Home) -> bool:
-        """Return whether the statement at ``home`` declares the variable."""
         return home in self._homes.get(name, {})
 
     def is_constant(self, name: str, home: Home) -> bool:
-        """Return whether it keeps the value that the statement at ``home`` gives it."""
         return self._homes[name][home]
 
     def is_owned_by(self, name: str, loop: ast.For) -> bool:
-        """Return whether the variable of a loop is used nowhere else and not changed by its body."""
         return id(loop) in self._loops.get(name, set())
 
     def _find_homes(self, body: list[ast.stmt], name: str, homes: dict[Home, bool], loops: set[int]) -> bool:
@@ -93,7 +87,6 @@ class Scopes:
         return True
 
     def _begins(self, node: ast.stmt, name: str) -> bool:
-        """Return whether a statement gives ``name`` its value, whatever it was before."""
         target: ast.expr
         value: ast.expr | None
         if isinstance(node, ast.AnnAssign):
@@ -150,7 +143,6 @@ def _touches(node: ast.expr) -> bool:
 
 
 def is_field(node: ast.AST) -> bool:
-    """Return whether ``node`` is a field of a record."""
     return isinstance(node, ast.Attribute) and not (
         isinstance(node.value, ast.Name) and node.value.id == "math"
     )

@@ -45,12 +45,10 @@ class CanopenCodec:
 
     @property
     def rejected(self) -> Counter[str]:
-        """What was refused, by name."""
         return self._codec.rejected
 
     @property
     def broken(self) -> Mapping[str, int]:
-        """States that could not be understood, by finger."""
         return self._codec.broken
 
     @property
@@ -74,7 +72,6 @@ class CanopenCodec:
         return Frame(identifier, frame.data, frame.fd, frame.stamp)  # a third of the time of _replace
 
     def line(self, finger: str) -> Line | None:
-        """Return how states and commands of ``finger`` travel, as classic frames."""
         return self._codec.line(finger)
 
     def encode(self, message: Message) -> list[Frame]:

@@ -1,14 +1,60 @@
 """One CANopen device: object dictionary, SDO server, NMT state, heartbeat and EMCY, served from a loop."""
 
 from collections.abc import Callable
+from typing import Final
 
 import canopen
 from canopen.objectdictionary import ObjectDictionary
 
 from vegrip.canopen.connection_set import EMCY, HEARTBEAT, SDO_ANSWER, SDO_REQUEST
-from vegrip.canopen.emergency import ID_TAKEN, Emergencies
-from vegrip.canopen.network import LoopNetwork
-from vegrip.canopen.nmt import INITIALISING, OPERATIONAL, PRE_OPERATIONAL, STOPPED
+from vegrip.canopen.network import INITIALISING, OPERATIONAL, PRE_OPERATIONAL, STOPPED, LoopNetwork
+
+HEARTBEAT_LOST: Final = 0x8130
+ID_TAKEN: Final = 0x8150
+SOFTWARE: Final = 0x6100
+NOT_ITS_EDS: Final = 0x6300
+NO_ERROR: Final = 0x0000
+
+GENERIC, COMMUNICATION = 0x01, 0x10  # bits of the error register, object 1001h
+REGISTER: Final = {
+    HEARTBEAT_LOST: GENERIC | COMMUNICATION,
+    ID_TAKEN: GENERIC | COMMUNICATION,
+    SOFTWARE: GENERIC,
+    NOT_ITS_EDS: GENERIC | COMMUNICATION,
+}
+
+Send = Callable[[int, int, bytes], None]
+"""Takes code, error register and the bytes of the manufacturer."""
+
+
+class Emergencies:
+    """What is wrong now; each beginning and the end of the last is reported once."""
+
+    def __init__(self, send: Send) -> None:
+        self.standing: dict[tuple[int, int], str] = {}
+        """``(code, node-ID)`` -> what is wrong, in one sentence."""
+        self._send = send
+
+    @property
+    def register(self) -> int:
+        bits = 0
+        for code, _ in self.standing:
+            bits |= REGISTER[code]
+        return bits
+
+    def begin(self, code: int, node: int, sentence: str, lifecycle: int) -> bool:
+        """Tell that something is wrong with ``node``; return whether that is new."""
+        if (code, node) in self.standing:
+            return False
+        self.standing[code, node] = sentence
+        self._send(code, self.register, bytes([lifecycle, node, 0, 0, 0]))
+        return True
+
+    def end(self, code: int, node: int, lifecycle: int) -> None:
+        """Tell that it is over; the error register says whether anything else is still wrong."""
+        if self.standing.pop((code, node), None) is not None:
+            self._send(NO_ERROR, self.register, bytes([lifecycle, node, 0, 0, 0]))
+
 
 LARGEST_WRITE = 256  # [bytes] by segmented SDO; the longest parameter is a path
 ABORT_TOO_LONG = 0x06070010
@@ -50,12 +96,10 @@ class Device:
 
     @property
     def state(self) -> int:
-        """The NMT state."""
         return int(self.local.nmt._state)
 
     @property
     def is_operational(self) -> bool:
-        """Whether PDOs may be sent and received."""
         return self.state == OPERATIONAL
 
     def boot(self) -> None:
@@ -65,13 +109,11 @@ class Device:
         self.local.nmt.state = "PRE-OPERATIONAL"
 
     def set_state(self, state: int) -> None:
-        """Be in the NMT state ``state``, and say so with the next heartbeat."""
         if state != self.state:
             self.local.nmt._state = state
             self.local.nmt.update_heartbeat()
 
     def number(self, index: int, sub: int = 0) -> int:
-        """Return an integer of the object dictionary as it is now."""
         return int.from_bytes(self.local.get_data(index, sub), "little")
 
     def store(self, index: int, sub: int, data: bytes) -> None:

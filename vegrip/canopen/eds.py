@@ -53,7 +53,6 @@ def essentials(dictionary: ObjectDictionary) -> list[tuple[int, int]]:
 
 
 def wanted_value(dictionary: ObjectDictionary, index: int, sub: int) -> int:
-    """Return the default of an essential entry."""
     return int(_entry(dictionary, index, sub).default or 0)
 
 

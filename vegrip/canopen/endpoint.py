@@ -7,10 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 
 import can
 
-from vegrip.canopen.claim import LAST_WORDS
 from vegrip.canopen.codec import CanopenCodec
-from vegrip.canopen.network import LoopNetwork
-from vegrip.canopen.time_stamp import TIME_COB_ID, unpack_time
+from vegrip.canopen.connection_set import LAST_WORDS
+from vegrip.canopen.network import TIME_COB_ID, LoopNetwork, unpack_time
 from vegrip.clock import NS
 from vegrip.messages import ContactEstimate, Message
 from vegrip.transport.can_endpoint import CanEndpoint, Open
@@ -66,7 +65,6 @@ class CanopenEndpoint(ClosedByWith):
 
     @property
     def broken(self) -> Mapping[str, int]:
-        """States that arrived and could not be understood, by finger."""
         return self.can.broken
 
     @property
@@ -84,7 +82,6 @@ class CanopenEndpoint(ClosedByWith):
 
     @property
     def intercept(self) -> Intercept | None:
-        """Looks at every PDO that we hear first, as the classic frame that it is."""
         return self._intercept
 
     @intercept.setter
@@ -100,7 +97,6 @@ class CanopenEndpoint(ClosedByWith):
         return True
 
     def line(self, finger: str) -> Line | None:
-        """Return how states and commands of ``finger`` travel, as classic frames."""
         return self.pdos.line(finger)
 
     def receive(self, timeout: float) -> Sequence[Message]:
@@ -117,24 +113,19 @@ class CanopenEndpoint(ClosedByWith):
                 return messages
 
     def send(self, message: Message) -> None:
-        """Send the PDOs of ``message``."""
         self.can.send(message)
 
     def send_frame(self, frame: Frame) -> None:
-        """Send a classic frame as the PDO that it is."""
         for pdo in self.pdos.pdos([frame]):
             self.can.send_frame(pdo)
 
     def put(self, cob_id: int, data: bytes) -> None:
-        """Send a frame that is no PDO."""
         self.can.send_frame(Frame(cob_id, data))
 
     def bus_load(self) -> float:
-        """Return the share of the last second for which the bus was busy."""
         return self.can.bus_load()
 
     def close(self) -> None:
-        """Leave the bus, once what was queued has left."""
         time.sleep(LAST_WORDS)
         self.can.close()
 
@@ -148,15 +139,12 @@ class CanopenEndpoint(ClosedByWith):
         self.network.serve(now)
 
     def service(self, frame: Frame) -> None:
-        """Take a frame that is no PDO of ours."""
-        self.network.hear(frame.arbitration_id, frame.data, frame.stamp)
+        self.network.receive(frame.arbitration_id, frame.data, frame.stamp)
 
     def hears(self, cob_id: int) -> bool:  # noqa: ARG002 (for those who build on this)
-        """Whether the PDO ``cob_id`` may be taken now."""
         return True
 
     def speaks(self, cob_id: int) -> bool:  # noqa: ARG002
-        """Whether the PDO ``cob_id`` may be sent now."""
         return False
 
     def keep(self, message: Message | None, frames: list[Frame]) -> None:

@@ -1,35 +1,135 @@
 """The grasp force node as a CANopen device: its NMT state, its parameters by SDO, its fingers watched."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import can
-from canopen.objectdictionary import ObjectDictionary
+from canopen.objectdictionary import ODVariable
+from canopen.sdo import SdoAbortedError
 
-from vegrip.canopen.claim import claim
+from vegrip.canopen.connection_set import (
+    COMMANDS,
+    ESTIMATED,
+    ESTIMATES,
+    HEALTH,
+    MARGINS,
+    OUT_OF_A_FINGER,
+    PARAMETERS,
+    REFUSAL,
+    STATUS,
+    SYNC,
+    CanopenSettings,
+    claim,
+    frame_base,
+    identifiers,
+)
 from vegrip.canopen.connection_set import OF_A_FINGER as BASES
-from vegrip.canopen.connection_set import OUT_OF_A_FINGER, SYNC, identifiers
-from vegrip.canopen.device import Device
-from vegrip.canopen.emergency import HEARTBEAT_LOST, ID_TAKEN, NOT_ITS_EDS, SOFTWARE
+from vegrip.canopen.device import HEARTBEAT_LOST, ID_TAKEN, NOT_ITS_EDS, SOFTWARE, Device
+from vegrip.canopen.eds import read_eds
 from vegrip.canopen.endpoint import CanopenEndpoint
-from vegrip.canopen.mirror import Mirror
-from vegrip.canopen.nmt import (
+from vegrip.canopen.network import (
+    CONSUMED,
     PRE_OPERATIONAL,
+    PRODUCED,
     RESET_COMMUNICATION,
     RESET_NODE,
     STOPPED,
+    TIME_COB_ID,
     TRANSITIONS_OF_COMMAND,
+    TimeProducer,
     nmt_state,
 )
-from vegrip.canopen.parameters import SdoParameters
 from vegrip.canopen.sensors import Sensors
-from vegrip.canopen.time_stamp import CONSUMED, PRODUCED, TIME_COB_ID, TimeProducer
 from vegrip.clock import NS
-from vegrip.messages import Lifecycle, Message
+from vegrip.errors import VegripError
+from vegrip.messages import ContactEstimate, Lifecycle, Message
 from vegrip.runtime.handle import NodeHandle
 from vegrip.transport.can_endpoint import Open
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec import CanCodec, Frame
+
+REFUSED = 0x06090030  # value range of parameter exceeded
+NOT_NOW = 0x08000022  # not because of the present device state
+NOT_THERE = 0x060A0023  # resource not available
+LONGEST_REASON = 120  # [characters] at 2400h
+
+
+class SdoParameters:
+    """Serves objects from 3000h on. Object 2400h says in one sentence why the last write was refused."""
+
+    def __init__(self, device: Device, node: NodeHandle) -> None:
+        self._device = device
+        self._node = node
+        device.local.add_read_callback(self._read)
+        device.local.add_write_callback(self._write)
+
+    def _read(self, index: int, subindex: int, od: ODVariable) -> Any:  # noqa: ARG002 (called by name)
+        if index < PARAMETERS or index >= 0x6000:
+            return None
+        values = self._node.parameters()
+        if od.name not in values:
+            raise SdoAbortedError(NOT_THERE)
+        return values[od.name]
+
+    def _write(self, index: int, subindex: int, od: ODVariable, data: bytes) -> None:  # noqa: ARG002
+        if index < PARAMETERS or index >= 0x6000:
+            return
+        try:
+            self._node.set_parameter(od.name, od.decode_raw(bytes(data)))
+        except VegripError as error:
+            reason = str(error).encode("ascii", "replace")[:LONGEST_REASON]
+            self._device.store(REFUSAL, 0, reason)
+            raise SdoAbortedError(NOT_NOW if "cannot be changed now" in str(error) else REFUSED) from None
+
+
+RECORDS: Mapping[int, str] = {COMMANDS: "ForceCommand", MARGINS: "SlipMargin", HEALTH: "ModelHealth"}
+
+
+class Mirror:
+    """Answers reads of the mapped objects of the grasp force node, and of its estimates."""
+
+    def __init__(self, device: Device, fingers: Sequence[str], hand: int) -> None:
+        self._frames: dict[int, bytes] = {}  # identifier of the classic frame -> data
+        self._estimates: dict[str, ContactEstimate] = {}
+        self._fingers = list(fingers)
+        self._device = device
+        self._identifiers = {
+            record + number: frame_base(name) + 8 * hand + number
+            for record, name in RECORDS.items()
+            for number in range(len(fingers))
+        } | {STATUS: frame_base("NodeStatus") + 8 * hand}
+        device.local.add_read_callback(self._read)
+
+    def keep(self, message: Message | None, frames: Sequence[Frame]) -> None:
+        """Remember what is sent: frames, and the message that they carry where it is known."""
+        if isinstance(message, ContactEstimate):
+            self._estimates[message.finger] = message
+        for frame in frames:
+            self._frames[frame.arbitration_id] = frame.data
+
+    def _read(self, index: int, subindex: int, od: ODVariable) -> Any:
+        if index in self._identifiers and subindex:
+            return self._part(self._frames.get(self._identifiers[index]), index, subindex, len(od) // 8)
+        if subindex and 0 <= index - ESTIMATES < len(self._fingers):
+            return self._estimate(self._fingers[index - ESTIMATES], subindex)
+        return None
+
+    def _part(self, data: bytes | None, index: int, subindex: int, size: int) -> bytes | None:
+        if data is None:
+            return None
+        record = self._device.local.object_dictionary[index]
+        start = sum(len(record[sub]) // 8 for sub in range(1, subindex))
+        return data[start : start + size]
+
+    def _estimate(self, finger: str, subindex: int) -> float:
+        which, is_std = divmod(subindex - 1, 2)
+        message = self._estimates.get(finger)
+        estimate = getattr(message, ESTIMATED[which]) if message is not None else None
+        if estimate is None:
+            return float("nan")
+        return float(estimate.std if is_std else estimate.value)
+
 
 STATE_COB_IDS = {BASES[name] for name in OUT_OF_A_FINGER}
 IS_IT = "is it connected, switched on, and at the same bit rate (transport.bitrate)?"
@@ -46,22 +146,14 @@ FAULT_NAMES = {
 
 
 class GraspEndpoint(CanopenEndpoint):
-    """One end of the bus: hears fingers, commands them.
+    """One end of the bus: receives states, sends commands.
 
     Args:
         bus: opened by the caller.
         codec: classic layout.
-        node: own node-ID.
-        dictionary: our own object dictionary.
+        settings: of the transport.
         fingers: node-IDs of the fingers.
-        finger_dictionary: what their EDS says.
         hand: number of the hand in the identifiers of the DBC.
-        heartbeat: own period [s].
-        limit: longest time between two heartbeats of a finger [s].
-        first: time that a finger may take to appear [s].
-        sync_period: of the SYNC we produce [s]; 0: none.
-        time_period: of the TIME we produce [s]; 0: none.
-        master: whether fingers are told to start when they have been found right.
         reopen: opens a lost bus again.
         timing: for the estimate of the load.
 
@@ -71,40 +163,33 @@ class GraspEndpoint(CanopenEndpoint):
         self,
         bus: can.BusABC,
         codec: CanCodec,
-        *,
-        node: int,
-        dictionary: ObjectDictionary,
+        settings: CanopenSettings,
         fingers: Sequence[int],
-        finger_dictionary: ObjectDictionary,
         hand: int = 0,
-        heartbeat: float = 0.2,
-        limit: float = 0.5,
-        first: float = 0.5,
-        sync_period: float = 0.0,
-        time_period: float = 0.0,
-        is_master: bool = True,
         reopen: Open | None = None,
         timing: BitTiming | None = None,
     ) -> None:
+        node = settings.node_id
         super().__init__(bus, codec, identifiers(tuple(fingers), node, hand), reopen, timing)
-        self.device = Device(node, dictionary, self.network, self._command)
+        own = read_eds(settings.eds, node, "grasp_force.eds")
+        self.device = Device(node, own, self.network, self._command)
         self.sensors = Sensors(
             fingers,
-            finger_dictionary,
-            round(limit * NS),
-            round(first * NS),
+            read_eds(settings.finger_eds, fingers[0], "fingertip.eds"),
+            round(settings.heartbeat_limit * NS),
+            round(settings.first_heartbeat * NS),
             self.put,
             self.now(),
-            is_master=is_master,
+            is_master=settings.master,
         )
+        self._settings = settings
         self._names = dict(zip(fingers, codec.fingers, strict=True))
         self._mirror = Mirror(self.device, codec.fingers, hand)
-        self._sync_period, self._time_period = sync_period, time_period
         self._look_at = 0  # [ns]
         self._node: NodeHandle | None = None
         self._autostart = self._start_pending = False
         self._logger = logging.getLogger("vegrip.canopen")
-        self._describe(fingers, heartbeat, limit)
+        self._describe(fingers)
 
     def claim(self) -> None:
         """Make sure that no other node has our node-ID.
@@ -123,10 +208,10 @@ class GraspEndpoint(CanopenEndpoint):
         waited_for = ", ".join(f"{name} (node {finger})" for finger, name in self._names.items())
         self._logger.info("waits for %s", waited_for)
         self._appear()
-        if self._sync_period > 0.0:
-            self.network.send_periodic(SYNC, b"", self._sync_period)
-        if self._time_period > 0.0:
-            self.network.tasks.add(TimeProducer(self._time_period, self.now(), self.network))
+        if self._settings.sync_period > 0.0:
+            self.network.send_periodic(SYNC, b"", self._settings.sync_period)
+        if self._settings.time_period > 0.0:
+            self.network.tasks.add(TimeProducer(self._settings.time_period, self.now(), self.network))
 
     def serve(self, now: int) -> None:
         """Send what is due; look after the fingers and our own state."""
@@ -145,8 +230,7 @@ class GraspEndpoint(CanopenEndpoint):
         return min(self.network.due, self._look_at)
 
     def service(self, frame: Frame) -> None:
-        """Take a frame that is no PDO."""
-        self.sensors.hear(frame.arbitration_id, frame.data, self.now())
+        self.sensors.receive(frame.arbitration_id, frame.data, self.now())
         super().service(frame)
 
     def hears(self, cob_id: int) -> bool:
@@ -160,30 +244,27 @@ class GraspEndpoint(CanopenEndpoint):
         )
 
     def speaks(self, cob_id: int) -> bool:
-        """Everything but states, while we are operational."""
         return self.device.is_operational and (
             cob_id & 0x7F == self.device.id or cob_id & 0x780 not in STATE_COB_IDS
         )
 
     def keep(self, message: Message | None, frames: list[Frame]) -> None:
-        """Keep what is sent, to be read by SDO."""
         self._mirror.keep(message, frames)
 
     def close(self) -> None:
-        """Say that we stop, and leave the bus."""
         if self._node is not None:
             self.device.set_state(STOPPED)
             self.put(0x700 + self.device.id, bytes([STOPPED]))
         super().close()
 
-    def _describe(self, fingers: Sequence[int], heartbeat: float, limit: float) -> None:
-        """Let the object dictionary say how we are configured."""
-        store = self.device.store
-        store(0x1017, 0, round(heartbeat * 1000).to_bytes(2, "little"))
-        store(0x1012, 0, (TIME_COB_ID | (PRODUCED if self._time_period else CONSUMED)).to_bytes(4, "little"))
-        store(0x1006, 0, round(self._sync_period * 1e6).to_bytes(4, "little"))
+    def _describe(self, fingers: Sequence[int]) -> None:
+        store, given = self.device.store, self._settings
+        limit = round(given.heartbeat_limit * 1000)  # [ms]
+        store(0x1017, 0, round(given.heartbeat * 1000).to_bytes(2, "little"))
+        store(0x1012, 0, (TIME_COB_ID | (PRODUCED if given.time_period else CONSUMED)).to_bytes(4, "little"))
+        store(0x1006, 0, round(given.sync_period * 1e6).to_bytes(4, "little"))
         for number, finger in enumerate(fingers):
-            store(0x1016, number + 1, (finger << 16 | round(limit * 1000)).to_bytes(4, "little"))
+            store(0x1016, number + 1, (finger << 16 | limit).to_bytes(4, "little"))
             for part, base in enumerate((0x180, 0x280, 0x380)):
                 store(0x1400 + 3 * number + part, 1, (base + finger).to_bytes(4, "little"))
             for kind, base in enumerate((0x200, 0x300, 0x400)):

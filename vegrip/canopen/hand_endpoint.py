@@ -4,13 +4,12 @@ from collections.abc import Sequence
 
 import can
 
-from vegrip.canopen.claim import claim
 from vegrip.canopen.connection_set import OF_A_FINGER as BASES
-from vegrip.canopen.connection_set import OUT_OF_A_FINGER, SYNC, identifiers
+from vegrip.canopen.connection_set import OUT_OF_A_FINGER, SYNC, CanopenSettings, claim, identifiers
 from vegrip.canopen.device import Device
 from vegrip.canopen.eds import read_eds
 from vegrip.canopen.endpoint import CanopenEndpoint
-from vegrip.canopen.nmt import STOPPED
+from vegrip.canopen.network import STOPPED
 from vegrip.clock import NS
 from vegrip.messages import FingertipState, Message
 from vegrip.transport.can_endpoint import Open
@@ -27,11 +26,9 @@ class HandEndpoint(CanopenEndpoint):
     Args:
         bus: opened by the caller.
         codec: classic layout.
+        settings: of the transport.
         fingers: node-IDs of the fingers, in the order of the codec's.
-        grasp: node-ID of the grasp force node.
-        eds: EDS file of a finger; empty for the one of vegrip.
         hand: number of the hand in the identifiers of the DBC.
-        heartbeat: period [s].
         reopen: opens a lost bus again.
         timing: for the estimate of the load.
 
@@ -41,21 +38,19 @@ class HandEndpoint(CanopenEndpoint):
         self,
         bus: can.BusABC,
         codec: CanCodec,
-        *,
+        settings: CanopenSettings,
         fingers: Sequence[int],
-        grasp: int,
-        eds: str = "",
         hand: int = 0,
-        heartbeat: float = 0.2,
         reopen: Open | None = None,
         timing: BitTiming | None = None,
     ) -> None:
-        super().__init__(bus, codec, identifiers(tuple(fingers), grasp, hand), reopen, timing)
+        super().__init__(bus, codec, identifiers(tuple(fingers), settings.node_id, hand), reopen, timing)
         self.devices = {
-            node: Device(node, read_eds(eds, node, "fingertip.eds"), self.network) for node in fingers
+            node: Device(node, read_eds(settings.eds, node, "fingertip.eds"), self.network)
+            for node in fingers
         }
         for device in self.devices.values():
-            device.store(0x1017, 0, round(heartbeat * 1000).to_bytes(2, "little"))
+            device.store(0x1017, 0, round(settings.heartbeat * 1000).to_bytes(2, "little"))
         self._by_name = dict(zip(codec.fingers, self.devices.values(), strict=True))
         self._waiting: dict[str, FingertipState] = {}  # for the next SYNC
         self._syncs = 0
@@ -73,7 +68,6 @@ class HandEndpoint(CanopenEndpoint):
             device.boot()
 
     def serve(self, now: int) -> None:
-        """Send what is due."""
         for device in self.devices.values():
             device.serve(now / NS)
         self.network.serve(now)
@@ -86,17 +80,14 @@ class HandEndpoint(CanopenEndpoint):
             super().send(message)
 
     def hears(self, cob_id: int) -> bool:
-        """Commands for a finger that is operational."""
         device = self.devices.get(cob_id & 0x7F)
         return cob_id & 0x780 not in STATE_COB_IDS and device is not None and device.is_operational
 
     def speaks(self, cob_id: int) -> bool:
-        """States of a finger that is operational."""
         device = self.devices.get(cob_id & 0x7F)
         return cob_id & 0x780 in STATE_COB_IDS and device is not None and device.is_operational
 
     def close(self) -> None:
-        """Say that we stop, and leave the bus."""
         for node in self.devices:
             self.put(0x700 + node, bytes([STOPPED]))
         super().close()

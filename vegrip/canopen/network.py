@@ -4,12 +4,17 @@ A heartbeat that a thread or the kernel keeps sending says nothing about the loo
 """
 
 import logging
+import struct
+import time
 from collections.abc import Callable
+from datetime import UTC, datetime
+from typing import Final
 
 import canopen
 import canopen.network
 
 from vegrip.clock import NS
+from vegrip.messages import Lifecycle
 
 SendRaw = Callable[[int, bytes], None]
 """Takes COB-ID and data; never raises."""
@@ -25,11 +30,9 @@ class PeriodicTask:
         self._owner = owner
 
     def update(self, data: bytes) -> None:
-        """Send other data from now on."""
         self.data = bytes(data)
 
     def stop(self) -> None:
-        """Send no more."""
         self._owner.tasks.discard(self)
 
     def serve(self, now: int) -> None:
@@ -40,7 +43,7 @@ class PeriodicTask:
 
 
 class LoopNetwork(canopen.Network):  # type: ignore[misc]
-    """A network without threads. The owner feeds frames to :meth:`hear` and calls :meth:`serve` when due.
+    """A network without threads. The owner feeds frames to :meth:`receive` and calls :meth:`serve` when due.
 
     Args:
         send: puts a frame on the bus.
@@ -61,11 +64,10 @@ class LoopNetwork(canopen.Network):  # type: ignore[misc]
         return min((task.due for task in self.tasks), default=2**63 - 1)
 
     def serve(self, now: int) -> None:
-        """Send what is due."""
         for task in tuple(self.tasks):
             task.serve(now)
 
-    def hear(self, can_id: int, data: bytes, stamp: int) -> None:
+    def receive(self, can_id: int, data: bytes, stamp: int) -> None:
         """Let the services have a frame; one they cannot read is counted."""
         try:
             self.notify(can_id, bytearray(data), stamp / NS)
@@ -89,3 +91,65 @@ class LoopNetwork(canopen.Network):  # type: ignore[misc]
         task = PeriodicTask(can_id, data, period, self._now(), self)
         self.tasks.add(task)
         return task
+
+
+INITIALISING, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0, 4, 5, 127
+START, STOP, ENTER_PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION = 1, 2, 128, 129, 130
+
+STATE_OF: Final = {
+    Lifecycle.UNCONFIGURED: STOPPED,
+    Lifecycle.INACTIVE: PRE_OPERATIONAL,
+    Lifecycle.ACTIVE: OPERATIONAL,
+    Lifecycle.FINALIZED: STOPPED,
+}
+TRANSITIONS_OF_COMMAND: Final = {
+    # command: the lifecycle states to go through
+    START: (Lifecycle.ACTIVE,),
+    STOP: (Lifecycle.UNCONFIGURED,),
+    ENTER_PRE_OPERATIONAL: (Lifecycle.INACTIVE,),
+    RESET_NODE: (Lifecycle.UNCONFIGURED, Lifecycle.INACTIVE),
+    RESET_COMMUNICATION: (Lifecycle.INACTIVE,),
+}
+
+
+def nmt_state(lifecycle: Lifecycle, *, is_on_hold: bool) -> int:
+    return OPERATIONAL if is_on_hold else STATE_OF[lifecycle]
+
+
+TIME_COB_ID: Final = 0x100  # COB-ID
+PRODUCED: Final = 1 << 30  # in object 1012h
+CONSUMED: Final = 1 << 31
+
+_EPOCH: Final = int(datetime(1984, 1, 1, tzinfo=UTC).timestamp())  # [s] since 1970
+_DAY: Final = 86_400  # [s]
+_TIME_OF_DAY: Final = struct.Struct("<IH")
+_MILLISECOND: Final = NS // 1000
+
+
+def pack_time(time_of_day: int) -> bytes:
+    """Return the TIME of ``time_of_day`` [ns since 1970]."""
+    days, rest = divmod(time_of_day - _EPOCH * NS, _DAY * NS)
+    return _TIME_OF_DAY.pack(rest // _MILLISECOND, days)
+
+
+def unpack_time(data: bytes) -> int | None:
+    """Return the time of a TIME message [ns since 1970], None when it is none."""
+    if len(data) != _TIME_OF_DAY.size:
+        return None
+    counted, days = (int(number) for number in _TIME_OF_DAY.unpack(data))
+    milliseconds = counted & 0x0FFF_FFFF  # four bits are reserved
+    if milliseconds >= _DAY * 1000:
+        return None
+    return (_EPOCH + days * _DAY) * NS + milliseconds * _MILLISECOND
+
+
+class TimeProducer(PeriodicTask):
+    """Sends the wall clock of this machine every ``period`` [s]."""
+
+    def __init__(self, period: float, now: int, owner: LoopNetwork) -> None:
+        super().__init__(TIME_COB_ID, b"", period, now, owner)
+
+    def serve(self, now: int) -> None:
+        if now >= self.due:
+            self.update(pack_time(time.time_ns()))
+        super().serve(now)

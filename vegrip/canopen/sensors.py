@@ -1,14 +1,131 @@
 """The fingers of a hand as CANopen nodes: whether they are there, right, and go on beating."""
 
-from collections.abc import Callable, Sequence
+import struct
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 from canopen.objectdictionary import ObjectDictionary
 
 from vegrip.canopen.connection_set import HEARTBEAT, NMT, SDO_ANSWER, SDO_REQUEST
 from vegrip.canopen.eds import essentials, wanted_value
-from vegrip.canopen.heartbeat import HeartbeatConsumer
-from vegrip.canopen.nmt import INITIALISING, OPERATIONAL, START
-from vegrip.canopen.sdo_reader import SdoReader
+from vegrip.canopen.network import INITIALISING, OPERATIONAL, START
+
+ANSWER_TIMEOUT_NS = 500_000_000  # [ns] for an answer
+RETRIES = 3
+UPLOAD, ABORT = 0x40, 0x80  # command specifiers; an expedited answer has bit 1, its size in bits 2 and 3
+
+
+class SdoReader:
+    """Reads numbers of at most 32 bits (expedited transfer) from one device.
+
+    Args:
+        asked: ``(index, sub-index)`` in the order of reading.
+        send: takes the 8 bytes of a request.
+
+    """
+
+    def __init__(self, asked: Sequence[tuple[int, int]], send: Callable[[bytes], None]) -> None:
+        self.values: dict[tuple[int, int], int | None] = {}
+        """What was read; None where the device refused."""
+        self.failed = False
+        self._asked = list(asked)
+        self._send = send
+        self._sent: int | None = None  # [ns]
+        self._tries = 0
+
+    @property
+    def is_done(self) -> bool:
+        return self.failed or len(self.values) == len(self._asked)
+
+    def serve(self, now: int) -> None:
+        """Ask the next question, or again after ``ANSWER_TIMEOUT_NS``."""
+        if self.is_done or (self._sent is not None and now - self._sent < ANSWER_TIMEOUT_NS):
+            return
+        if self._tries >= RETRIES:
+            self.failed = True
+            return
+        self._tries += 1
+        self._sent = now
+        self._send(struct.pack("<BHB4x", UPLOAD, *self._asked[len(self.values)]))
+
+    def answer(self, data: bytes, now: int) -> None:
+        """Take the 8 bytes of an answer; one that was not asked for is passed over."""
+        if self.is_done or len(data) != 8:
+            return
+        command, index, sub = struct.unpack_from("<BHB", data)
+        if (index, sub) != self._asked[len(self.values)]:
+            return
+        if command == ABORT:
+            self._store(None, now)
+        elif command & 0xE2 == UPLOAD | 0x02:
+            size = 4 - (command >> 2 & 3) if command & 1 else 4
+            self._store(int.from_bytes(data[4 : 4 + size], "little"), now)
+
+    def _store(self, value: int | None, now: int) -> None:
+        self.values[self._asked[len(self.values)]] = value
+        self._sent, self._tries = None, 0
+        self.serve(now)
+
+
+@dataclass(slots=True)
+class _Watched:
+    limit: int  # [ns]
+    heard: int  # [ns] when last; when the watch began, if never
+    state: int | None = None  # of the last heartbeat
+    missing: bool = False
+    grace: int = 0  # [ns] on top of the limit until the first heartbeat
+
+
+class HeartbeatConsumer:
+    """Watches that nodes go on beating.
+
+    A node is missing when nothing was heard of it for longer than its limit, or nothing at all for ``first``
+    since the watch began; stricter than CiA 301, which begins to watch with the first heartbeat and so never
+    misses a node that was never there.
+
+    Args:
+        limits: node-ID -> longest time between two heartbeats [ns].
+        now: [ns] when the watch begins.
+        first: [ns] that a node may take to appear; 0: its limit.
+
+    """
+
+    def __init__(self, limits: Mapping[int, int], now: int, first: int = 0) -> None:
+        self._nodes = {
+            node: _Watched(limit, now, grace=max(first - limit, 0)) for node, limit in limits.items()
+        }
+
+    def take_heartbeat(self, node: int, state: int, now: int) -> bool:
+        """Note a heartbeat; return whether the node had been missing."""
+        watched = self._nodes.get(node)
+        if watched is None:
+            return False
+        returned, watched.missing = watched.missing, False
+        watched.heard, watched.state, watched.grace = now, state, 0
+        return returned
+
+    def newly_missing(self, now: int) -> list[int]:
+        """Return the nodes that have become missing since the last call."""
+        lost = []
+        for node, watched in self._nodes.items():
+            if not watched.missing and now - watched.heard > watched.limit + watched.grace:
+                watched.missing, watched.state = True, None
+                lost.append(node)
+        return lost
+
+    def state(self, node: int) -> int | None:
+        return self._nodes[node].state
+
+    @property
+    def missing(self) -> list[int]:
+        return [node for node, watched in self._nodes.items() if watched.missing]
+
+    @property
+    def due(self) -> int:
+        """When the next node can become missing [ns]."""
+        waiting = [w.heard + w.limit + w.grace + 1 for w in self._nodes.values() if not w.missing]
+        return min(waiting, default=2**63 - 1)
+
 
 Send = Callable[[int, bytes], None]
 RESTART_PERIOD_NS = 1_000_000_000  # [ns] between two commands to start
@@ -25,21 +142,14 @@ class Sensor:
         self._is_master = is_master
         self._told: int | None = None  # [ns] when it was last told to start
         self._reader: SdoReader | None = None
-        self._is_verified = False
-
-    @property
-    def is_verified(self) -> bool:
-        """Whether it has been read and is what its EDS says."""
-        return self._is_verified
+        self.is_verified = False
 
     def begin(self) -> None:
-        """Read it anew."""
-        self.difference, self._is_verified, self._told = "", False, None
+        self.difference, self.is_verified, self._told = "", False, None
         asked = essentials(self._dictionary)
         self._reader = SdoReader(asked, lambda data: self._send(SDO_REQUEST + self.node, data))
 
     def answer(self, data: bytes, now: int) -> None:
-        """Take an answer to our question."""
         if self._reader is not None:
             self._reader.answer(data, now)
 
@@ -49,7 +159,7 @@ class Sensor:
             self._reader.serve(now)
             if self._reader.is_done:
                 self._compare(self._reader)
-        if self._is_verified and self._is_master and state not in (None, OPERATIONAL):
+        if self.is_verified and self._is_master and state not in (None, OPERATIONAL):
             self._start(now)
 
     def _compare(self, reader: SdoReader) -> None:
@@ -63,7 +173,7 @@ class Sensor:
                 has = "does not exist" if value is None else f"is {value:#x}"
                 self.difference = f"object {index:04X}sub{sub} {has}, its EDS says {wanted:#x}"
                 return
-        self._is_verified = True
+        self.is_verified = True
 
     def _start(self, now: int) -> None:
         if self._told is None or now - self._told >= RESTART_PERIOD_NS:
@@ -101,8 +211,7 @@ class Sensors:
         for sensor in self.all.values():
             sensor.begin()
 
-    def hear(self, can_id: int, data: bytes, now: int) -> None:
-        """Take a heartbeat or an SDO answer."""
+    def receive(self, can_id: int, data: bytes, now: int) -> None:
         service, node = can_id & 0x780, can_id & 0x7F
         sensor = self.all.get(node)
         if sensor is None or not data:
@@ -122,7 +231,6 @@ class Sensors:
 
     @property
     def is_ready(self) -> bool:
-        """Whether every finger is what it should be and sends."""
         return all(
             sensor.is_verified and self.consumer.state(node) == OPERATIONAL
             for node, sensor in self.all.items()

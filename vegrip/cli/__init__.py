@@ -8,17 +8,78 @@ Each command is a function in its own module, imported only when that command is
 import errno
 import importlib
 import os
+import re
 import sys
 from collections.abc import Callable
 from typing import Any
 
 import typer
+from rich.markup import escape
 
-from vegrip.cli._tables import complain
-from vegrip.cli._usage import explained, literal
-from vegrip.errors import DeviceError, VegripError, is_missing_from_installation
+from vegrip.cli._terminal import complain
+from vegrip.errors import DeviceError, VegripError, is_missing_from_installation, suggestion
 from vegrip.host.descriptors import COMMAND_NEEDS, is_out_of_descriptors, require_descriptors
-from vegrip.spelling import suggestion
+
+SINGLE_BREAK = re.compile(r"(?<!\n)\n *(?!\n)")  # inside a paragraph
+HELP = {"help_option_names": ["-h", "--help"]}
+
+
+def literal(app: typer.Typer) -> Any:
+    """Return the command of ``app``, its help taken as it stands: ``[m]`` is a unit, no markup."""
+    command = typer.main.get_command(app)
+    _make_literal(command)
+    command.context_settings = {**command.context_settings, **HELP}
+    return command
+
+
+def _make_literal(command: Any) -> None:
+    command.help = escape(SINGLE_BREAK.sub(" ", command.help or ""))
+    if command.short_help:
+        command.short_help = escape(command.short_help)
+    for parameter in command.params:
+        if getattr(parameter, "help", None):
+            parameter.help = escape(parameter.help)
+    for sub in getattr(command, "commands", {}).values():
+        _make_literal(sub)
+
+
+def explained(error: typer.TyperException, program: str) -> str:
+    """Return the mistake in one sentence, with what to do."""
+    context = getattr(error, "ctx", None)
+    path = context.command_path if context is not None else program
+    sentence = _sentence(error, context)
+    return f"{sentence}{'' if sentence.endswith('?') else ';'} see {path} -h"
+
+
+def _sentence(error: typer.TyperException, context: Any) -> str:
+    parameter, kind = getattr(error, "param", None), type(error).__name__
+    if kind == "NoSuchOption" and context is not None:
+        given = getattr(error, "option_name", "")
+        known = [option for each in context.command.params for option in each.opts if option[:2] == "--"]
+        return f"there is no option {given}; {suggestion(given, known)}"
+    if parameter is None:
+        return _plain(error.format_message())
+    name = "/".join(parameter.opts) if parameter.param_type_name == "option" else parameter.name.upper()
+    meaning = f" ({parameter.help})".replace("\\[", "[").replace(".)", ")") if parameter.help else ""
+    if kind == "MissingParameter":
+        return f"{name} is missing{meaning}"
+    return f"{name} {_given(error)}{_plain(error.message)}{meaning}"
+
+
+def _given(error: BaseException) -> str:
+    errors = getattr(error.__cause__, "errors", None)
+    if errors is None:
+        return ""
+    return f"is {errors()[0].get('input')!r}: it "
+
+
+def _plain(message: str) -> str:
+    message = message.strip().rstrip(".")
+    for start in ("Input ", "Value error, "):
+        message = message.removeprefix(start)
+    message = message.replace("should be", "must be").replace(". Did", "; did")
+    return message[:1].lower() + message[1:]
+
 
 GROUPS: dict[str, dict[str, tuple[str, str]]] = {
     # heading: name: (module:function or module:app, one line of help)
@@ -65,7 +126,7 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
         ),
         "check": ("vegrip.cli.check:check", "See in the browser what a model lacks, and add it."),
         "diagnose": ("vegrip.cli.diagnose:diagnose", "Find which physical effects the model lacks."),
-        "add": ("vegrip.cli.add:add", "Put an effect into a model and fit again."),
+        "add": ("vegrip.cli.fit:add", "Put an effect into a model and fit again."),
         "refine": ("vegrip.cli.refine:refine", "Add effects until the next one does not pay."),
         "report": ("vegrip.cli.report:report", "Write a recording, a run or a check as one file of HTML."),
         "experiment": (
@@ -79,11 +140,11 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
         "export": ("vegrip.cli.export:app", "Write the estimator as C99 for firmware: c, learned."),
         "fleet": ("vegrip.cli.fleet:fleet", "Diagnose a folder of many recordings, on all cores."),
         "new-effect": (
-            "vegrip.cli.new_effect:new_effect",
+            "vegrip.cli.own_effect:new_effect",
             "Write a package that adds an effect of your own.",
         ),
         "test-effect": (
-            "vegrip.cli.effect_laws:effect_laws",
+            "vegrip.cli.own_effect:effect_laws",
             "Test whether an effect of your own holds to the laws of every effect.",
         ),
     },
@@ -135,14 +196,12 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def entry() -> None:
-    """Entry point of the installed script."""
     if "_VEGRIP_COMPLETE" in os.environ:  # the shell asks what may come next
         whole()(prog_name="vegrip")
     sys.exit(main())
 
 
 def load(name: str) -> typer.Typer:
-    """Return one command, or group of commands, as an app."""
     module, attribute = COMMANDS[name][0].split(":")
     return _as_app(getattr(importlib.import_module(module), attribute))
 
@@ -189,7 +248,7 @@ def run(
     except SystemExit as done:
         return done.code if isinstance(done.code, int) else 0
     except Exception as error:
-        sentence, code = _told(error, program)
+        sentence, code = _sentence_and_code(error, program)
         if not sentence:
             raise
         complain(sentence)
@@ -198,7 +257,7 @@ def run(
     return code if isinstance(code, int) else 0
 
 
-def _told(error: Exception, program: str) -> tuple[str, int]:
+def _sentence_and_code(error: Exception, program: str) -> tuple[str, int]:
     """Return what to say of ``error`` and the exit code; nothing of one that is a mistake of ours."""
     if isinstance(error, VegripError):
         return str(error), error.exit_code

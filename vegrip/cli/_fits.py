@@ -1,52 +1,27 @@
 """What the commands that fit models share: reading, noise, tables."""
 
-import json
-import math
-from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from vegrip.cli._progress import counted, progress
-from vegrip.cli._tables import printer
+from vegrip.cli._terminal import counted, figures, print_sentences, printer, progress
 
 if TYPE_CHECKING:
     from vegrip.identification.diagnosis.data_checks import Doubt
-    from vegrip.identification.fit import Fit, Noise
+    from vegrip.identification.fit import Fit
     from vegrip.identification.fit.problem import Problem
     from vegrip.identification.recording import Recording
     from vegrip.model import ContactModel
 
 
-EACH = Annotated[
-    bool,
-    typer.Option("--zeros-each-episode", help="Zeros of displacement and force differ between episodes."),
-]
-TOLERANCE = Annotated[
-    float,
-    typer.Option(
-        min=0.0, max=1.0, help="Share of an episode's peak force by which a model may be wrong, e.g. 0.01."
-    ),
-]
-HOLD_BACK = Annotated[
-    str,
-    typer.Option("--hold-back", metavar="EPISODES", help="Leave these episodes out, as in 2,5..7."),
-]
-ONLY = Annotated[
-    str, typer.Option("--episodes", metavar="EPISODES", help="Take these episodes alone, as in 2,5..7.")
-]
-
-
-def noise_for(recording: "Recording", tolerance: float) -> "Noise":
-    """Return the noise of a recording, for a model that may be wrong by ``tolerance`` of the peak force."""
+def judged(recording: "Recording", tolerance: float, has_own_zeros: bool) -> dict[str, Any]:
+    """Return ``noise`` and ``zeros``, by which every command decides what an error is."""
     from vegrip.identification.fit import noise_of
 
-    return noise_of(recording).tolerant(tolerance)
+    zeros = "episode" if has_own_zeros else "recording"
+    return {"noise": noise_of(recording).tolerant(tolerance), "zeros": zeros}
 
 
-def asked(has_own_zeros: bool, tolerance: float) -> list[str]:
-    """Return the options that decide what an error is, for the next command."""
+def error_options(has_own_zeros: bool, tolerance: float) -> list[str]:
     return [
         *["--zeros-each-episode"] * has_own_zeros,
         *(["--tolerance", f"{tolerance:g}"] if tolerance else []),
@@ -67,26 +42,6 @@ def opened(
     return select_episodes(whole, only=only, without=hold_back), start
 
 
-def print_json(told: Any) -> None:
-    """Print one JSON object; what is not a number is null."""
-    typer.echo(json_text(told))
-
-
-def json_text(told: Any) -> str:
-    """Return one JSON object; what is not a number is null."""
-    return json.dumps(_plain(told), allow_nan=False)
-
-
-def _plain(told: Any) -> Any:
-    if isinstance(told, dict):
-        return {str(key): _plain(value) for key, value in told.items()}
-    if isinstance(told, (list, tuple)):
-        return [_plain(value) for value in told]
-    if isinstance(told, float):
-        return told if math.isfinite(told) else None
-    return told
-
-
 def doubted(problem: "Problem") -> "list[Doubt]":
     """Return what is wrong with the recording itself.
 
@@ -100,21 +55,12 @@ def doubted(problem: "Problem") -> "list[Doubt]":
     return list(check_before_search(problem))
 
 
-def print_sentences(sentences: Iterable[str]) -> None:
-    """Print one line for each."""
-    for sentence in sentences:
-        printer().print(f"- {sentence}")
-
-
 def print_fit(fit: "Fit") -> None:
     """Print values with their standard errors, errors by channel, and warnings."""
-    from rich.table import Table
-
     console = printer()
     told = fit.as_dict()
-    table = Table(box=None, padding=(0, 2))
-    for heading in ("parameter", "value", "std", "unit", "in SI", "effect"):
-        table.add_column(heading, justify="right" if heading in ("value", "std") else "left")
+    text = ("parameter", "unit", "in SI", "effect")
+    table = figures("parameter", "value", "std", "unit", "in SI", "effect", left=text)
     for name, one in told["parameters"].items():
         is_log = one["scale"] == "log"
         spread = f"{100.0 * one['std']:.2g} %" if is_log else f"{one['std']:.2g}"
@@ -144,11 +90,8 @@ def print_noise(noise: dict[str, Any]) -> None:
 
 def channel_table(channels: dict[str, Any]) -> Any:
     """Return a table of errors by channel."""
-    from rich.table import Table
-
-    table = Table(box=None, padding=(0, 2))
-    for heading in ("channel", "rmse", "noise", "ratio", "white (p)", "in 95 % band"):
-        table.add_column(heading, justify="left" if heading == "channel" else "right")
+    head = ("channel", "rmse", "noise", "ratio", "white (p)", "in 95 % band")
+    table = figures(*head, left=("channel",))
     for name, one in channels.items():
         cells = (f"{one['rmse']:.3g}", f"{one['noise']:.3g}", f"{one['ratio']:.3f}")
         table.add_row(name, *cells, f"{one['whiteness_p']:.2g}", f"{100.0 * one['coverage95']:.1f} %")

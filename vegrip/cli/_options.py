@@ -20,3 +20,26 @@ REFITTED_MODEL = Annotated[
 """A model from which a diagnosis begins."""
 
 MODEL_OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Model file to write.")]
+
+EACH = Annotated[
+    bool,
+    typer.Option("--zeros-each-episode", help="Zeros of displacement and force differ between episodes."),
+]
+TOLERANCE = Annotated[
+    float,
+    typer.Option(
+        min=0.0, max=1.0, help="Share of an episode's peak force by which a model may be wrong, e.g. 0.01."
+    ),
+]
+HOLD_BACK = Annotated[
+    str,
+    typer.Option("--hold-back", metavar="EPISODES", help="Leave these episodes out, as in 2,5..7."),
+]
+ONLY = Annotated[
+    str, typer.Option("--episodes", metavar="EPISODES", help="Take these episodes alone, as in 2,5..7.")
+]
+
+
+def group(text: str) -> typer.Typer:
+    """Return an app of several commands, whose help is ``text``."""
+    return typer.Typer(add_completion=False, pretty_exceptions_enable=False, no_args_is_help=True, help=text)

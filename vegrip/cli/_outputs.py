@@ -16,7 +16,7 @@ from typing import Annotated, Self
 
 import typer
 
-from vegrip.cli._tables import complain
+from vegrip.cli._terminal import complain
 from vegrip.errors import InputError, UsageError
 
 FORCE = Annotated[bool, typer.Option("--force", help="Replace what is there already.")]
@@ -133,7 +133,6 @@ class Outputs:
             raise InputError(f"{path}: is there already; give another name, or --force to replace it")
 
     def _try(self, path: Path, folder: Path) -> None:
-        """Make ``folder`` and try to write into it."""
         try:
             for each in reversed([folder, *folder.parents]):
                 if not each.exists():
@@ -162,7 +161,6 @@ def claim_file(path: Path, *, force: bool) -> None:
 
 
 def require_matplotlib() -> None:
-    """Raise :class:`UsageError` where nothing can be drawn."""
     if importlib.util.find_spec("matplotlib") is None:
         raise UsageError("pictures need matplotlib; pip install 'vegrip[plot]'")
 

@@ -22,7 +22,7 @@ SHORT = {
 
 def show_all(*, as_json: bool) -> None:
     """Print what there is, and how far each is verified."""
-    from vegrip.cli._tables import show, table
+    from vegrip.cli._terminal import show, table
     from vegrip.transport.mapped.products import about, names
 
     found = [about(name) for name in names()]

@@ -4,10 +4,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.table import Table
 from rich.text import Text
 
-from vegrip.cli._tables import printable, printer
+from vegrip.cli._terminal import figures, print_sentences, printable, printer
 from vegrip.identification.recording import Recording
 from vegrip.identification.recording.channels import CHANNELS, noise_name
 from vegrip.identification.sensors import LOAD_REMEDY, lacking
@@ -46,16 +45,13 @@ def print_recording(recording: Recording, folder: Path) -> None:
         Text(printable(str(folder)), style="bold")
         + Text(printable(f": {size}, {about['finger']}, radius {radius}"), "not bold")
     )
-    table = Table(box=None, padding=(0, 2))
-    for heading in ("column", "unit", "min", "max", "noise std"):
-        table.add_column(heading, justify="left" if heading in ("column", "unit") else "right")
+    table = figures("column", "unit", "min", "max", "noise std", left=("column", "unit"))
     for name, column in about["columns"].items():
         values = (column["min"], column["max"], column["noise"])
         table.add_row(name, column["unit"], *("-" if v is None else f"{v:.5g}" for v in values))
     console.print(table)
     console.print(recording.report.summary())
-    for sentence in lacking(recording.columns, LOAD_REMEDY):
-        console.print(f"- {sentence}")
+    print_sentences(lacking(recording.columns, LOAD_REMEDY))
 
 
 def _number(value: float) -> float | None:

@@ -13,9 +13,8 @@ from typing import Annotated
 
 import typer
 
-from vegrip.cli._tables import complain, printer
-from vegrip.errors import UsageError
-from vegrip.spelling import suggestion
+from vegrip.cli._terminal import complain, printer
+from vegrip.errors import UsageError, suggestion
 
 Results = dict[str, dict[str, float]]
 SOURCE = Path(__file__).parents[2]  # where the package lies in a checkout
@@ -93,7 +92,6 @@ def _has_run(module: str) -> bool:
 
 
 def _run(module: str, *, quick: bool) -> tuple[Results, str]:
-    """Return the rows of a benchmark, and why there are none."""
     try:
         benchmark = importlib.import_module(module)
         with _small(benchmark) if quick else nullcontext():
@@ -107,7 +105,6 @@ def _run(module: str, *, quick: bool) -> tuple[Results, str]:
 
 @contextmanager
 def _small(benchmark: ModuleType) -> Iterator[None]:
-    """Give the constants that say how much is measured their values of ``SMALLEST`` meanwhile."""
     timing = importlib.import_module("benchmarks._timing")
     places = [(m, name) for m in (timing, benchmark) for name in getattr(m, "SMALLEST", {})]
     before = [getattr(module, name) for module, name in places]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vegrip.cli._options import JSON
+from vegrip.cli._terminal import printer, show, table
 
 if TYPE_CHECKING:
     from vegrip.transport.canbus.traffic import Forecast, TrafficPlan
@@ -84,7 +85,6 @@ def _finite(value: float) -> float | None:
 
 
 def _show(told: "Forecast", queue: str) -> None:
-    from vegrip.cli._tables import printer, show, table
 
     out = table("frame", "of", "id", "bytes", "Hz", "longest/us", "wait/us", "response/us", "")
     for row in told.rows:

@@ -1,13 +1,17 @@
 """``vegrip calibrate``: a new fingertip, step by step to its model."""
 
+import re
 import shlex
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from vegrip.cli._options import JSON
+from vegrip.cli._terminal import announce_page, figures, print_json, printer, progress
+from vegrip.config import parse_toml
 from vegrip.errors import InputError, UsageError, VegripError
 from vegrip.whole_file import write_whole
 
@@ -18,6 +22,12 @@ if TYPE_CHECKING:
     from vegrip.identification.calibration.session import Calibration, Ended, Standing
     from vegrip.identification.experiment.design_space import RigLimits
 
+FRICTION_PLACES = (
+    ("[node.parameters.friction]", ""),
+    ("[node.parameters]", "friction."),
+    ("", "parameters.friction."),
+)
+"""Headers within the [[node]], and what stands before a key of ``friction`` below them."""
 MAX_ROUNDS = 2  # an end may find effects that ask for further trials
 FOLDER = Annotated[Path, typer.Argument(help="Keeps everything; made when absent, gone on with when there.")]
 RADIUS = Annotated[str, typer.Option("--radius", help="Of the fingertip, e.g. '9 mm'; asked for at first.")]
@@ -111,9 +121,7 @@ def calibrate(
     if virtual is not None:
         standing, ended = _practised(calibration, standing, virtual, say=not as_json)
     if as_json:
-        from vegrip.cli._fits import print_json
-
-        print_json(_told(calibration, standing, ended))
+        print_json(_as_dict(calibration, standing, ended))
     elif not asks or ended is not None:
         _print(calibration, standing, ended)
     if virtual is not None and ended is not None and not as_json:
@@ -157,7 +165,6 @@ def _opened(
 
 def _judged(calibration: "Calibration") -> "Standing":
     """Judge what there is; keep it, and write the motion that is next."""
-    from vegrip.cli._progress import progress
     from vegrip.identification.calibration.session import NEXT, judge, save
     from vegrip.identification.simulate import write_protocol
 
@@ -184,7 +191,6 @@ def _take(calibration: "Calibration", path: Path, kind: str, *, say: bool) -> No
 
 
 def _record(calibration: "Calibration", node: str, finger: str, kind: str, *, say: bool) -> None:
-    """Record the trial that is asked for from a running node, for as long as it lasts."""
     import tempfile
 
     from vegrip.cli.record import record_from_node
@@ -205,7 +211,6 @@ def _record(calibration: "Calibration", node: str, finger: str, kind: str, *, sa
 def _practised(
     calibration: "Calibration", standing: "Standing", seed: int, *, say: bool
 ) -> "tuple[Standing, Ended]":
-    """Do all trials on a virtual fingertip, end, and go on with what the end found missing."""
     from vegrip.identification.calibration.session import MOST_TRIALS
     from vegrip.identification.calibration.trials import practice_tip, practise
 
@@ -255,7 +260,6 @@ def _guide(
 
 
 def _ended(calibration: "Calibration") -> "Ended":
-    from vegrip.cli._progress import progress
     from vegrip.identification.calibration.session import REPORT, finish
     from vegrip.web.report.model_report import model_report
 
@@ -266,7 +270,7 @@ def _ended(calibration: "Calibration") -> "Ended":
     return ended
 
 
-def _told(calibration: "Calibration", standing: "Standing", ended: "Ended | None") -> dict[str, Any]:
+def _as_dict(calibration: "Calibration", standing: "Standing", ended: "Ended | None") -> dict[str, Any]:
     from vegrip.identification.calibration.session import MODEL, NEXT, REPORT
 
     trial = standing.next.trial
@@ -292,7 +296,6 @@ def _told(calibration: "Calibration", standing: "Standing", ended: "Ended | None
 
 
 def _print(calibration: "Calibration", standing: "Standing", ended: "Ended | None") -> None:
-    from vegrip.cli._tables import printer
     from vegrip.identification.calibration.session import MODEL, NEXT, REPORT
 
     console = printer()
@@ -332,15 +335,13 @@ def _check_launch(launch: Path | None, *, is_end: bool) -> None:
 
 
 def _use_slip(ended: "Ended", launch: Path | None, folder: Path, *, say: bool) -> None:
-    """Write how slip is felt into the launch file, and tell it."""
-    from vegrip.cli._launch_edit import put_friction
     from vegrip.grip.friction_settings import FrictionSettings
 
     slip, settings = ended.slip, ended.slip.settings
     if launch is not None and not settings:
         raise InputError(f"nothing is written into {launch}: {slip.lacking}")
     if launch is not None:
-        put_friction(launch, settings, f"measured by vegrip calibrate {folder}: {slip.bracket}")
+        write_friction(launch, settings, f"measured by vegrip calibrate {folder}: {slip.bracket}")
     if not say:
         return
     if not settings:
@@ -355,13 +356,8 @@ def _use_slip(ended: "Ended", launch: Path | None, folder: Path, *, say: bool) -
 
 
 def _print_known(known: Any) -> None:
-    from rich.table import Table
-
-    from vegrip.cli._tables import printer
-
-    table = Table(box=None, padding=(0, 2))
-    for heading in ("parameter", "value", "std", "wanted", "unit", "effect", ""):
-        table.add_column(heading, justify="right" if heading in ("value", "std", "wanted") else "left")
+    head = ("parameter", "value", "std", "wanted", "unit", "effect", "")
+    table = figures(*head, left=("parameter", "unit", "effect", ""))
     for one in known:
         sizes = [f"{100 * v:.3g} %" if one.is_log else f"{v:.2g}" for v in (one.std, one.goal)]
         said = "known" if one.is_known else "not yet known"
@@ -394,12 +390,73 @@ def _serve(
     from vegrip.web import require_web
 
     require_web()
-    from vegrip.web.calibrate.page import run
+    from vegrip.web.calibrate.controller import run
 
     if radius or (folder / "calibration.json").is_file():
         _opened(folder, radius, limits, own, None)  # what cannot be is refused before a page opens
 
-    def announce(address: str) -> None:
-        print(f"calibration page: {address}  (Ctrl-C ends)", flush=True)  # noqa: T201
+    run(folder, node, port, announce_page("calibration page"), opens=opens)
 
-    run(folder, node, port, announce, opens=opens)
+
+def write_friction(path: Path, settings: Mapping[str, Any], by: str) -> None:
+    """Write ``settings`` as ``friction`` of the grip controller of a launch file, or of a map.
+
+    Raises:
+        InputError: the file cannot be read or written, or has no grip controller.
+
+    """
+    from vegrip.config import toml_value
+    from vegrip.transport.mapped.writer import changed_text
+
+    try:
+        text = path.read_text(encoding="utf-8")
+        table = parse_toml(text)
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"{path} cannot be read as a launch file: {error}") from None
+    lines = {key: toml_value(value) for key, value in settings.items()}
+    if "node" in table:
+        text = _in_launch(text, lines, by)
+    else:
+        text = changed_text(text, [(["friction", key], value) for key, value in settings.items()])
+    if not _is_in(text, settings):
+        wanted = ", ".join(f"parameters.friction.{key} = {value}" for key, value in lines.items())
+        raise InputError(
+            f'{path}: has no node with program = "grasp_force" that can be added to; write into yours: '
+            f"{wanted}"
+        )
+    try:
+        write_whole(path, text)
+    except OSError as error:
+        raise InputError(f"{path} cannot be written: {error.strerror or error}") from None
+
+
+def _is_in(text: str, settings: Mapping[str, Any]) -> bool:
+    try:
+        table = parse_toml(text)
+    except (ValueError, RecursionError):  # parameters in braces, or said twice
+        return False
+    given = [one.get("parameters", {}).get("friction", {}) for one in table.get("node", [])]
+    return any(settings.items() <= one.items() for one in (*given, table.get("friction", {})))
+
+
+def _in_launch(text: str, values: Mapping[str, str], by: str) -> str:
+    lines = text.split("\n")
+    program = next(
+        (n for n, one in enumerate(lines) if re.match(r"""\s*program\s*=\s*["']grasp_force["']""", one)), None
+    )
+    if program is None:
+        return text
+    later = (n for n in range(program, len(lines)) if lines[n].lstrip().startswith("[["))
+    end = next(later, len(lines))
+    for header, prefix in FRICTION_PLACES:
+        at = next(
+            (n for n in range(program, end) if header and lines[n].split("#")[0].strip() == header), None
+        )
+        if at is None and header:
+            continue
+        begin = program if at is None else at
+        keys = "|".join(re.escape(prefix + key) for key in values)
+        kept = [one for one in lines[begin + 1 : end] if not re.match(rf"\s*({keys})\s*=", one)]
+        new = [f"{prefix}{key} = {value} # {by}" for key, value in values.items()]
+        return "\n".join([*lines[: begin + 1], *new, *kept, *lines[end:]])
+    return text

@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from vegrip.cli._fits import EACH, TOLERANCE
+from vegrip.cli._options import EACH, TOLERANCE
+from vegrip.cli._terminal import announce_page
 from vegrip.errors import UsageError
 
 RECORDING = Annotated[
@@ -49,7 +50,7 @@ def check(
 
     require_web()
     from vegrip.identification.recording import read_recording
-    from vegrip.web.check.page import run
+    from vegrip.web.check.controller import run
 
     if node:
         recording, model = _recorded(node, recording or Path("live"), finger, seconds, model)
@@ -60,10 +61,8 @@ def check(
     if tolerance > 0.0:
         options += ("--tolerance", f"{tolerance:g}")
 
-    def announce(address: str) -> None:
-        print(f"check page: {address}  (Ctrl-C ends)", flush=True)  # noqa: T201
-
     folder = output or Path(f"{recording.name}-check") if not node else recording.parent / "check"
+    announce = announce_page("check page")
     run(recording, model, folder, options, port, announce, opens=opens, node=node or "grasp_force")
 
 

@@ -6,14 +6,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vegrip.cli._fits import EACH, HOLD_BACK, ONLY, TOLERANCE
-from vegrip.cli._options import JSON, RECORDING
+from vegrip.cli._options import EACH, HOLD_BACK, JSON, ONLY, RECORDING, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.cli._terminal import print_json, print_sentences, printer, progress
 
 if TYPE_CHECKING:
     from vegrip.identification.compare import Comparison
-    from vegrip.identification.recording import Recording
-    from vegrip.model import ContactModel
 
 MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model is fitted.")]
 VERSUS = Annotated[
@@ -48,8 +46,8 @@ def compare(
     Example: vegrip sample press && vegrip fit press -o base.toml
     && vegrip compare press --model base.toml -o pictures
     """
-    from vegrip.cli._fits import doubted, opened, print_json
-    from vegrip.cli._progress import progress
+    from vegrip.cli._fits import doubted, judged, opened
+    from vegrip.identification.compare import compare as compare_model
     from vegrip.identification.compare.plot import curves
 
     with Outputs(force=force) as outputs:
@@ -60,7 +58,12 @@ def compare(
         names = [file.stem if file is not None else FITTED for _, file in pairs]
         read = [opened(folder, file, hold_back=hold_back, only=only) for folder, file in pairs]
         with progress("compare") as report:
-            found = [_compared(*each, zeros_each_episode, tolerance, report) for each in read]
+            found = [
+                compare_model(
+                    measured, start, **judged(measured, tolerance, zeros_each_episode), report=report
+                )
+                for measured, start in read
+            ]
         told = [one.as_dict() | {"doubts": [doubt.text for doubt in doubted(one.problem)]} for one in found]
         if with_curves:
             told = [values | {"curves": curves(one)} for one, values in zip(found, told, strict=True)]
@@ -72,23 +75,7 @@ def compare(
                 _print(one, values, name)
 
 
-def _compared(
-    measured: "Recording", model: "ContactModel | None", each: bool, tolerance: float, report: object
-) -> "Comparison":
-    from vegrip.cli._fits import noise_for
-    from vegrip.identification.compare import compare as compare_model
-
-    return compare_model(
-        measured,
-        model,
-        noise=noise_for(measured, tolerance),
-        zeros="episode" if each else "recording",
-        report=report,  # type: ignore[arg-type]
-    )
-
-
 def _drawn(found: "list[Comparison]", names: list[str], out: Path) -> None:
-    from vegrip.cli._tables import printer
     from vegrip.identification.compare.plot import draw_comparison
 
     for i, (one, name) in enumerate(zip(found, names, strict=True)):
@@ -99,8 +86,7 @@ def _drawn(found: "list[Comparison]", names: list[str], out: Path) -> None:
 def _print(found: "Comparison", told: dict[str, Any], name: str) -> None:
     from rich.text import Text
 
-    from vegrip.cli._fits import channel_table, print_sentences
-    from vegrip.cli._tables import printer
+    from vegrip.cli._fits import channel_table
 
     console = printer()
     origin = name if found.fitted else f"{name} as it is"

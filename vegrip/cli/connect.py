@@ -1,10 +1,12 @@
 """``vegrip connect``: from the database of a hand of another make, and its traffic, to a map that runs."""
 
 import json
+import math
 import os
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,11 +14,14 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE
-from vegrip.cli._values import parsed
+from vegrip.cli._terminal import complain, printer, show, table
+from vegrip.cli.node import parsed
 from vegrip.errors import ConfigError, InputError, UsageError
 from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from vegrip.transport.mapped.database import Database
     from vegrip.transport.mapped.drafts import Setting
     from vegrip.transport.mapped.plan import Plan
@@ -55,6 +60,7 @@ SETTINGS = Annotated[
 ]
 ASK = Annotated[bool, typer.Option("--ask/--no-ask", help="Live: ask for rest, press, shear and twist.")]
 
+PICTURE_PERIOD_S = 0.1  # [s] between two pictures of live values
 QUESTIONS = {
     "rest": "leave all fingers in the air",
     "press": "press each fingertip on something along its normal, and let go",
@@ -116,11 +122,12 @@ def connect(
         raise UsageError("give a database or a map, --list, or --hand NAME")
     _refuse(database, output, log, force=force)
     windows = _windows(rest=rest, press=press, shear=shear, twist=twist)
-    transport = _transport(channel, interface, bitrate, fd=fd) if channel else {}
+    said_of_bus = {"interface": interface, "channel": channel, "fd": fd, "bitrate": bitrate}
+    transport: dict[str, Any] = {"kind": "can", **said_of_bus} if channel else {}
     if database.suffix.lower() == ".toml":
         plan = open_plan(database)
         traffic = _traffic(log, transport, windows, seconds, MappedNow(plan), ask=False, shows=not as_json)
-        _tell(plan, traffic, None, None, None, "", as_json=as_json)
+        _print_result(plan, traffic, None, None, None, "", as_json=as_json)
         return
     known = _database(database, _pairs(nodes))
     asks = ask and not as_json
@@ -145,7 +152,7 @@ def connect(
         findings.implausible += _short(traffic, known)
     if output is not None:
         _write(output, text)
-    _tell(plan, traffic, proposal, findings, output, text, as_json=as_json)
+    _print_result(plan, traffic, proposal, findings, output, text, as_json=as_json)
 
 
 def _refuse(database: Path, output: Path | None, log: Path | None, *, force: bool) -> None:
@@ -187,7 +194,6 @@ def _check_windows(windows: "dict[str, Window]", traffic: "Traffic") -> None:
 
 
 def _short(traffic: "Traffic", database: "Database") -> list[str]:
-    """Return what is told of frames that are too short."""
     return [
         f"{count} frames of {name} are shorter than the {database.messages[name].length} bytes that "
         f"{database.name} says, and were left out; ask for the database of this version of the hand"
@@ -210,10 +216,6 @@ def _pairs(text: str) -> dict[str, int]:
             raise UsageError(f"--nodes has {part!r}; write it as thumb=32,index=33")
         found[name.strip()] = int(number)
     return found
-
-
-def _transport(channel: str, interface: str, bitrate: int, *, fd: bool) -> dict[str, Any]:
-    return {"kind": "can", "interface": interface, "channel": channel, "fd": fd, "bitrate": bitrate}
 
 
 def _database(path: Path, nodes: dict[str, int]) -> Any:
@@ -253,7 +255,6 @@ def _listen(
     ask: bool,
 ) -> "Traffic":
     """Collect live traffic, as long as the windows last or for each question; show it in a terminal."""
-    from vegrip.cli._live_values import showing
     from vegrip.clock import NS
     from vegrip.config import build
     from vegrip.transport.can_port import open_port
@@ -267,14 +268,14 @@ def _listen(
     traffic = Traffic()
 
     def take(until: float) -> None:
-        with showing(now) as show:
+        with _showing(now) as draw:
             while (left := until - time.monotonic()) > 0.0:
                 frame = port.receive(min(left, 0.1))
                 if frame is not None:
                     traffic.add(frame)
                     if now is not None:
                         now.update(frame)
-                show()
+                draw()
 
     try:
         if not ask:
@@ -376,7 +377,7 @@ def _setting(text: str) -> "Setting":
     return [part.strip() for part in key.split(".")], parsed(value.strip())
 
 
-def _tell(
+def _print_result(
     plan: "Plan",
     traffic: "Traffic | None",
     proposal: "Proposal | None",
@@ -386,7 +387,6 @@ def _tell(
     *,
     as_json: bool,
 ) -> None:
-    from vegrip.cli._tables import complain
     from vegrip.transport.mapped.price import price
     from vegrip.transport.mapped.traffic import values_of
 
@@ -439,7 +439,6 @@ def _tell(
 
 
 def _end(implausible: list[str]) -> None:
-    """A map that cannot be true is shown and written, and is no success."""
     if implausible:
         raise typer.Exit(InputError.exit_code)
 
@@ -449,7 +448,6 @@ def _counts(rejected: Mapping[str, int]) -> str:
 
 
 def _show(values: Any, plan: "Plan") -> None:
-    from vegrip.cli._tables import show, table
     from vegrip.transport.mapped.units import SI
 
     content = table("finger", "channel", "from", "unit", "least", "last", "largest", "states/s")
@@ -465,3 +463,30 @@ def _show(values: Any, plan: "Plan") -> None:
     show(content)
     for name, count in values.rejected.items():
         typer.echo(f"refused: {name} ({count} x)")
+
+
+@contextmanager
+def _showing(now: "Now | None") -> Iterator[Callable[[], None]]:
+    """Show ``now`` as long as the block lasts; what is given draws it again when it is time."""
+    if now is None:
+        yield lambda: None
+        return
+    from rich.live import Live
+
+    drawn = 0.0
+    with Live(_drawn(now), console=printer(), auto_refresh=False, transient=True) as live:
+
+        def draw() -> None:
+            nonlocal drawn
+            if time.monotonic() - drawn >= PICTURE_PERIOD_S:
+                drawn = time.monotonic()
+                live.update(_drawn(now), refresh=True)
+
+        yield draw
+
+
+def _drawn(now: "Now") -> "Table":
+    content = table("from", "what", "now", "unit")
+    for source, name, value, unit in now.rows():
+        content.add_row(source, name, "-" if math.isnan(value) else f"{value:.4g}", unit)
+    return content

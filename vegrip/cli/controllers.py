@@ -9,8 +9,8 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
-from vegrip.errors import UsageError
-from vegrip.spelling import suggestion
+from vegrip.cli._terminal import print_json, progress, show, table
+from vegrip.errors import UsageError, suggestion
 
 if TYPE_CHECKING:
     from vegrip.trials.fronts import Surroundings
@@ -74,8 +74,6 @@ def controllers(
 
     Fifty scenarios of all controllers take about two minutes; with --sweep, ten.
     """
-    from vegrip.cli._fits import print_json
-    from vegrip.cli._progress import progress
     from vegrip.trials import fronts
 
     names = _known(grasp, only or [])
@@ -153,8 +151,6 @@ def _draw(told: dict[str, Any], grasp: str, path: Path) -> None:
 
 
 def _print(told: dict[str, Any]) -> None:
-    from vegrip.cli._tables import show, table
-
     columns = table(
         "controller", "knob", "slips", "drops", "slips per trial, 95 %", "force [N]", "over least",
         "micro-slip [um]", "margin, 5 %", "below 0.02 [s]",
@@ -183,7 +179,6 @@ def _print(told: dict[str, Any]) -> None:
 
 
 def _print_lags(told: dict[str, Any]) -> None:
-    """Say how far the drives lag, and what that costs."""
     from vegrip.grip.drive_log import describe_lag
     from vegrip.trials.candidates import parameters
 

@@ -6,9 +6,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vegrip.cli._fits import EACH, HOLD_BACK, TOLERANCE
-from vegrip.cli._options import JSON, RECORDING, REFITTED_MODEL
+from vegrip.cli._options import EACH, HOLD_BACK, JSON, RECORDING, REFITTED_MODEL, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.cli._terminal import (
+    figures,
+    json_text,
+    print_json,
+    print_next,
+    print_sentences,
+    printer,
+    progress,
+)
 from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -45,9 +53,7 @@ def diagnose(
 
     Example: vegrip sample press && vegrip diagnose press -o found
     """
-    from vegrip.cli._fits import asked, noise_for, opened, print_json
-    from vegrip.cli._progress import progress
-    from vegrip.cli._tables import print_next
+    from vegrip.cli._fits import error_options, judged, opened
     from vegrip.identification.diagnosis import diagnose as diagnose_model
     from vegrip.model import write_model
 
@@ -56,13 +62,8 @@ def diagnose(
         (outputs.file if is_alone else outputs.pictures)(output)
         measured, start = opened(recording, model, hold_back=hold_back)
         with progress("diagnose") as report:
-            found = diagnose_model(
-                measured,
-                start,
-                noise=noise_for(measured, tolerance),
-                zeros="episode" if zeros_each_episode else "recording",
-                report=report,
-            )
+            same = judged(measured, tolerance, zeros_each_episode)
+            found = diagnose_model(measured, start, **same, report=report)
         if is_alone:
             outputs.write(output, partial(write_model, found.model))
         else:
@@ -74,8 +75,8 @@ def diagnose(
         else:
             _print(found, draws)
             if words := _next(found, recording, model):
-                same = asked(zeros_each_episode, tolerance) if words[0] in ("add", "fit") else []
-                print_next("vegrip", *words, *same)
+                options = error_options(zeros_each_episode, tolerance) if words[0] in ("add", "fit") else []
+                print_next("vegrip", *words, *options)
 
 
 def _next(found: "Diagnosis", recording: Path, model: Path | None) -> list[object]:
@@ -103,7 +104,6 @@ def _as_dict(found: "Diagnosis", draws: int) -> dict[str, Any]:
 
 
 def _write_folder(found: "Diagnosis", start: str, draws: int, folder: Path) -> None:
-    from vegrip.cli._fits import json_text
     from vegrip.identification.diagnosis.account import draw_diagnosis
     from vegrip.model import write_model
 
@@ -121,11 +121,7 @@ SENTENCES = {
 
 
 def _print(found: "Diagnosis", draws: int) -> None:
-    from rich.table import Table
     from rich.text import Text
-
-    from vegrip.cli._fits import print_sentences
-    from vegrip.cli._tables import printer
 
     console = printer()
     told = _as_dict(found, draws)
@@ -137,9 +133,8 @@ def _print(found: "Diagnosis", draws: int) -> None:
     for group in told["indistinguishable"]:
         console.print(f"not separated: {', '.join(group)}")
     console.print(f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)")
-    table = Table(box=None, padding=(0, 2))
-    for heading in ("round", "effect", "evidence [nats]", "held out [nats]", "error", "outcome"):
-        table.add_column(heading, justify="left" if heading in ("effect", "outcome") else "right")
+    columns = ("round", "effect", "evidence [nats]", "held out [nats]", "error", "outcome")
+    table = figures(*columns, left=("effect", "outcome"))
     for one in told["rounds"]:
         cells = (f"{one['evidence_gain']:.1f}", f"{one['heldout_gain']:.1f}", f"{one['error_after']:.3f}")
         table.add_row(str(one["round"]), one["name"], *cells, one["outcome"])
@@ -170,10 +165,6 @@ def _print(found: "Diagnosis", draws: int) -> None:
 
 
 def _print_failures(told: dict[str, Any], added: str) -> None:
-    """Say where the start model fails, and where the one that was found does."""
-    from vegrip.cli._fits import print_sentences
-    from vegrip.cli._tables import printer
-
     models = [("the start model", told["error"]["before"], told["where"])]
     if added:
         models.append((f"the model with {added}", told["error"]["after"], told["where_after"]))

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from vegrip.cli._options import JSON
+from vegrip.cli._terminal import print_sentences, printer, show, table
 
 
 def doctor(
@@ -44,8 +45,6 @@ def doctor(
     else:
         from rich.text import Text
 
-        from vegrip.cli._tables import printer
-
         colours = {Grade.OK: "green", Grade.WARN: "yellow", Grade.FAIL: "red"}
         for f in findings:
             mark = Text(f"{f.grade.name.lower():5}", style=colours[f.grade])
@@ -57,7 +56,6 @@ def doctor(
 
 
 def _show_sensors(given: str, *, as_json: bool) -> None:
-    from vegrip.cli._tables import printer, show, table
     from vegrip.identification.sensors import LOAD_REMEDY, OUTPUT_NEEDS, USUAL_SENSORS, answers, lacking
 
     sets = {given: _channels(given)} if given else USUAL_SENSORS
@@ -75,15 +73,13 @@ def _show_sensors(given: str, *, as_json: bool) -> None:
     console = printer()
     for output in OUTPUT_NEEDS:
         console.print(f"{output.short}: {output.name}; needs {output.needs}; without: {output.otherwise}")
-    for sentence in lacking(sets[given], LOAD_REMEDY) if given else ():
-        console.print(f"- {sentence}")
+    print_sentences(lacking(sets[given], LOAD_REMEDY) if given else ())
 
 
 def _channels(given: str) -> tuple[str, ...]:
-    from vegrip.errors import UsageError
+    from vegrip.errors import UsageError, suggestion
     from vegrip.identification.recording import read_recording
     from vegrip.identification.recording.channels import CHANNELS
-    from vegrip.spelling import suggestion
 
     if Path(given).is_dir():
         return tuple(read_recording(given).columns)

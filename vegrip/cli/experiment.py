@@ -8,6 +8,7 @@ import typer
 
 from vegrip.cli._options import JSON, RECORDING, REFITTED_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.cli._terminal import figures, print_json, printer, progress
 
 if TYPE_CHECKING:
     from vegrip.identification.experiment import Design, Hypotheses, RigLimits
@@ -58,8 +59,7 @@ def experiment(
     Example: vegrip sample press && vegrip experiment press --candidates adhesion,guide_friction --duration 30
     -o next.toml
     """
-    from vegrip.cli._fits import opened, print_json
-    from vegrip.cli._progress import progress
+    from vegrip.cli._fits import opened
     from vegrip.effects import effect
     from vegrip.errors import UsageError
     from vegrip.identification.experiment import NO_EFFECT, design
@@ -124,7 +124,6 @@ def rig_limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits"
 def _contest(
     recording: "Recording", model: Any, names: list[str], report: Any
 ) -> "Hypotheses | dict[str, Any]":
-    """Return the candidates to separate, or the diagnosis where there are none."""
     from vegrip.identification.diagnosis import diagnose
     from vegrip.identification.experiment import hypotheses_of
     from vegrip.identification.experiment.design import hypotheses_after
@@ -141,7 +140,6 @@ def _contest(
 
 
 def _nothing_to_do(told: dict[str, Any], as_json: bool) -> None:
-    from vegrip.cli._fits import print_json
 
     reasons = {
         "adequate": "nothing is missing that this recording shows",
@@ -156,14 +154,9 @@ def _nothing_to_do(told: dict[str, Any], as_json: bool) -> None:
 
 
 def _print(found: "Design", output: Path | None) -> None:
-    from rich.table import Table
-
-    from vegrip.cli._tables import printer
-
     console = printer()
-    table = Table(box=None, padding=(0, 2))
-    for heading in ("experiment", "expected [nats]", "duration [s]", "times", "amplitudes", ""):
-        table.add_column(heading, justify="right" if "[" in heading or heading == "times" else "left")
+    head = ("experiment", "expected [nats]", "duration [s]", "times", "amplitudes", "")
+    table = figures(*head, left=("experiment", "amplitudes", ""))
     for one in found.tried[:10]:
         sizes = ", ".join(f"{name} {value:.3g}" for name, value in one.amplitudes.items())
         cells = (f"{one.nats:.1f}", f"{one.whole.duration:.0f}", str(one.times), sizes)

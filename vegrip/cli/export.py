@@ -7,19 +7,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vegrip.cli._options import JSON
+from vegrip.cli._options import JSON, group
 from vegrip.cli._outputs import FORCE, claim_file
+from vegrip.cli._terminal import printer
 from vegrip.errors import InputError, UsageError, is_missing_from_installation
 
 if TYPE_CHECKING:
     from vegrip.export import Exported, Request
 
-app = typer.Typer(
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    no_args_is_help=True,
-    help="Write the estimator for firmware; read what firmware has learned.\n\n"
-    "Example: vegrip sample press.toml && vegrip export c press.toml -o firmware",
+app = group(
+    "Write the estimator for firmware; read what firmware has learned.\n\n"
+    "Example: vegrip sample press.toml && vegrip export c press.toml -o firmware"
 )
 CONTROL = ("grip", "limits", "fail_safe", "watchdog")
 Model = Annotated[Path, typer.Argument(help="Model file.")]
@@ -174,7 +172,6 @@ def _as_dict(exported: "Exported", precision: str) -> dict[str, Any]:
 
 
 def _show(request: "Request", exported: "Exported", folder: Path) -> None:
-    from vegrip.cli._tables import printer
 
     console, measured = printer(), exported.measured
     for path in exported.files:

@@ -11,6 +11,7 @@ import typer
 
 from vegrip.cli._options import JSON, START_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.cli._terminal import print_json, printer, show, table
 from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -46,7 +47,6 @@ def fleet(
 
     Example: vegrip sample press -o recordings/press && vegrip fleet recordings -o fleet.csv
     """
-    from vegrip.cli._fits import print_json
     from vegrip.identification.fleet import find_recordings, run, summarize_rows
     from vegrip.identification.fleet.row import Ledger, write_csv
     from vegrip.model import read_model
@@ -85,10 +85,7 @@ def _recordings(done: "list[tuple[Found, Row]]") -> list[dict[str, Any]]:
 
 @contextmanager
 def _counted(total: int, done: int) -> Iterator[Any]:
-    """Show a bar on standard error in a terminal, lines elsewhere."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    from vegrip.cli._tables import printer
 
     console = printer(stderr=True)
     if not console.is_terminal:
@@ -111,7 +108,6 @@ def _counted(total: int, done: int) -> Iterator[Any]:
 
 
 def _print(findings: "list[Finding]", done: "list[tuple[Found, Row]]", output: Path | None) -> None:
-    from vegrip.cli._tables import printer, show, table
     from vegrip.identification.fleet.row import FAILED, NONE
 
     shown = table("hand", "pad", "effect", "since", "seen in", "now", "size", wraps="size")

@@ -10,6 +10,7 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file, claim_recording
+from vegrip.cli._terminal import counted, print_next, progress
 from vegrip.errors import InputError, UsageError
 
 if TYPE_CHECKING:
@@ -83,11 +84,10 @@ def import_(
     else:
         read = read_column_map(map_file) if map_file else ColumnMap()
         found = _mapped(src, output, with_columns(read, columns or [], units or [], negated or []), metres)
-    _tell(found, as_json=as_json)
+    _print_result(found, as_json=as_json)
 
 
 def _claim(output: Path, src: Path, fingers: str, *, force: bool) -> None:
-    """Refuse before anything is read what would be written over."""
     if output.suffix.lower() == ".mcap":
         claim_file(output, force=force)
     elif src.suffix.lower() in LOGS:
@@ -115,7 +115,6 @@ def _can_log(src: Path, output: Path, fingers: str, radius: float) -> "Mapping[P
 
 
 def _mapped(src: list[Path], output: Path, chart: "ColumnMap", radius: float) -> "Mapping[Path, Recording]":
-    from vegrip.cli._progress import counted, progress
     from vegrip.identification.recording.data import join_recordings
     from vegrip.identification.recording.import_csv import import_csv
     from vegrip.identification.recording.rosbag import import_rosbag
@@ -150,9 +149,8 @@ def _refuse_options(options: Mapping[str, object], what: str) -> None:
             raise UsageError(f"{name} does not apply to {what}")
 
 
-def _tell(found: "Mapping[Path, Recording]", *, as_json: bool) -> None:
+def _print_result(found: "Mapping[Path, Recording]", *, as_json: bool) -> None:
     from vegrip.cli._recordings import describe, print_recording
-    from vegrip.cli._tables import print_next
     from vegrip.identification.recording import Kind
 
     if as_json:

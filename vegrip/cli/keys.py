@@ -6,14 +6,11 @@ from typing import Annotated
 
 import typer
 
-from vegrip.cli._options import JSON
+from vegrip.cli._options import JSON, group
 
-app = typer.Typer(
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    no_args_is_help=True,
-    help="Make and exchange keys: an address beyond this machine needs them.\n\n"
-    "Example: vegrip keys new hand && vegrip keys trust keys/hand.key",
+app = group(
+    "Make and exchange keys: an address beyond this machine needs them.\n\n"
+    "Example: vegrip keys new hand && vegrip keys trust keys/hand.key"
 )
 Folder = Annotated[Path, typer.Option(help="Folder of our own keys.")]
 
@@ -32,7 +29,7 @@ def new(
     from vegrip.transport.key_files import make_keys
 
     public, secret = make_keys(folder, name)
-    _tell(
+    _print_result(
         {"public": str(public), "secret": str(secret)},
         f"{public} is public: give it to the other side; {secret} is secret: keep it",
         as_json=as_json,
@@ -55,7 +52,7 @@ def trust(
     from vegrip.transport.key_files import trust_key as trusted
 
     place = trusted(key, peers)
-    _tell({"trusted": str(place)}, f"{place}: may subscribe", as_json=as_json)
+    _print_result({"trusted": str(place)}, f"{place}: may subscribe", as_json=as_json)
 
 
 @app.command("list")
@@ -68,8 +65,10 @@ def list_(folder: Folder = Path("keys"), as_json: JSON = False) -> None:
     from vegrip.transport.key_files import list_keys
 
     keys = list_keys(folder)
-    _tell(dict(keys), "\n".join(f"{name}  {key}" for name, key in keys.items()) or "no keys", as_json=as_json)
+    _print_result(
+        dict(keys), "\n".join(f"{name}  {key}" for name, key in keys.items()) or "no keys", as_json=as_json
+    )
 
 
-def _tell(found: dict[str, str], sentence: str, *, as_json: bool) -> None:
+def _print_result(found: dict[str, str], sentence: str, *, as_json: bool) -> None:
     print(json.dumps(found) if as_json else sentence)  # noqa: T201

@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from vegrip.cli._tables import show, table
+from vegrip.cli._terminal import show, table
 
 COLOURS = ("cyan", "green", "magenta", "yellow", "blue", "bright_red")
 
@@ -92,8 +92,7 @@ def _run(path: Path, nodes: list[Any]) -> int:
 
 def _is_active(name: str) -> bool:
     from vegrip.errors import VegripError
-    from vegrip.runtime.client import ask
-    from vegrip.runtime.registry import find_node
+    from vegrip.runtime.registry import ask, find_node
 
     try:
         state: str = ask(find_node(name), "state", patience=0.2)["state"]

@@ -5,15 +5,11 @@ from typing import Annotated, Any
 
 import typer
 
-from vegrip.cli._options import JSON
-from vegrip.cli._tables import show, table
-from vegrip.cli._values import jsonable
+from vegrip.cli._options import JSON, group
+from vegrip.cli._terminal import jsonable, show, table
 
-app = typer.Typer(
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    no_args_is_help=True,
-    help="Read and change the state of running nodes.\n\nExample: vegrip lifecycle set grasp_force inactive",
+app = group(
+    "Read and change the state of running nodes.\n\nExample: vegrip lifecycle set grasp_force inactive"
 )
 NodeName = Annotated[
     str, typer.Argument(help="Name of a running node, e.g. grasp_force or /left/grasp_force.")
@@ -27,8 +23,7 @@ def list_(as_json: JSON = False) -> None:
     Example: vegrip lifecycle list
 
     """
-    from vegrip.runtime.exit_reports import read_reports
-    from vegrip.runtime.registry import running_nodes
+    from vegrip.runtime.registry import read_reports, running_nodes
 
     nodes = {name: _ended(words) for name, words in read_reports().items()}
     nodes |= {
@@ -55,7 +50,7 @@ def get(node: NodeName, as_json: JSON = False) -> None:
     Example: vegrip lifecycle get grasp_force
 
     """
-    _show(_asked(node, "state"), as_json)
+    _show(_ask_or_recall(node, "state"), as_json)
 
 
 @app.command()
@@ -65,7 +60,7 @@ def status(node: NodeName, as_json: JSON = False) -> None:
     Example: vegrip lifecycle status grasp_force
 
     """
-    told = jsonable(_asked(node, "status"))
+    told = jsonable(_ask_or_recall(node, "status"))
     if as_json:
         print(json.dumps(told))  # noqa: T201
         return
@@ -87,8 +82,7 @@ def set_(
     Example: vegrip lifecycle set grasp_force inactive
 
     """
-    from vegrip.runtime.client import CONFIGURING_MAY_TAKE, ask
-    from vegrip.runtime.registry import find_node
+    from vegrip.runtime.registry import CONFIGURING_MAY_TAKE, ask, find_node
 
     _show(ask(find_node(node), "set_state", patience=CONFIGURING_MAY_TAKE, target=target), as_json)
 
@@ -101,19 +95,15 @@ def zero(node: NodeName, as_json: JSON = False) -> None:
     Example: vegrip lifecycle set grasp_force inactive && vegrip zero grasp_force
 
     """
-    from vegrip.runtime.client import ask
-    from vegrip.runtime.registry import find_node
+    from vegrip.runtime.registry import ask, find_node
 
     ask(find_node(node), "zero")
     print(json.dumps({"zero": "asked for"}) if as_json else "zero: asked for")  # noqa: T201
 
 
-def _asked(node: str, call: str) -> Any:
-    """Return what the node answers, or what is known of one that could not be started."""
+def _ask_or_recall(node: str, call: str) -> Any:
     from vegrip.errors import UsageError
-    from vegrip.runtime.client import ask
-    from vegrip.runtime.exit_reports import read_reports
-    from vegrip.runtime.registry import find_node
+    from vegrip.runtime.registry import ask, find_node, read_reports
 
     try:
         found = find_node(node)
@@ -145,8 +135,7 @@ def _show(state: dict[str, Any], as_json: bool) -> None:
 
 def _state(entry: Any) -> dict[str, Any]:
     from vegrip.errors import DeviceError
-    from vegrip.runtime.client import ask
-    from vegrip.runtime.unanswered import silent_state
+    from vegrip.runtime.registry import ask, silent_state
 
     try:
         state: dict[str, Any] = ask(entry, "state", patience=1.0)

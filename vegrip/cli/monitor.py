@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from vegrip.cli._terminal import announce_page, printer
+
 STATUS_WAIT_S = 1.5  # [s] in which every node says how it is, at the usual period
 
 
@@ -36,11 +38,9 @@ def monitor(
     if web:
         _serve(port, opens=opens)
         return
-    from vegrip.cli._tables import printer
     from vegrip.runtime.monitor.board import Board, as_json
-    from vegrip.runtime.monitor.screen import Screen
     from vegrip.runtime.monitor.table import render
-    from vegrip.runtime.monitor.watch import Watch
+    from vegrip.runtime.monitor.watch import Screen, Watch
 
     console = printer()
     with closing(Watch(waits=not (once or json))) as watch:  # complains before the screen opens
@@ -48,7 +48,7 @@ def monitor(
             board = Board(time.monotonic_ns())
             watch.run(board, duration or STATUS_WAIT_S)
             now = time.monotonic_ns()
-            board.look(now)
+            board.refresh(now)
             if json:
                 sys.stdout.write(json_format.dumps(as_json(board, now)) + "\n")
             else:
@@ -70,7 +70,4 @@ def _serve(port: int, *, opens: bool) -> None:
     require_web()
     from vegrip.web.live.stream import run
 
-    def announce(address: str) -> None:
-        print(f"live page: {address}  (Ctrl-C ends)", flush=True)  # noqa: T201
-
-    run(port, announce, opens=opens)
+    run(port, announce_page("live page"), opens=opens)

@@ -6,7 +6,8 @@ from typing import Annotated, Any
 
 import typer
 
-from vegrip.spelling import suggestion
+from vegrip.config import parse_toml
+from vegrip.errors import UsageError, suggestion
 
 
 def node(
@@ -47,7 +48,6 @@ def configured(
     name: str, config: Path | None, namespace: str | None, as_name: str | None, values: list[str]
 ) -> Any:
     """Return the configuration of a node: that of the launch file, then what the command line says."""
-    from vegrip.cli._values import assigned
     from vegrip.config import build
     from vegrip.runtime.launch_file import NodeConfig
     from vegrip.runtime.program import find_program
@@ -63,7 +63,6 @@ def configured(
 
 
 def _from_file(config: Path, name: str) -> Any:
-    from vegrip.errors import UsageError
     from vegrip.runtime.launch_file import find_launch_file, read_launch_file
 
     nodes = read_launch_file(find_launch_file(str(config)))
@@ -72,3 +71,29 @@ def _from_file(config: Path, name: str) -> Any:
             return candidate
     known = suggestion(name, [candidate.full_name for candidate in nodes], "it has")
     raise UsageError(f"{config}: there is no node {name!r}; {known}")
+
+
+def parsed(text: str) -> Any:
+    """Return the value of ``text``: 0.4, 3, true, [1, 2], "text" or text."""
+    try:
+        return parse_toml(f"value = {text}")["value"]
+    except (ValueError, RecursionError):
+        return text
+
+
+def assigned(table: dict[str, Any], assignment: str) -> None:
+    """Carry out ``dotted.key=value`` in ``table``.
+
+    Raises:
+        UsageError: it is no assignment, or its key runs through a value.
+
+    """
+    key, equals, value = assignment.partition("=")
+    if not (equals and key):
+        raise UsageError(f"{assignment!r} is no assignment; write --set transport.channel=can1")
+    *groups, last = key.split(".")
+    for group in groups:
+        table = table.setdefault(group, {})
+        if not isinstance(table, dict):
+            raise UsageError(f"{group!r} in {key!r} is a value, not a table")
+    table[last] = parsed(value)

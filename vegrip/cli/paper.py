@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from vegrip.cli._outputs import FORCE, Outputs
-from vegrip.cli._tables import printer
+from vegrip.cli._terminal import printer
 
 
 def paper(
@@ -33,7 +33,7 @@ def paper(
             typer.echo(json.dumps(numbers()).replace("Infinity", "1e999"))
         else:
             console = Console(markup=False)
-            for table in _tables():
+            for table in (_table_1(), _table_2(), _creep(), _limit_surface(), _fits()):
                 console.print(table)
         if outputs.write(output, _draw):
             printer(stderr=True).print(f"figures in {output}")
@@ -43,10 +43,6 @@ def _draw(folder: Path) -> None:
     from vegrip.contact.paper.figures import save_all
 
     save_all(folder)
-
-
-def _tables() -> list[Table]:
-    return [_table_1(), _table_2(), _creep(), _limit_surface(), _fits()]
 
 
 def _table_1() -> Table:

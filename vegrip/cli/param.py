@@ -5,16 +5,13 @@ from typing import Annotated, Any
 
 import typer
 
-from vegrip.cli._options import JSON
-from vegrip.cli._tables import show, table
-from vegrip.spelling import suggestion
+from vegrip.cli._options import JSON, group
+from vegrip.cli._terminal import show, table
+from vegrip.errors import suggestion
 
-app = typer.Typer(
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    no_args_is_help=True,
-    help="Read and set parameters of running nodes.\n\n"
-    "Example: vegrip param set grasp_force grip.wanted_margin 0.4",
+app = group(
+    "Read and set parameters of running nodes.\n\n"
+    "Example: vegrip param set grasp_force grip.wanted_margin 0.4"
 )
 NodeName = Annotated[
     str, typer.Argument(help="Name of a running node, e.g. grasp_force or /left/grasp_force.")
@@ -63,7 +60,7 @@ def set_(
     Example: vegrip param set grasp_force grip.wanted_margin 0.4
 
     """
-    from vegrip.cli._values import parsed
+    from vegrip.cli.node import parsed
 
     _show(_ask(node, "set_parameter", name=name, value=parsed(value)), node, name, as_json)
 
@@ -87,7 +84,6 @@ def _bounds(row: dict[str, Any]) -> str:
 
 
 def _ask(node: str, call: str, **arguments: Any) -> Any:
-    from vegrip.runtime.client import ask
-    from vegrip.runtime.registry import find_node
+    from vegrip.runtime.registry import ask, find_node
 
     return ask(find_node(node), call, **arguments)

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from vegrip.cli._outputs import FORCE, claim_recording
+from vegrip.cli._terminal import progress
 from vegrip.errors import UsageError
 
 OUT = Annotated[
@@ -63,7 +64,6 @@ def record(
 
 def record_from_node(name: str, folder: Path, seconds: float, *, force: bool = False) -> str:
     """Record a running node into ``folder``; return the model file of its fingertips, empty where none."""
-    from vegrip.cli._progress import progress
     from vegrip.identification.recording.session import replaced
     from vegrip.identification.recording.writer import RecordingWriter
     from vegrip.runtime.registry import find_node

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vegrip.cli._fits import EACH, HOLD_BACK, TOLERANCE
-from vegrip.cli._options import JSON, MODEL_OUT, RECORDING, START_MODEL
+from vegrip.cli._options import EACH, HOLD_BACK, JSON, MODEL_OUT, RECORDING, START_MODEL, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.cli._terminal import figures, print_json, printer, progress
 from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -42,8 +42,7 @@ def refine(
 
     Example: vegrip sample press && vegrip refine press -o press-refined.toml --report press-ladder
     """
-    from vegrip.cli._fits import noise_for, opened, print_json
-    from vegrip.cli._progress import progress
+    from vegrip.cli._fits import judged, opened
     from vegrip.identification.diagnosis import error_ladder
     from vegrip.identification.diagnosis.account import account
     from vegrip.identification.experiment.design import next_experiment
@@ -54,14 +53,8 @@ def refine(
         outputs.pictures(report)
         measured, start = opened(recording, model, hold_back=hold_back)
         with progress("refine") as tell:
-            refined = error_ladder.refine(
-                measured,
-                start,
-                noise=noise_for(measured, tolerance),
-                zeros="episode" if zeros_each_episode else "recording",
-                most=most,
-                report=tell,
-            )
+            same = judged(measured, tolerance, zeros_each_episode)
+            refined = error_ladder.refine(measured, start, **same, most=most, report=tell)
         found, rungs = refined.diagnosis, refined.rungs
         outputs.write(output, partial(write_model, found.model))
         told = {"ladder": [asdict(rung) for rung in rungs], "verdict": found.verdict, "noise_floor": 1.0}
@@ -85,18 +78,10 @@ def _write_report(rungs: "list[Rung]", told: dict[str, Any], folder: Path) -> No
     write_whole(folder / "report.json", json.dumps(told, indent=2) + "\n")
 
 
-def _print(told: dict[str, object]) -> None:
-    from rich.table import Table
-
-    from vegrip.cli._tables import printer
-
-    console, table = printer(), Table(box=None, padding=(0, 2))
-    for heading in ("model", "error / noise", "held out"):
-        table.add_column(heading, justify="left" if heading == "model" else "right")
-    rungs = told["ladder"]
-    assert isinstance(rungs, list)  # noqa: S101
-    for rung in rungs:
+def _print(told: dict[str, Any]) -> None:
+    table = figures("model", "error / noise", "held out", left=("model",))
+    for rung in told["ladder"]:
         name = "start" if rung["effect"] is None else f"+ {rung['effect']}"
         table.add_row(name, f"{rung['error']:.3f}", f"{rung['heldout_error']:.3f}")
-    console.print(table)
-    console.print(f"verdict: {told['verdict']}; the next effect does not pay")
+    printer().print(table)
+    printer().print(f"verdict: {told['verdict']}; the next effect does not pay")

@@ -5,14 +5,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from vegrip.cli._outputs import FORCE, Outputs, claim_recording
+from vegrip.cli._terminal import figures, print_sentences, printer, progress
 
 if TYPE_CHECKING:
-    from vegrip.identification.recording import Recording
+    from vegrip.identification.recording import LoadReport, Recording
+    from vegrip.runtime.replay.run import Outcome
 
 RECORDING = Annotated[
     Path,
@@ -30,6 +32,17 @@ CONFIG = Annotated[
     ),
 ]
 LOGS = (".blf", ".asc", ".log")
+OUTCOME_ROWS = (
+    ("samples", "samples", ""),
+    ("in contact", "contact_time", " s"),
+    ("force, estimate against measured, rms", "force_rms", " N"),
+    ("mean normalised innovation squared", "nis", ""),
+    ("consistent, of the health reports with a verdict", "consistent", ""),
+    ("measurements refused as outliers", "rejected", ""),
+    ("lowest margin bound", "lowest_margin_bound", ""),
+    ("commands", "commands", ""),
+    ("highest command", "highest_command", " N"),
+)
 PATIENCE_S = 1.0  # for which a frame waits for room on the bus
 SET = Annotated[list[str] | None, typer.Option("--set", help="KEY=VALUE, e.g. transport.channel=can0.")]
 FINGER = Annotated[str, typer.Option(help="Play a single recording as this finger.")]
@@ -108,7 +121,7 @@ class _Load:
     force: float | None
     mass: float | None
 
-    def put_on(self, fingers: "dict[str, Recording]") -> "dict[str, Recording]":
+    def applied_to(self, fingers: "dict[str, Recording]") -> "dict[str, Recording]":
         from vegrip.identification.sensors import share_of, with_load
 
         force = self.force if self.mass is None else share_of(self.mass, len(fingers))
@@ -130,13 +143,13 @@ def _play(recording: Path, config: Path | None, finger: str, speed: float, value
 def _play_log(log: Path, config: Path | None, speed: float, values: list[str]) -> None:
     import can
 
-    from vegrip.cli._values import assigned
+    from vegrip.cli.node import assigned
     from vegrip.clock import WallClock
     from vegrip.config import build
     from vegrip.errors import DeviceError, UsageError
     from vegrip.identification.recording.can_log import frames_of
     from vegrip.runtime.launch_file import find_launch_file, read_launch_file
-    from vegrip.runtime.replay.frames import play_frames
+    from vegrip.runtime.replay.run import play_frames
     from vegrip.transport.mapped.codec import MappedCodec
     from vegrip.transport.mapped.open import open_plan
     from vegrip.transport.open import CanSettings, open_bus
@@ -178,19 +191,15 @@ def _run_through(
 ) -> None:
     import tempfile
 
-    from vegrip.cli._fits import print_sentences
-    from vegrip.cli._outcome import print_outcome
-    from vegrip.cli._progress import progress
     from vegrip.errors import DeviceError
     from vegrip.identification.recording.session import replaced
     from vegrip.identification.recording.writer import RecordingWriter
     from vegrip.identification.sensors import LOAD_REMEDY, lacking
-    from vegrip.runtime.replay.grasp import grasp_node, offline, read_settings
-    from vegrip.runtime.replay.run import run_through
+    from vegrip.runtime.replay.run import grasp_node, offline, read_settings, run_through
 
     if output is not None:
         claim_recording(output, force=force)
-    recordings = stated.put_on(_recordings(folder, finger))
+    recordings = stated.applied_to(_recordings(folder, finger))
     pictures = {name: _beside(plot, name, len(recordings)) for name in recordings} if plot else {}
     node = grasp_node(offline(read_settings(parameters)), recordings)
     with Outputs(force=force) as outputs, tempfile.TemporaryDirectory() as scratch:
@@ -209,7 +218,7 @@ def _run_through(
         if as_json:
             typer.echo(json.dumps({"recording": str(folder), **outcome.as_dict()}))
         else:
-            print_outcome(outcome, {name: each.report for name, each in recordings.items()})
+            _print_outcome(outcome, {name: each.report for name, each in recordings.items()})
             for name, each in recordings.items():
                 print_sentences(f"{name}: {sentence}" for sentence in lacking(each.columns, LOAD_REMEDY))
 
@@ -240,3 +249,40 @@ def _recordings(folder: Path, finger: str) -> "dict[str, Recording]":
 
 def _beside(plot: Path, finger: str, count: int) -> Path:
     return plot if count == 1 else plot.with_stem(f"{plot.stem}-{finger}")
+
+
+def _print_outcome(outcome: "Outcome", reports: "Mapping[str, LoadReport]") -> None:
+    """Print one column per finger, then what was refused on the way."""
+    console = printer()
+    told = outcome.as_dict()["fingers"]
+    table = figures("", *told, left=("",))
+    for title, key, unit in OUTCOME_ROWS:
+        table.add_row(title, *(_number(each[key], unit) for each in told.values()))
+    for title, key in (("input", "conditions"), ("fails", "failing"), ("suspect", "suspects")):
+        if key == "suspects" and not any(each[key].keys() - {"none"} for each in told.values()):
+            continue  # none was looked for
+        table.add_row(title, *(_first(each[key]) for each in told.values()))
+    for title, key in (("pressure exponent", "pressure_exponent"), ("friction", "friction_coefficient")):
+        table.add_row(f"{title}, last", *(_estimate(each[key]) for each in told.values()))
+    console.print(table)
+    for finger, report in reports.items():
+        if not report.is_clean:
+            console.print(f"recording of {finger}: {report.summary()}")
+    for name, count in outcome.rejected.items():
+        console.print(f"refused on the bus or in the node: {name} ({count} x)")
+
+
+def _number(value: float | None, unit: str) -> str:
+    return "-" if value is None else f"{value:.4g}{unit}"
+
+
+def _first(counts: Mapping[str, int]) -> str:
+    total = sum(counts.values())
+    return ", ".join(f"{name} {count / total:.0%}" for name, count in list(counts.items())[:2]) or "-"
+
+
+def _estimate(estimate: Mapping[str, Any]) -> str:
+    if estimate["value"] is None:
+        return "-"
+    doubt = "" if estimate["valid"] else " (not valid)"
+    return f"{estimate['value']:.3g} +- {_number(estimate['std'], '')}{doubt}"

@@ -7,6 +7,7 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.cli._terminal import print_json, printer, progress
 from vegrip.whole_file import write_whole
 
 WHAT = Annotated[
@@ -32,9 +33,6 @@ def report(
 
     Example: vegrip sample press && vegrip report press -o press-report.html
     """
-    from vegrip.cli._fits import print_json
-    from vegrip.cli._progress import progress
-    from vegrip.cli._tables import printer
     from vegrip.model import read_model
     from vegrip.web.report.make import make_report
 

@@ -8,9 +8,9 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file, claim_recording
-from vegrip.errors import UsageError
+from vegrip.cli._terminal import printer, show, table
+from vegrip.errors import UsageError, suggestion
 from vegrip.identification.samples import SAMPLES
-from vegrip.spelling import suggestion
 
 NAME = Annotated[str, typer.Argument(help=f"One of {', '.join(SAMPLES)}; without a name all are listed.")]
 OUT = Annotated[
@@ -23,8 +23,6 @@ def sample(name: NAME = "", output: OUT = None, force: FORCE = False, as_json: J
 
     Example: vegrip sample press
     """
-    from vegrip.cli._tables import printer
-
     if not name:
         _list(as_json=as_json)
         return
@@ -41,7 +39,6 @@ def sample(name: NAME = "", output: OUT = None, force: FORCE = False, as_json: J
 
 
 def _list(*, as_json: bool) -> None:
-    from vegrip.cli._tables import show, table
 
     if as_json:
         typer.echo(json.dumps({name: one.about for name, one in SAMPLES.items()}))

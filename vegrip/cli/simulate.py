@@ -8,6 +8,7 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs, claim_recording
+from vegrip.cli._terminal import print_json, printer
 
 if TYPE_CHECKING:
     from vegrip.model import ContactModel
@@ -56,9 +57,7 @@ def simulate(
 
     Example: vegrip sample press.toml && vegrip simulate press.toml --noise contact_radius=5e-5 -o pressed
     """
-    from vegrip.cli._fits import print_json
     from vegrip.cli._recordings import describe, print_recording
-    from vegrip.cli._tables import printer
     from vegrip.errors import UsageError
     from vegrip.identification.recording import read_recording, write_recording
     from vegrip.identification.recording.session import replaced

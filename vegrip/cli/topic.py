@@ -11,15 +11,12 @@ from typing import Annotated, Any
 
 import typer
 
-from vegrip.cli._tables import complain, show, table
-from vegrip.cli._values import jsonable
-from vegrip.spelling import suggestion
+from vegrip.cli._options import group
+from vegrip.cli._terminal import complain, jsonable, show, table
+from vegrip.errors import suggestion
 
-app = typer.Typer(
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    no_args_is_help=True,
-    help="Look at topics of running nodes.\n\nExample: vegrip topic echo /hand/thumb/slip_margin --count 3",
+app = group(
+    "Look at topics of running nodes.\n\nExample: vegrip topic echo /hand/thumb/slip_margin --count 3"
 )
 Prefix = Annotated[str, typer.Argument(help="Topic, or the beginning of several, e.g. /hand/thumb.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object per message (echo) or one in all.")]
@@ -152,8 +149,7 @@ def _is_asked(topic: str, prefix: str) -> bool:
 
 def _topics() -> dict[str, dict[str, Any]]:
     from vegrip.errors import DeviceError
-    from vegrip.runtime.client import ask
-    from vegrip.runtime.registry import running_nodes
+    from vegrip.runtime.registry import ask, running_nodes
 
     found: dict[str, dict[str, Any]] = {}
     for entry in running_nodes():

@@ -137,7 +137,6 @@ def sampled(times: ArrayLike, x: ArrayLike) -> tuple[Floats, Floats]:
 
 
 def check_times(t: Floats) -> None:
-    """Raise :class:`DomainError` for sample times that run backwards or are not finite."""
     if not np.isfinite(t).all() or np.any(np.diff(t) < 0):
         raise DomainError("the sample times run backwards or are not finite")
 

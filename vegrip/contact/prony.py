@@ -82,7 +82,6 @@ class Creep(_Branches):
 
     @property
     def equilibrium(self) -> float:
-        """``h(inf)``."""
         return 1.0 + sum(self.amplitudes)
 
     def __call__(self, t: ArrayLike) -> Floats:

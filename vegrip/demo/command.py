@@ -73,7 +73,7 @@ def _page(scenario: Scenario, console: Console) -> Iterator[Page | None]:
         console.print("no page in the browser: it needs pip install 'vegrip[web]'", markup=False)
         yield None
         return
-    from vegrip.web.live.fed import FedPage  # noqa: PLC0415 (an extra)
+    from vegrip.web.live.stream import FedPage  # noqa: PLC0415 (an extra)
 
     parameters = candidates.demonstrated_parameters(scenario.grasp)
     with closing(FedPage(parameters.grip.wanted_margin, PAGE_PORT)) as page:

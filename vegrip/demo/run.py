@@ -44,8 +44,8 @@ NODE = "/grasp_force"  # as a page calls it
 class Page(Protocol):
     """A page that shows what is on the bus."""
 
-    def take(self, message: Message, now: int, node: str) -> None:
-        """Take a message that came at ``now`` [ns]."""
+    def receive(self, message: Message, now: int, node: str) -> None:
+        """Receive a message that came at ``now`` [ns]."""
 
     def tick(self) -> None:
         """Show what is new, when that is due."""
@@ -114,11 +114,11 @@ class Demo:
         if message is None:
             return
         now = time.monotonic_ns()
-        self.board.take(message, now)
+        self.board.receive(message, now)
         if isinstance(message, ContactEstimate) and self.news is not None:
             self.believed.believe(message, self.news.time)
         if self.page is not None:
-            self.page.take(message, now, NODE)
+            self.page.receive(message, now, NODE)
 
     def title(self) -> str:
         """Return the headline of the screen; the scenario's time is behind the clock on a slow machine."""
@@ -256,9 +256,9 @@ def _play(
                 recorder.since = time.monotonic_ns()
             if time.monotonic() >= due:
                 due = time.monotonic() + REFRESH_PERIOD_S
-                demo.board.look(time.monotonic_ns())
+                demo.board.refresh(time.monotonic_ns())
                 refresh(demo)
-        demo.board.look(time.monotonic_ns())
+        demo.board.refresh(time.monotonic_ns())
         refresh(demo)
         return False
     return True

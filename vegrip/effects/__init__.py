@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from importlib.metadata import entry_points
 
 from vegrip.effects.contract import Effect, Hook, State, hook
-from vegrip.errors import ModelError
-from vegrip.spelling import suggestion
+from vegrip.errors import ModelError, suggestion
 
 __all__ = ["BUILT_IN", "Effect", "Hook", "State", "effect", "hook", "names", "place"]
 

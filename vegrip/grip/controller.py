@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from vegrip.errors import UsageError
+from vegrip.errors import UsageError, suggestion
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger, Place, Wanted
@@ -34,7 +34,6 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.model import ContactModel
-from vegrip.spelling import suggestion
 from vegrip.transport.codec.line import FingerLine
 
 REPORT_GROUPS = 5

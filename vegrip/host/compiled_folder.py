@@ -44,7 +44,7 @@ def library(name: str, make: Callable[[Path], None]) -> Path:
     try:
         return _made(where, name, make)
     except (OSError, UntrustedError) as error:
-        tell(where, error)
+        warn_not_kept(where, error)
     return _made(substitute(), name, make)
 
 
@@ -77,13 +77,12 @@ def check(where: Path, name: str) -> None:
         raise UntrustedError(f"{compiled} can be written by other users")
 
 
-def tell(where: Path, error: OSError | UntrustedError) -> None:
-    """Say once in the log why ``where`` is not used."""
-    _tell(where, error.strerror or str(error) if isinstance(error, OSError) else str(error))
+def warn_not_kept(where: Path, error: OSError | UntrustedError) -> None:
+    _warn_once(where, error.strerror or str(error) if isinstance(error, OSError) else str(error))
 
 
 @functools.cache
-def _tell(where: Path, reason: str) -> None:
+def _warn_once(where: Path, reason: str) -> None:
     log.warning("compiled models are not kept in %s: %s; correct that or set VEGRIP_CACHE", where, reason)
 
 

@@ -40,7 +40,6 @@ def require_descriptors(least: int) -> None:
 
 
 def limit() -> int:
-    """Return how many files may be open."""
     soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     return WANTED_DESCRIPTORS if soft == resource.RLIM_INFINITY else soft
 
@@ -56,5 +55,4 @@ def free() -> int:
 
 
 def is_out_of_descriptors(error: BaseException) -> bool:
-    """Whether ``error`` (of the system or of ZeroMQ) says that no more files can be opened."""
     return getattr(error, "errno", None) in (errno.EMFILE, errno.ENFILE)

@@ -53,7 +53,6 @@ class Scheduling:
 
 
 def permission() -> Permission:
-    """Return what this user may ask the system for."""
     if sys.platform != "linux":
         return Permission(0, may_lock=False)
     highest, memory = (
@@ -65,7 +64,6 @@ def permission() -> Permission:
 
 
 def is_switched_on() -> bool:
-    """Whether ``VEGRIP_REALTIME`` leaves real-time priority on."""
     return os.environ.get(SWITCH, "1").strip().lower() not in ("0", "off", "false", "no")
 
 
@@ -169,11 +167,9 @@ class SideTask:
         self._over = threading.Event()
 
     def start(self) -> None:
-        """Begin."""
         _thread.start_new_thread(self._run, ())
 
     def is_alive(self) -> bool:
-        """Whether it is not over."""
         return not self._over.is_set()
 
     def join(self, timeout: float | None = None) -> None:
@@ -190,7 +186,6 @@ class SideTask:
 
 
 def take_usual_priority() -> None:
-    """Give up a real-time priority that this process was started with."""
     if sys.platform == "linux" and os.sched_getscheduler(0) == os.SCHED_FIFO:
         _set(0, os.SCHED_OTHER, os.sched_param(0))
 
@@ -211,7 +206,6 @@ def switched(*, on: bool) -> Iterator[None]:
 
 
 def priority_of(wanted: int) -> LoopPriority:
-    """Return the priority of a loop that wants ``wanted``, as far as it is permitted and switched on."""
     return LoopPriority(choose_scheduling(wanted, permission(), on=is_switched_on()))
 
 

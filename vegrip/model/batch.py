@@ -93,7 +93,6 @@ def batch_of(effects: tuple[Effect, ...], mode: str, *, plain: bool = False) -> 
 
 
 def text_of(effects: tuple[Effect, ...]) -> str:
-    """Return the text of the module."""
     here = Path(__file__)
     files = [Path(limit_surface.__file__).with_name("fast.py")]
     files += [here.with_name(f"{name}_kernel.py") for name in ("simulate", "channels")]

@@ -53,7 +53,6 @@ class _Announcer(event.Listener):
             announce_compiling(f"compiling {name}: {self._done()}, {now - self._since:.0f} s so far")
 
     def on_end(self, event: event.Event) -> None:
-        """Count a function that is compiled, whatever for."""
         if (function := _function_of(event))[0]:
             self._compiled.add(function)
 
@@ -69,7 +68,6 @@ class _Announcer(event.Listener):
 
 
 def _function_of(event: event.Event) -> tuple[str, str]:
-    """Return module and name of the function that is compiled, "" for one that is none of ours."""
     function = getattr(event.data["dispatcher"], "py_func", None)
     module = getattr(function, "__module__", "") or ""
     return (module, str(getattr(function, "__name__", ""))) if module.startswith("vegrip") else ("", "")
@@ -112,7 +110,7 @@ def _written(name: str, text: str) -> Path:
     try:
         return _write(where, name, text)
     except (OSError, UntrustedError) as error:
-        compiled_folder.tell(where, error)
+        compiled_folder.warn_not_kept(where, error)
     return _write(compiled_folder.substitute(), name, text)
 
 

@@ -95,7 +95,6 @@ def depths(
 
 
 def begin(m: Floats, values: Floats, fresh: Floats) -> None:
-    """Put the values and the states of a recovered contact in their places."""
     for j in range(GIVEN):  # loops: slices take numba twice as long to compile
         m[j] = values[j]
     for j in range(N_STATES):

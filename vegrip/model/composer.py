@@ -48,7 +48,6 @@ class Call:
 
     @property
     def results(self) -> tuple[str, ...]:
-        """What the call sets."""
         return (self.gives, *self.states) if self.gives else self.states
 
 
@@ -62,7 +61,6 @@ class Plan:
     states: tuple[str, ...]
 
     def uses(self, stage: str, name: str) -> bool:
-        """Return whether a hook of ``stage`` takes ``name``."""
         return any(name in call.takes for call in self.calls[stage])
 
 
@@ -157,7 +155,6 @@ def _check_hook(effect: Effect, hook: Hook, owners: dict[str, str]) -> None:
 
 
 def _check_quantities(plan: Plan) -> None:
-    """Walk the stages in order with the set of what exists."""
     exists = {*INPUTS, *GEOMETRY, *FACTORS, *plan.parameters, *plan.states, "dt"}
     for stage, quantity in STAGES.items():
         exists |= {quantity} if quantity in STARTS else set()

@@ -4,13 +4,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vegrip.config import parse_toml, read_toml
+from vegrip.config import parse_toml, read_toml, toml_value
 from vegrip.effects import effect
-from vegrip.errors import ConfigError
+from vegrip.errors import ConfigError, suggestion
 from vegrip.model.model import ContactModel
 from vegrip.parameters import Value, declared
-from vegrip.spelling import suggestion
-from vegrip.toml_text import toml_value
 from vegrip.whole_file import write_whole
 
 FINGERTIP = ("tip_radius", "reference_depth", "reference_temperature")
@@ -92,7 +90,6 @@ def _built(table: Mapping[str, Any], path: str) -> ContactModel:
 
 
 def _value(default: Value, table: Any, where: str) -> Value:
-    """Make a value from a table of fields, or from a bare number."""
     if not isinstance(table, Mapping):
         table = {"value": table}
     _known(table, FIELDS, where)

@@ -42,7 +42,6 @@ def _entered(function: Function) -> Function:
 
 
 def __getattr__(name: str) -> Function:
-    """Return the function ``name`` of ``math``, made to return what compiled code returns."""
     exact: Function = OTHERWISE[name] if name in OTHERWISE else getattr(math, name)
     limit: Function = LIMITS[name] if name in LIMITS else getattr(np, name, exact)
 

@@ -77,7 +77,6 @@ class ContactModel:
 
     @property
     def parameters(self) -> dict[str, tuple[str, Parameter]]:
-        """Symbol -> (name of the effect, declaration), in order."""
         return {p.symbol: (e.name, p) for e in self.effects for p in e.parameters}
 
     @property
@@ -88,7 +87,6 @@ class ContactModel:
 
     @property
     def initial_states(self) -> Floats:
-        """States of the effects at rest in air."""
         return np.array([s.initial for e in self.effects for s in e.states], dtype=np.float64)
 
     @property
@@ -98,7 +96,6 @@ class ContactModel:
         return K * p / self.reference_depth**p, p - 1.0
 
     def source(self, kernels: Sequence[str] = (), entries: Sequence[str] = ()) -> str:
-        """Return the text of the generated module, with the texts of ``kernels`` appended."""
         return writer.write(self.plan, [e.name for e in self.effects], kernels, entries)
 
     def compiled(self, *, plain: bool = False) -> Batch:

@@ -50,7 +50,6 @@ def kernel_mode() -> str:
 
 @functools.cache
 def tell_once(reason: str) -> None:
-    """Say in the log why C is not possible."""
     log.warning(
         "VEGRIP_KERNEL=c is not possible: %s; numba is used, which compiles for half a minute", reason
     )
@@ -96,7 +95,6 @@ def _library(text: str, entries: Entries, place: Place, more: str, *, single: Le
 
 
 def _name(text: str, compiler: str) -> str:
-    """Return a name that changes with text, translator, compiler and kind of machine."""
     tool = os.stat(compiler)  # noqa: PTH116 (followed to the end of its links)
     parts = [text, platform.machine(), compiler, str(tool.st_size), str(tool.st_mtime_ns), *host.FLAGS]
     parts += _translator()

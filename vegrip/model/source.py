@@ -111,7 +111,6 @@ def _function(effect: str, text: str) -> ast.FunctionDef:
 
 
 def _foreign_names(tree: ast.FunctionDef) -> list[str]:
-    """Names a function uses but does not bind, annotations left aside."""
     bound = {argument.arg for argument in tree.args.args}
     used: dict[str, None] = {}
     for statement in tree.body:

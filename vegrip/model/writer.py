@@ -150,12 +150,10 @@ def _free_surface(plan: Plan) -> list[str]:
 
 
 def _yields(plan: Plan) -> bool:
-    """Return whether what carries the tip gives way."""
     return any(call.gives == "compliance" for call in plan.calls["tip"])
 
 
 def _pressing(plan: Plan) -> list[str]:
-    """Names, besides x, that the force at a trial indentation depends on."""
     elastic, force = _giving(plan, "elastic"), _giving(plan, "force")
     made = {*_results(elastic, "elastic"), "stiffness", "elastic_exponent"}
     later = [name for name in _free(force, _starting("force")) if name not in made]
@@ -255,7 +253,6 @@ def _starting_lines(stage: str) -> list[str]:
 
 
 def _free(calls: Sequence[Call], bound: Sequence[str]) -> list[str]:
-    """Names that the calls take from outside, the stage's starting point included."""
     known, free = set(bound), ["elastic_force"] if "force" in bound else []
     for call in calls:
         free += [name for name in call.takes if name not in known and name not in free]
@@ -264,7 +261,6 @@ def _free(calls: Sequence[Call], bound: Sequence[str]) -> list[str]:
 
 
 def _results(calls: Sequence[Call], stage: str) -> list[str]:
-    """Names that the calls set, the stage's quantity first."""
     set_here = dict.fromkeys(name for call in calls for name in call.results)
     return [STAGES[stage], *(name for name in set_here if name != STAGES[stage])]
 
@@ -287,7 +283,6 @@ def _stage_call(plan: Plan, stage: str) -> str:
 
 
 def _trial(plan: Plan, elastic_force: str, into: str) -> str:
-    """Evaluate the force stage at a trial elastic force, the states before the step untouched."""
     takes = _free(_giving(plan, "force"), _starting("force"))
     arguments = [elastic_force if name == "elastic_force" else name for name in takes]
     call = f"force_stage_({', '.join(arguments)})"

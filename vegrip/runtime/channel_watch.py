@@ -51,12 +51,10 @@ class ChannelWatch:
         return finger in self._known or len(self._open) + len(self._known) >= MOST_FINGERS
 
     def fresh(self) -> Iterator[tuple[str, frozenset[str]]]:
-        """Yield each finger and its channels once, when those of all that speak are known."""
         while self._fresh and not self._open:
             finger = self._fresh.pop(0)
             yield finger, self._known[finger]
 
     def news(self) -> Iterator[str]:
-        """Yield each new sentence once."""
         while self._news:
             yield self._news.pop(0)

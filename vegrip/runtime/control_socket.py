@@ -45,11 +45,9 @@ class NodeCalls:
         }
 
     def parameters(self) -> list[dict[str, Any]]:
-        """Return all parameters."""
         return describe_parameters(self._runner.managed.node.parameters)
 
     def set_parameter(self, name: str, value: Any) -> list[dict[str, Any]]:
-        """Set one parameter within its bounds and return all."""
         self._in_loop(lambda: self._node.set_parameter(name, value))
         return self.parameters()
 
@@ -184,6 +182,5 @@ class ControlServer:
 
 
 def _split(frames: Sequence[bytes]) -> tuple[Sequence[bytes], Sequence[bytes]]:
-    """Return the return address (a name, and an empty frame if there was one) and the request."""
     end = 2 if b"" in frames[1:2] else 1
     return frames[:end], frames[end:]

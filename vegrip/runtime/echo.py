@@ -31,7 +31,6 @@ class EchoNode(NodeBase):
     parameters: EchoParameters
 
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
-        """Answer a state."""
         if not isinstance(message, FingertipState):
             return ()
         p = self.parameters
@@ -40,6 +39,5 @@ class EchoNode(NodeBase):
 
 
 def build(settings: Mapping[str, Any], context: NodeContext) -> EchoNode:
-    """Make the node."""
     parameters = build_parameters(EchoParameters, settings, f"{context.name} [parameters]")
     return EchoNode(context.name, parameters)

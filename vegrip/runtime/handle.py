@@ -20,12 +20,10 @@ class NodeHandle:
 
     @property
     def state(self) -> Lifecycle:
-        """The lifecycle state."""
         return self._runner.state
 
     @property
     def on_hold(self) -> bool:
-        """Whether the node has failed and its last safe commands are held."""
         return self._runner.managed.on_hold
 
     def request(self, *targets: Lifecycle, refused: Refused) -> None:
@@ -48,7 +46,6 @@ class NodeHandle:
         self._runner.inbox.put(change)
 
     def parameters(self) -> dict[str, Any]:
-        """Return the parameters by their dotted names."""
         return {
             row["name"]: row["value"] for row in describe_parameters(self._runner.managed.node.parameters)
         }

@@ -4,6 +4,7 @@ What stands above the first ``[[node]]`` (``fingers``, ``hand``, ``namespace``, 
 holds for every node that does not say otherwise.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib.resources import files
@@ -11,11 +12,26 @@ from pathlib import Path
 from typing import Any
 
 from vegrip.config import build, parameter, read_toml
-from vegrip.errors import ConfigError
-from vegrip.runtime.names import full_name
+from vegrip.errors import ConfigError, suggestion
 from vegrip.runtime.runner import LoopSettings
-from vegrip.spelling import suggestion
 from vegrip.transport.open import TRANSPORTS, check_settings, settings_of_map
+
+_NAME = re.compile(r"[a-zA-Z][a-zA-Z0-9_]*")
+
+
+def full_name(namespace: str, name: str) -> str:
+    """Return ``/namespace/name``.
+
+    Raises:
+        ConfigError: a part that is not letters, digits and _, beginning with a letter.
+
+    """
+    parts = [part for part in namespace.split("/") if part] + [name]
+    for part in parts:
+        if not _NAME.fullmatch(part):
+            raise ConfigError(f"{part!r} is no name for a node or namespace: letters, digits and _ only")
+    return "/" + "/".join(parts)
+
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 SHARED = ("fingers", "hand", "namespace", "transport", "realtime")
@@ -47,7 +63,6 @@ class NodeConfig:
 
     @property
     def full_name(self) -> str:
-        """The name with the namespace."""
         return full_name(self.namespace, self.name or self.program.rpartition(":")[2])
 
 

@@ -14,7 +14,28 @@ from typing import Protocol
 
 from vegrip.clock import NS, Clock
 from vegrip.errors import DeviceError
-from vegrip.runtime.restart import RestartPolicy
+
+FIRST_DELAY = 1.0  # [s]
+LAST_DELAY = 30.0  # [s] it doubles up to this
+STEADY_RUN_S = 60.0  # [s] a node that ran as long begins with the first delay again
+
+
+class RestartPolicy:
+    """One node's ``restart``: never, on-failure or always."""
+
+    def __init__(self, when: str) -> None:
+        self._when = when
+        self._delay = FIRST_DELAY
+
+    def delay(self, exit_code: int, ran: float) -> float | None:
+        """Return the wait [s] before a node that ``ran`` so long [s] starts again; None: it does not."""
+        if self._when == "never" or (self._when == "on-failure" and exit_code == 0):
+            return None
+        if ran >= STEADY_RUN_S:
+            self._delay = FIRST_DELAY
+        delay, self._delay = self._delay, min(2 * self._delay, LAST_DELAY)
+        return delay
+
 
 PROCESS_POLL_S = 0.05  # [s] between two looks at the processes
 GRACE = 5.0  # [s] for a node to end before it is killed
@@ -56,7 +77,6 @@ class ChildProcess:
     again_at: int | None = None  # [ns] when it will be started again
 
     def __post_init__(self) -> None:
-        """Make the policy."""
         self.policy = RestartPolicy(self.restart)
 
 
@@ -105,7 +125,6 @@ class Launcher:
         return any(child.process is not None or child.again_at is not None for child in self._children)
 
     def stop_all(self) -> None:
-        """Stop the children in reverse order, each before the next."""
         for child in reversed(self._children):
             child.again_at = None
             if child.process is not None:
@@ -120,7 +139,6 @@ class Launcher:
         return not self._stop
 
     def _watched(self) -> bool:
-        """Look at all, rest a moment, and return whether to go on."""
         if self._stop or not self.step():
             return False
         self._clock.sleep_until(self._clock.now() + round(PROCESS_POLL_S * NS))

@@ -37,7 +37,6 @@ def state_after(state: Lifecycle, transition: str) -> Lifecycle:
 
 
 def allowed_transitions(state: Lifecycle) -> list[str]:
-    """Return the transitions that may leave ``state``."""
     return [name for name, (sources, _) in TRANSITIONS.items() if state in sources]
 
 

@@ -106,11 +106,9 @@ class NodeBase:
         """Nothing to forget."""
 
     def on_message(self, message: Message, now: int) -> Iterable[Message]:  # noqa: ARG002
-        """Answer nothing."""
         return ()
 
     def on_tick(self, now: int) -> Iterable[Message]:  # noqa: ARG002
-        """Do nothing."""
         return ()
 
     def on_broken(self, finger: str, now: int) -> None:

@@ -5,8 +5,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from vegrip.config import Declaration, declaration, replace
-from vegrip.errors import ConfigError
-from vegrip.spelling import suggestion
+from vegrip.errors import ConfigError, suggestion
 
 
 def rows(group: Any, prefix: str = "") -> Iterator[tuple[str, Any, Declaration]]:
@@ -22,7 +21,6 @@ def rows(group: Any, prefix: str = "") -> Iterator[tuple[str, Any, Declaration]]
 
 
 def describe_parameters(group: Any) -> list[dict[str, Any]]:
-    """Return the table as plain values."""
     return [
         {"name": name, "value": value, "type": type(value).__name__, **dataclasses.asdict(declared)}
         for name, value, declared in rows(group)

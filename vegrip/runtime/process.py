@@ -3,26 +3,26 @@
 import logging
 import math
 import os
+import queue
 import signal
 import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
+from logging.handlers import QueueHandler, QueueListener
 
 from vegrip.clock import WallClock
 from vegrip.errors import DeviceError, VegripError
 from vegrip.host import realtime
 from vegrip.host.descriptors import NODE_NEEDS, require_descriptors
 from vegrip.messages import Lifecycle, NodeStatus
-from vegrip.runtime import exit_reports
 from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.control_socket import ControlServer, NodeCalls
 from vegrip.runtime.handle import NodeHandle, Supervised
 from vegrip.runtime.launch_file import NodeConfig
-from vegrip.runtime.logs import node_logs
 from vegrip.runtime.program import NodeContext, find_program
-from vegrip.runtime.registry import Entry, registered
+from vegrip.runtime.registry import Entry, ExitReport, registered, write_report
 from vegrip.runtime.runner import Runner
 from vegrip.runtime.telemetry import Direction, Telemetry
 from vegrip.runtime.telemetry_socket import TelemetrySocket
@@ -30,6 +30,55 @@ from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.endpoint import Endpoint, Priced
 from vegrip.transport.open import Hand, open_endpoint
+
+REPEAT_PERIOD_S = 1.0  # [s]
+MOST_LINES = 1024  # source lines remembered
+
+
+class OncePerSecond(logging.Filter):
+    """Lets one record of a source line through per ``REPEAT_PERIOD_S``, with the number held back."""
+
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        super().__init__()
+        self._now = now
+        self._lines: dict[tuple[str, int], tuple[float, int]] = {}  # (when let through, how many not since)
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Return whether ``record`` is to be written."""
+        line, now = (record.pathname, record.lineno), self._now()
+        last, suppressed = self._lines.get(line, (-REPEAT_PERIOD_S, 0))
+        if now - last < REPEAT_PERIOD_S:
+            self._lines[line] = (last, suppressed + 1)
+            return False
+        if line in self._lines or len(self._lines) < MOST_LINES:
+            self._lines[line] = (now, 0)
+        if suppressed:
+            record.msg = f"{record.msg} ({suppressed} more like this in the last second)"
+        return True
+
+
+@contextmanager
+def node_logs(name: str, level: int = logging.INFO) -> Iterator[None]:
+    """Write the logs of this process to standard error under ``name``, without making the loop wait."""
+    records: queue.SimpleQueue[logging.LogRecord] = queue.SimpleQueue()
+    writer = logging.StreamHandler()
+    writer.setFormatter(logging.Formatter(f"%(levelname)s {name}: %(message)s"))
+    listener = QueueListener(records, writer)
+    handler = QueueHandler(records)
+    handler.addFilter(OncePerSecond())
+    root = logging.getLogger()
+    before = root.level
+    root.addHandler(handler)
+    root.setLevel(logging.WARNING)
+    logging.getLogger("vegrip").setLevel(level)
+    listener.start()
+    try:
+        yield
+    finally:
+        root.removeHandler(handler)
+        root.setLevel(before)
+        listener.stop()
+
 
 LAST_STATUS_DELAY_S = (
     0.25  # [s] in which those who follow a node that came back have connected to its telemetry
@@ -88,20 +137,18 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
 
 @contextmanager
 def _last_words(entry: Entry) -> Iterator[None]:
-    """Store the reason of a failure for ``vegrip lifecycle`` and the monitor."""
     try:
         yield
     except Exception as error:
         reason, code = f"{type(error).__name__}: {error}", 1
         if isinstance(error, VegripError):
             reason, code = str(error), error.exit_code
-        exit_reports.write_report(exit_reports.ExitReport(entry.name, entry.program, reason, code))
+        write_report(ExitReport(entry.name, entry.program, reason, code))
         raise
 
 
 @contextmanager
 def _told(telemetry: Telemetry, sink: TelemetrySocket, name: str) -> Iterator[None]:
-    """Publish on the telemetry that a node without a bus is finalized."""
     try:
         yield
     except VegripError:

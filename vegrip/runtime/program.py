@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from importlib.metadata import entry_points
 from typing import Any
 
-from vegrip.errors import UsageError
+from vegrip.errors import UsageError, suggestion
 from vegrip.runtime.node import Node
-from vegrip.spelling import suggestion
 
 PROGRAMS: dict[str, tuple[str, str]] = {
     # name: (module:function, one line of help)

@@ -3,19 +3,68 @@
 The lock tells the living from the dead, whichever way they died; process numbers cannot.
 """
 
+import contextlib
 import fcntl
 import hashlib
 import json
 import os
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
-from vegrip.errors import UsageError
+import msgpack
+import zmq
+
+from vegrip.errors import DeviceError, InputError, UsageError, VegripError, suggestion
 from vegrip.host.folders import locked, remove_leftovers, runtime_folder, socket_path
-from vegrip.runtime import exit_reports
-from vegrip.spelling import suggestion
+from vegrip.whole_file import write_whole
+
+SUFFIX = ".end"
+KEPT_S = 600.0  # [s] an older report is of another run, and says nothing of now
+
+
+@dataclass(frozen=True)
+class ExitReport:
+    """What is known of a node that is finalized."""
+
+    name: str  # in full, with namespace
+    program: str
+    reason: str  # one sentence
+    exit_code: int
+
+
+def write_report(words: ExitReport) -> None:
+    """Write ``words`` down; a folder that takes nothing keeps none."""
+    with contextlib.suppress(OSError):
+        write_whole(_report_file(words.name), json.dumps(asdict(words)))
+
+
+def remove_report(name: str) -> None:
+    with contextlib.suppress(OSError):
+        _report_file(name).unlink(missing_ok=True)
+
+
+def read_reports() -> dict[str, ExitReport]:
+    found = [_read_report(path) for path in sorted(runtime_folder("nodes").glob(f"*{SUFFIX}"))]
+    return {words.name: words for words in found if words is not None}
+
+
+def _report_file(name: str) -> Path:
+    return runtime_folder("nodes") / f"{name.strip('/').replace('/', '.')}{SUFFIX}"
+
+
+def _read_report(path: Path) -> ExitReport | None:
+    try:
+        if time.time() - path.stat().st_mtime > KEPT_S:
+            path.unlink()
+            return None
+        return ExitReport(**json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError, RecursionError):  # removed at this moment, or of another version
+        return None
+
 
 KILLED = "its process was killed, or crashed"
 
@@ -34,12 +83,10 @@ class Entry:
 
     @property
     def control(self) -> str:
-        """Address of the control socket."""
         return self._socket("c")
 
     @property
     def telemetry(self) -> str:
-        """Address of the telemetry socket."""
         return self._socket("t")
 
     def _socket(self, kind: str) -> str:
@@ -64,7 +111,7 @@ def registered(entry: Entry) -> Iterator[None]:
     try:
         os.ftruncate(handle, 0)
         os.write(handle, json.dumps(asdict(entry)).encode())
-        exit_reports.remove_report(entry.name)
+        remove_report(entry.name)
         running_nodes()
         remove_leftovers()
         yield
@@ -111,7 +158,6 @@ def _file(name: str) -> Path:
 
 
 def _living(path: Path) -> Entry | None:
-    """Return the entry in ``path``, None for a dead one, which is removed."""
     try:
         handle = os.open(path, os.O_RDWR | os.O_CLOEXEC)
     except FileNotFoundError:
@@ -132,7 +178,7 @@ def _living(path: Path) -> Entry | None:
 def _tidy_up_after(dead: Entry | None) -> None:
     if dead is None:
         return
-    exit_reports.write_report(exit_reports.ExitReport(dead.name, dead.program, KILLED, 1))
+    write_report(ExitReport(dead.name, dead.program, KILLED, 1))
     for address in (dead.control, dead.telemetry):
         _socket_file(address).unlink(missing_ok=True)
 
@@ -142,3 +188,49 @@ def _read(handle: int) -> Entry | None:
         return Entry(**json.loads(os.pread(handle, 65_536, 0)))
     except (ValueError, TypeError, RecursionError):  # being written at this moment, or by another version
         return None
+
+
+ANSWER_TIMEOUT_S = 5.0  # [s]
+CONFIGURING_MAY_TAKE = 120.0  # [s] it compiles
+_ERRORS: dict[int, type[VegripError]] = {2: UsageError, 3: InputError, 4: DeviceError}
+
+
+def ask(entry: Entry, call: str, patience: float = ANSWER_TIMEOUT_S, **arguments: Any) -> Any:
+    """Return what the node answers to ``call``.
+
+    Raises:
+        VegripError: of the kind the node raised.
+        DeviceError: no answer within ``patience`` [s].
+
+    """
+    with zmq.Context() as context, context.socket(zmq.REQ) as socket:
+        socket.linger = 0
+        socket.connect(entry.control)
+        socket.send(msgpack.packb({"call": call, "arguments": arguments}))
+        if not socket.poll(round(patience * 1000)):
+            raise DeviceError(
+                f"the node {entry.name} does not answer within {patience:g} s; is it still starting?"
+            )
+        answer = msgpack.unpackb(socket.recv())
+    if "error" in answer:
+        raise _ERRORS.get(answer.get("exit_code", 1), VegripError)(answer["error"])
+    return answer["result"]
+
+
+STARTS_WITHIN = 60.0  # [s] a node that is so young may still import and open its bus
+PROC = Path("/proc")
+_STOPPED = ("T", "t")  # by a signal, by a debugger; proc(5)
+
+
+def silent_state(pid: int) -> str:
+    """Return ``starting``, ``stopped``, ``stuck`` or ``ended``: what a process is that does not answer."""
+    try:
+        # the name in parentheses may hold anything; state is the first field behind it, starttime the 20th
+        fields = (PROC / str(pid) / "stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+        state, start_ticks = fields[0], int(fields[19])
+    except (OSError, IndexError, ValueError):
+        return "ended"
+    if state in _STOPPED:
+        return "stopped"
+    age = time.clock_gettime(time.CLOCK_BOOTTIME) - start_ticks / os.sysconf("SC_CLK_TCK")
+    return "starting" if age < STARTS_WITHIN else "stuck"

@@ -76,7 +76,6 @@ class SenderWatch:
         return name == self._turn
 
     def note(self, state: FingertipState) -> None:
-        """Take in the next state of a finger."""
         self.note_values(state.finger, state.normal_force, state.displacement)
 
     def note_values(self, name: str, force: float, displacement: float) -> None:

@@ -1,13 +1,137 @@
 """What the loop measures of itself, and the NodeStatus made from it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from itertools import accumulate
+from typing import Final
 
 from vegrip.clock import NS
 from vegrip.messages import Lifecycle, NodeStatus
-from vegrip.runtime.histogram import Histogram
-from vegrip.runtime.report_pace import ReportPace
 
-MOST_FINGERS = 256  # latencies are kept for; a sender of made-up names must not make the table grow
+MOST_FINGERS: Final = (
+    256  # latencies and reports are kept for; a sender of made-up names must not make the table grow
+)
+
+_SUB = 5  # 2^5 linear buckets per octave: a bucket is at most 1/32 of its value wide
+_OCTAVES = 35
+SIZE = (_OCTAVES + 1) << _SUB
+LONGEST = (1 << (_OCTAVES + _SUB)) - 1
+"""Longest duration told apart, 1100 s in nanoseconds; longer ones count as this."""
+
+
+class Histogram:
+    """Counts of durations [ns]. Memory is allocated once; ``add`` allocates nothing."""
+
+    def __init__(self) -> None:
+        self._counts = [0] * SIZE
+        self.count = 0
+        self.maximum = 0  # [ns] exact
+
+    def add(self, duration: int) -> None:
+        """Count one ``duration`` [ns]; a negative one counts as zero."""
+        if duration < 0:  # comparisons, because this runs twice for every command: min and max cost more
+            duration = 0
+        elif duration > LONGEST:
+            duration = LONGEST
+        self._counts[_bucket(duration)] += 1
+        self.count += 1
+        if duration > self.maximum:  # noqa: PLR1730
+            self.maximum = duration
+
+    def add_equal(self, duration: int, times: int) -> None:
+        """Count ``duration`` [ns] several ``times``."""
+        duration = min(max(duration, 0), LONGEST)
+        self._counts[_bucket(duration)] += times
+        self.count += times
+        self.maximum = max(self.maximum, duration)
+
+    def percentile(self, share: float) -> float:
+        """Return the duration [ns] that a ``share`` (0 .. 1) of all does not exceed; NaN when empty.
+
+        The upper edge of the bucket is returned, so that it is never too small.
+        """
+        if not self.count:
+            return float("nan")
+        wanted = share * self.count
+        for bucket, below in enumerate(accumulate(self._counts)):
+            if below >= wanted and below:
+                return float(min(_upper_edge(bucket), self.maximum))
+        return float(self.maximum)
+
+    @classmethod
+    def sum_of(cls, parts: Iterable["Histogram"]) -> "Histogram":
+        """Return a histogram of all that ``parts`` have counted."""
+        total = cls()
+        for part in parts:
+            total._counts = [a + b for a, b in zip(total._counts, part._counts, strict=True)]
+            total.count += part.count
+            total.maximum = max(total.maximum, part.maximum)
+        return total
+
+    def clear(self) -> None:
+        for bucket in range(SIZE):
+            self._counts[bucket] = 0
+        self.count = self.maximum = 0
+
+
+def _bucket(duration: int) -> int:
+    octave = duration.bit_length() - _SUB - 1
+    if octave <= 0:
+        return duration
+    return (octave << _SUB) + (duration >> octave)
+
+
+def _upper_edge(bucket: int) -> int:
+    octave = max((bucket >> _SUB) - 1, 0)
+    mantissa = bucket - (octave << _SUB)
+    return ((mantissa + 1) << octave) - 1
+
+
+WEIGHT: Final = 1 / 256
+"""Of one command in the share of late ones: it looks back over some hundred commands."""
+
+SLOW_SHARE, WELL_SHARE = 0.1, 0.01
+"""Shares of late commands from which on reports are left out, and below which they all come again."""
+
+SLOW_PERIOD_NS: Final = NS // 5
+"""[ns] between the reports of a finger on a machine that cannot keep up."""
+
+
+class ReportPace:
+    """Watches how late commands are, and says which reports may follow them.
+
+    Args:
+        deadline: [ns] of a command; one that takes more than half of it is late here.
+
+    """
+
+    def __init__(self, deadline: int) -> None:
+        self.lowered = 0  # how often the rate of reports was lowered
+        self._late = deadline // 2
+        self._share = 0.0
+        self._is_slow = False
+        self._reported: dict[str, int] = {}  # [ns] by finger, while reports are left out
+
+    def answered(self, latency: int) -> None:
+        """Take note of a command that left ``latency`` [ns] after its state had come."""
+        self._share += WEIGHT * ((latency > self._late) - self._share)
+        if self._is_slow and self._share < WELL_SHARE:
+            self._is_slow = False
+            self._reported.clear()
+        elif not self._is_slow and self._share > SLOW_SHARE:
+            self._is_slow = True
+            self.lowered += 1
+
+    def allows(self, finger: str, now: int) -> bool:
+        """Whether what follows a command of ``finger`` at ``now`` [ns] is to be worked out."""
+        if not self._is_slow:
+            return True
+        last = self._reported.get(finger)
+        if last is not None and 0 <= now - last < SLOW_PERIOD_NS:
+            return False
+        if last is None and len(self._reported) >= MOST_FINGERS:
+            return False
+        self._reported[finger] = now
+        return True
 
 
 class LoopStatistics:
@@ -66,7 +190,6 @@ class LoopStatistics:
             self.deadline_misses += commands
 
     def forget_states(self) -> None:
-        """Let no command answer what came before now."""
         self._unanswered.clear()
 
     def _answered(self, latency: int) -> None:
@@ -89,7 +212,6 @@ class LoopStatistics:
 
     @property
     def outputs(self) -> int:
-        """Commands or states sent."""
         return self.commands + self.states_sent
 
     def status(

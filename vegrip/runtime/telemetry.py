@@ -37,7 +37,6 @@ class Unmade(NamedTuple):
     """What follows ``owner`` among the arguments of ``kind``."""
 
     def made(self) -> Message:
-        """Return the message."""
         message: Message = self.kind(self.stamp, self.owner, *self.rest)
         return message
 
@@ -89,7 +88,6 @@ class Telemetry:
 
     @property
     def dropped(self) -> int:
-        """Messages pushed out by newer ones before the thread took them."""
         return max(self._offered - self._taken - len(self._queue), 0)
 
     def offer(self, message: Message, direction: Direction) -> None:
@@ -99,7 +97,6 @@ class Telemetry:
             self._put(message, direction)
 
     def wants(self, kind: type[Message], owner: str, direction: Direction) -> bool:
-        """Return whether such a message is to be shown."""
         return self._sink.wanted and self._sink.wants(kind, owner, direction)
 
     def count(self, kind: type[Message], owner: str, direction: Direction) -> bool:
@@ -108,7 +105,6 @@ class Telemetry:
         return self.wants(kind, owner, direction)
 
     def show(self, message: Unmade, direction: Direction) -> None:
-        """Queue a message of which :meth:`count` has said that it is to be shown."""
         self._put(message, direction)
 
     def _put(self, message: Offered, direction: Direction) -> None:
@@ -126,12 +122,10 @@ class Telemetry:
         return found
 
     def start(self) -> None:
-        """Start the thread."""
         self._thread = threading.Thread(target=self._run, name="telemetry", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Hand over what is left and close the sink."""
         self._stop.set()
         if self._thread is not None:
             self._thread.join()
@@ -147,5 +141,4 @@ class Telemetry:
 
 
 def made(message: Offered) -> Message:
-    """Return the message itself."""
     return message.made() if isinstance(message, Unmade) else message

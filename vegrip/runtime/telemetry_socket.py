@@ -82,7 +82,6 @@ class TelemetrySocket:
         self.wanted = False
 
     def count(self, message: Message, direction: Direction) -> None:
-        """Count a message."""
         self.tally(type(message), _owner(message), direction)
 
     def tally(self, kind: type[Message], owner: str, direction: Direction) -> None:
@@ -159,7 +158,6 @@ class TelemetrySocket:
         self._send_newest()
 
     def _is_left(self) -> bool:
-        """Return whether no program is connected any more, if it is time to look."""
         now = time.monotonic()
         if now < self._connected_due:
             return False
@@ -176,7 +174,6 @@ class TelemetrySocket:
             self._streams.clear()
 
     def _stream(self, kind: type[Message], owner: str) -> _Stream | None:
-        """Return how the messages of ``owner`` are wanted, None where no program can hear of them."""
         key = (kind, owner)
         if key in self._streams:
             return self._streams[key]
@@ -264,7 +261,6 @@ class TelemetryReader:
                     yield entry, topic, direction, message
 
     def close(self) -> None:
-        """Close the sockets."""
         for socket in self._sources:
             socket.close(linger=0)
         self._context.term()

@@ -31,7 +31,7 @@ TRANSPORTS: dict[str, str] = {
 
 SETTINGS: dict[str, str] = {
     "can": "vegrip.transport.open:CanSettings",
-    "canopen": "vegrip.canopen.open:CanopenSettings",
+    "canopen": "vegrip.canopen.connection_set:CanopenSettings",
     "zmq": "vegrip.transport.open:ZmqSettings",
     **dict.fromkeys(("udp", "tcp", "serial"), "vegrip.transport.mapped.link_endpoint:LinkSettings"),
 }

@@ -51,17 +51,14 @@ class Axes:
     _parts: list[str] = field(default_factory=list)
 
     def line(self, xs: Sequence[float], ys: Sequence[float], colour: str, **style: object) -> None:
-        """Draw a line."""
         given = {"stroke": f"var(--{colour})", "fill": "none", "stroke-width": 1.8} | style
         self._path(list(zip(xs, ys, strict=True)), given, closed=False)
 
     def band(self, xs: Sequence[float], low: Sequence[float], high: Sequence[float], colour: str) -> None:
-        """Fill what lies between two lines."""
         outline = [*zip(xs, high, strict=True), *reversed(list(zip(xs, low, strict=True)))]
         self._path(outline, {"fill": f"var(--{colour})", "stroke": "none"}, closed=True)
 
     def points(self, xs: Sequence[float], ys: Sequence[float], colour: str, *, filled: bool = True) -> None:
-        """Draw points."""
         fill = f"var(--{colour})" if filled else "var(--card)"
         self._parts += [
             f'<circle cx="{self._x(x):.1f}" cy="{self._y(y):.1f}" r="4.5" fill="{fill}" '
@@ -70,7 +67,6 @@ class Axes:
         ]
 
     def mark(self, x: Pair, text: str) -> None:
-        """Mark a range of x with words."""
         left, right = self._x(x[0]), self._x(x[1])
         self._parts.append(
             f'<rect x="{left:.1f}" y="{TOP}" width="{max(right - left, 2.0):.1f}" height="{self._height}" '

@@ -22,7 +22,6 @@ Told = Mapping[str, Any]
 
 
 def scaled(unit: str) -> tuple[float, str]:
-    """Return by what a quantity in SI is multiplied to be shown, and the unit it then has."""
     return SCALES.get(unit, (1.0, unit.replace("degC", "°C")))
 
 
@@ -138,18 +137,15 @@ def ladder(rungs: Sequence[Told]) -> str:
 
 
 def short_name(effect: str | None) -> str:
-    """Return how a rung is called."""
     return "start" if effect is None else f"+ {effect.replace('_', ' ')}"
 
 
 def bar(share: float, *, is_bad: bool = False) -> str:
-    """Return a bar as long as ``share`` of its cell."""
     width = f"{100.0 * min(max(share, 0.0), 1.0):.1f}"
     return f'<div class="bar"><i class="{"is-bad" if is_bad else ""}" style="width:{width}%"></i></div>'
 
 
 def in_noise(channel: str, told: Told) -> str:
-    """Return the error of a channel in words."""
     return (
         f"{format_quantity(channel, told['rmse'])} against {format_quantity(channel, told['noise'])} of noise"
     )

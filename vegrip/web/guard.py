@@ -42,7 +42,6 @@ class Guard:
         self._hosts = {f"{name}:{port}" for name in HOST_NAMES}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer one request."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return

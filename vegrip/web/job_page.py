@@ -24,8 +24,7 @@ from starlette.routing import Route
 
 from vegrip.errors import UsageError, VegripError
 from vegrip.web.markup import commands
-from vegrip.web.requests import STATUS_OF_EXIT_CODE, asked
-from vegrip.web.server import STATIC, events
+from vegrip.web.server import STATIC, STATUS_OF_EXIT_CODE, asked, events
 
 LINES = 6  # of progress that are kept
 END_GRACE_S = 3.0  # [s] a stopped command has to end by itself
@@ -79,7 +78,6 @@ class Job:
         threading.Timer(END_GRACE_S, self._signal, (signal.SIGKILL,)).start()
 
     def wait(self) -> None:
-        """Return when the command has ended."""
         self._thread.join()
 
     def _run(self) -> None:
@@ -129,7 +127,6 @@ class JobPage(ABC):
         """Return the file with the motion of the next experiment or trial, None where there is none."""
 
     def progress(self) -> str:
-        """Return the progress of the running command as HTML, "" when none runs."""
         job = self.job
         return "" if job is None else progress(self.what, job.elapsed, job.lines)
 
@@ -159,21 +156,21 @@ class JobPage(ABC):
         if self.job is not None:
             raise UsageError(f"{self.what} is going on; wait for it or stop it")
 
-    def _run(self, what: str, arguments: list[str], take: Callable[[dict[str, Any]], None]) -> None:
-        """Start a command; ``take`` is called with the JSON that it prints when it succeeds."""
+    def _run(self, what: str, arguments: list[str], store: Callable[[dict[str, Any]], None]) -> None:
+        """Start a command; ``store`` is called with the JSON that it prints when it succeeds."""
         self.what = what
-        self._note_command("vegrip " + shlex.join(arguments))
-        self.job = Job(arguments, lambda *end: self._end(take, *end))
+        self._log_command("vegrip " + shlex.join(arguments))
+        self.job = Job(arguments, lambda *end: self._end(store, *end))
         self._changed()
 
     def _end(
-        self, take: Callable[[dict[str, Any]], None], code: int, told: dict[str, Any] | None, last_words: str
+        self, store: Callable[[dict[str, Any]], None], code: int, told: dict[str, Any] | None, last_words: str
     ) -> None:
         with self._lock:
             stopped = self.job is not None and self.job.stopped
             self.job = None
             if code == 0 and told is not None and not stopped:
-                take(told)
+                store(told)
             else:
                 self.error = (
                     f"{self.what} was stopped; {self.kept} is kept"
@@ -187,7 +184,7 @@ class JobPage(ABC):
     def _fail(self, told: dict[str, Any] | None) -> None:
         """Clean up after a command that printed ``told`` and failed or was stopped."""
 
-    def _note_command(self, command: str) -> None:
+    def _log_command(self, command: str) -> None:
         self.commands = [*self.commands, command][-MOST_COMMANDS:]
 
     def _changed(self) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from html import escape
+from pathlib import Path
 from typing import Any
 
 
@@ -11,13 +12,53 @@ class Markup(str):
     __slots__ = ()
 
 
-def section(heading: str, *content: str) -> str:
-    """Return one part of a page."""
-    return f'<section class="card"><h2>{escape(heading)}</h2>{"".join(content)}</section>'
+def section(heading: str, *content: str, kind: str = "card", **given: object) -> str:
+    return (
+        f"<section{attributes(class_=kind, **given)}><h2>{escape(heading)}</h2>{''.join(content)}</section>"
+    )
+
+
+def huge_error(error: float) -> str:
+    return f'<p class="huge">{error:.2f} <small>times the noise (1 is all that noise allows)</small></p>'
+
+
+def attributes(**given: object) -> str:
+    """Return attributes of an element, ``_`` for ``-``; empty, false and absent ones are left out."""
+    told = {name.strip("_").replace("_", "-"): value for name, value in given.items()}
+    kept = [
+        (name, value) for name, value in told.items() if not (value is None or value is False or value == "")
+    ]
+    return "".join(f" {n}" if value is True else f' {n}="{escape(str(value))}"' for n, value in kept)
+
+
+def button(text: str, do: str, *, busy: bool, **given: object) -> str:
+    return f'<button type="button"{attributes(data_do=do, disabled=busy, **given)}>{text}</button>'
+
+
+def entry(label: str, name: str, *, busy: bool, **given: object) -> str:
+    return f"<label>{label} <input{attributes(name=name, disabled=busy, **given)}></label>"
+
+
+def choice(label: str, name: str, options: str, *, busy: bool, **given: object) -> str:
+    return f"<label>{label} <select{attributes(name=name, disabled=busy, **given)}>{options}</select></label>"
+
+
+def form(do: str, submit: str, *fields: str, busy: bool, kind: str = "") -> str:
+    """Return entries on one line, and the button that sends them."""
+    sends = f"<button{attributes(class_=kind, disabled=busy)}>{submit}</button>"
+    return f'<form data-do="{do}" class="inline">{"".join(fields)}{sends}</form>'
+
+
+def legend(*lines: tuple[str, str]) -> str:
+    """Return what the lines of a figure are: colour (``colour dash`` for a dashed one) and words."""
+    told = (
+        f"<span><i{attributes(class_=kind, style=f'border-color:var(--{colour})')}></i>{escape(text)}</span>"
+        for (colour, _, kind), text in ((name.partition(" "), text) for name, text in lines)
+    )
+    return f'<div class="legend">{"".join(told)}</div>'
 
 
 def facts(rows: Mapping[str, object]) -> str:
-    """Return names and values, one pair a line."""
     cells = "".join(
         f"<tr><td>{escape(name)}</td><td>{escape(str(value))}</td></tr>" for name, value in rows.items()
     )
@@ -45,25 +86,47 @@ def table(
 
 
 def listed(texts: Sequence[str]) -> str:
-    """Return sentences, one a line."""
     return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in texts) + "</ul>" if texts else ""
 
 
 def commands(lines: Sequence[str]) -> str:
-    """Return commands to be copied."""
     return "".join(f'<pre class="command">{escape(line)}</pre>' for line in lines)
 
 
 def spread(one: Mapping[str, Any], which: str) -> str:
-    """Return a standard deviation of a parameter, relative where its scale is logarithmic."""
     return f"{100.0 * one[which]:.3g} %" if one["scale"] == "log" else f"{one[which]:.2g}"
 
 
 def unit_name(unit: str | None) -> str:
-    """Return ``unit``, "" for numbers without one."""
     return "" if unit in (None, "1") else str(unit)
 
 
-def disabled(is_busy: bool) -> str:
-    """Return the attribute of inputs that rest while a command runs."""
-    return "disabled" if is_busy else ""
+STYLE = Path(__file__).parent / "static" / "page.css"
+
+PAGE = """<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{title}</title>
+<style>
+{style}</style>
+</head>
+<body class="report">
+<header class="top"><h1><b>vegrip</b> report <span class="soft">{title}</span></h1></header>
+<main>
+{body}
+</main>
+<footer>{foot}</footer>
+</body>
+</html>
+"""
+
+
+def document(title: str, body: str, foot: str) -> str:
+    style = STYLE.read_text(encoding="utf-8")
+    return PAGE.format(title=escape(title), style=style, body=body, foot=escape(foot))
+
+
+def versions_line(versions: Mapping[str, Any]) -> str:
+    return "made with " + ", ".join(f"{name} {number}" for name, number in versions.items())

@@ -1,17 +1,21 @@
 """Serve a page on loopback until it is told to stop."""
 
+import json
 import secrets
 import socket
 import webbrowser
 from collections.abc import AsyncIterator, Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
 from starlette.routing import BaseRoute, Mount
 from starlette.staticfiles import StaticFiles
 
-from vegrip.errors import DeviceError
+from vegrip.errors import DeviceError, UsageError
 from vegrip.web.guard import Guard
 
 HOST = "127.0.0.1"
@@ -44,7 +48,7 @@ def serve(
             uvicorn.Config(
                 app, log_config=None, lifespan="off", access_log=False, timeout_graceful_shutdown=FAREWELL
             ),
-            lambda: _tell(address, announce, opens=opens),
+            lambda: _announce(address, announce, opens=opens),
         )
         server.run(sockets=[listener])
 
@@ -85,18 +89,52 @@ class _Server(uvicorn.Server):
         self._tell_started = started
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start, then tell."""
         await super().startup(sockets)
         self._tell_started()
 
 
-def _tell(address: str, announce: Callable[[str], None], *, opens: bool) -> None:
+def _announce(address: str, announce: Callable[[str], None], *, opens: bool) -> None:
     announce(address)
     if opens:
         webbrowser.open(address)
 
 
 async def events(texts: AsyncIterator[str]) -> AsyncIterator[str]:
-    """Yield texts as server-sent events."""
     async for text in texts:
         yield f"data: {text}\n\n"
+
+
+STATUS_OF_EXIT_CODE = {2: 400, 3: 422, 4: 503}
+"""HTTP status for the exit code that the command line would have."""
+MAX_REQUEST_BYTES = 10_000  # [bytes] of a request
+
+
+async def asked(request: Request) -> dict[str, Any]:
+    """Return the query of a GET or the JSON object of a POST.
+
+    Raises:
+        HTTPException: the body is larger than ``MAX_REQUEST_BYTES``; no more than that is read of it.
+        UsageError: the body is none.
+
+    """
+    if request.method == "GET":
+        return dict(request.query_params)
+    try:
+        told = json.loads(await _body(request))
+    except (ValueError, RecursionError):  # also a thousand brackets
+        told = None
+    if not isinstance(told, dict):
+        raise UsageError("the request is no JSON object")
+    return told
+
+
+async def _body(request: Request) -> bytes:
+    too_large = HTTPException(413, f"the request has more than {MAX_REQUEST_BYTES} bytes")
+    if int(request.headers.get("content-length", "0")) > MAX_REQUEST_BYTES:
+        raise too_large
+    body = b""
+    async for part in request.stream():
+        body += part
+        if len(body) > MAX_REQUEST_BYTES:
+            raise too_large
+    return body

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import quad
 
-from vegrip.contact.limit_surface import reference
+from vegrip.contact.limit_surface import fast, reference
+from vegrip.contact.limit_surface.reference import AxisymmetricSurface, ring_mean
 from vegrip.errors import DomainError
 
 exponents = st.floats(1.0, 50.0)
@@ -102,3 +104,95 @@ def test_outside_the_domain_is_refused(k: float, d: float) -> None:
 def test_load_angles_beyond_a_quarter_turn_are_refused(psi: float) -> None:
     with pytest.raises(DomainError):
         reference.radius(2.0, psi)
+
+
+PSI = np.linspace(0, np.pi / 2, 9)
+
+
+def test_thin_ring_carries_torque_at_its_radius() -> None:
+    ring = AxisymmetricSurface(lambda r: np.where((r > 0.999) & (r < 1), 1.0, 0.0), knots=(0, 0.999, 1))
+    assert ring.point(0.0)[1] == pytest.approx(0.9995, abs=1e-6)
+
+
+def test_matthews_profile_of_first_order_is_hertz() -> None:
+    surface = AxisymmetricSurface(lambda r: (1 - r**2) ** (1 / 2))
+    f, m = surface.point(1.0)
+    assert (f, m) == (pytest.approx(9 * np.pi / 32), pytest.approx(9 * np.pi / 128))
+
+
+def test_profile_in_pieces_is_the_sum_of_its_pieces() -> None:
+    # a disc of half the radius on a disc: the friction of a sum of pressures is the sum of the frictions
+    stepped = AxisymmetricSurface(lambda r: np.where(r < 0.5, 3.0, 1.0), knots=(0, 0.5, 1))
+    disc = AxisymmetricSurface(np.ones_like)
+    inner = 2.0 * 0.25 / (2.0 * 0.25 + 1.0)
+    for d in (0.2, 0.5, 0.8, 2.0):
+        assert stepped.support(d) == pytest.approx(
+            inner * 0.5 * disc.support(d / 0.5) + (1 - inner) * disc.support(d), rel=1e-10
+        )
+
+
+def test_pressure_nearer_to_the_centre_holds_less() -> None:
+    flat = AxisymmetricSurface(np.ones_like).radius(PSI)
+    peaked = AxisymmetricSurface(lambda r: (1 - r) ** 2).radius(PSI)
+    assert np.all(peaked[1:] < flat[1:])
+    assert (peaked[0], flat[0]) == pytest.approx((1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("profile", "knots"),
+    [
+        (lambda r: 0.5 - r, (0, 1)),
+        (np.zeros_like, (0, 1)),
+        (np.ones_like, (0.1, 1)),
+        (np.ones_like, (0, 0.7, 0.3, 1)),
+    ],
+)
+def test_unusable_profile_is_refused(profile, knots) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(DomainError):
+        AxisymmetricSurface(profile, knots)
+
+
+@pytest.mark.parametrize(("k", "percent"), [(2, 6.00), (3, 6.27), (4, 6.39), (8, 6.54)])
+def test_surface_falls_short_of_the_ellipse_by_the_known_percentage(k: int, percent: float) -> None:
+    f, m = reference.point(k, np.tan(np.linspace(0.01, 1.56, 400)))
+    short = 1 - np.hypot(f, m / reference.torsion_limit(k))
+    assert short.min() > 0
+    assert 100 * short.max() == pytest.approx(percent, abs=0.01)
+
+
+@pytest.mark.parametrize("k", [1.0, 2.0, 8.0, 50.0])
+def test_fast_surface_stays_inside_the_ellipse(k: float) -> None:
+    psi = np.linspace(0.01, 1.56, 200)
+    ellipse = 1 / np.hypot(np.cos(psi), np.sin(psi) / fast.torsion_limit(k))
+    assert np.all(fast.radii(np.full_like(psi, k), psi) < ellipse)
+
+
+@pytest.mark.parametrize("q", [1e-3, 0.1, 0.5, 0.9, 1.1, 2.0, 100.0])
+def test_ring_mean_is_the_mean_over_the_angle(q: float) -> None:
+    def slope(theta: float) -> float:
+        return float((q - np.cos(theta)) / np.sqrt(1 + q * q - 2 * q * np.cos(theta)))
+
+    mean, _ = quad(slope, 0, np.pi, epsabs=1e-13, limit=400)
+    assert ring_mean(q) == pytest.approx(mean / np.pi, abs=1e-11)
+
+
+def test_ring_mean_runs_from_none_to_all_of_the_friction() -> None:
+    assert ring_mean([0.0, 1.0, np.inf]) == pytest.approx([0.0, 2 / np.pi, 1.0], rel=1e-15)
+
+
+def test_ring_mean_keeps_its_relative_accuracy_at_small_ratios() -> None:
+    q = np.array([1e-12, 1e-8, 1e-4])
+    assert ring_mean(q) == pytest.approx(q / 2 * (1 + q**2 / 8), rel=1e-14)
+
+
+def test_ring_mean_is_continuous_where_its_formula_changes() -> None:
+    below, at, above = ring_mean([1 - 1e-12, 1.0, 1 + 1e-12])
+    assert below == pytest.approx(at, abs=1e-10)
+    assert above == pytest.approx(at, abs=1e-10)
+
+
+def test_rough_integrand_is_refused() -> None:
+    from vegrip.contact.limit_surface.reference import AxisymmetricSurface
+
+    with pytest.raises(DomainError, match="knots"):
+        AxisymmetricSurface(lambda r: np.where(r < 0.3, 1.0, 0.5))

@@ -15,8 +15,7 @@ from vegrip.identification.compare.where import format_height
 from vegrip.identification.samples import recording
 from vegrip.model import read_model
 from vegrip.parameters import SCALES, in_si
-from vegrip.runtime.replay.grasp import offline
-from vegrip.runtime.replay.run import gaps_of
+from vegrip.runtime.replay.run import gaps_of, offline
 
 SCALED = ("x_ref", "over K", "of K", "[K]")
 

@@ -6,6 +6,7 @@ from vegrip.nodes.record import build as build_recorder
 from vegrip.nodes.virtual_bench import VirtualBenchNode
 from vegrip.nodes.virtual_hand import build
 
+from validation.faults.cosimulation import Cosimulation
 from vegrip.clock import SimulatedClock
 from vegrip.errors import ConfigError
 from vegrip.identification.experiment import Hypotheses, hypotheses_of
@@ -14,7 +15,6 @@ from vegrip.identification.fit import fit
 from vegrip.identification.recording import Recording, read_recording
 from vegrip.identification.simulate import Protocol, Segment, write_protocol
 from vegrip.runtime import NodeContext
-from vegrip.runtime.cosimulation import Cosimulation
 from vegrip.runtime.runner import LoopSettings
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.simulated_can import SimulatedCan

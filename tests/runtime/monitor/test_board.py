@@ -20,8 +20,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.runtime.monitor.board import MOST_FINGERS, Board, as_json
-from vegrip.runtime.monitor.finger_row import FRESH
-from vegrip.runtime.monitor.node_row import Presence, Present
+from vegrip.runtime.monitor.rows import FRESH, Presence, Present
 
 GRASP, HAND, RECORD = "/grasp_force", "/virtual_hand", "/record"
 LOOK = 0.1  # [s]
@@ -66,7 +65,7 @@ class Watched:
             self.misses += round(misses_per_s * LOOK)
             for name in sorted(self.says):
                 self._speak(name)
-            self.board.look(self.ns)
+            self.board.refresh(self.ns)
         return self
 
     def end(self, *names: str) -> None:
@@ -85,7 +84,7 @@ class Watched:
     def status(self, name: str, state: Lifecycle = Lifecycle.ACTIVE) -> None:
         self._seq += 1
         rate = 500.0 if name != RECORD else 0.0
-        self.board.take(
+        self.board.receive(
             NodeStatus(
                 self.ns,
                 name,
@@ -114,14 +113,14 @@ class Watched:
             margin = SlipMargin(self.ns, finger, 0, Estimate(0.5, 0.1, True, 0.0), 0.4, 0.95)
             grip = ForceCommand(self.ns, finger, 0, 2.0, 0.0, Reason.HOLD, self.ns + NS)
             for message in (margin, grip, health(self.condition, finger)):
-                self.board.take(message, self.ns, name)
+                self.board.receive(message, self.ns, name)
 
 
 def test_the_newest_message_of_each_kind_is_kept() -> None:
     board = Board(0)
-    board.take(FingertipState(1, "index", 1, normal_force=1.0), 1)
-    board.take(FingertipState(2, "index", 2, normal_force=2.0), 2)
-    board.take(SlipMargin(2, "index", 1, Estimate(0.5, 0.1, True, 0.0), 0.4, 0.95), 2)
+    board.receive(FingertipState(1, "index", 1, normal_force=1.0), 1)
+    board.receive(FingertipState(2, "index", 2, normal_force=2.0), 2)
+    board.receive(SlipMargin(2, "index", 1, Estimate(0.5, 0.1, True, 0.0), 0.4, 0.95), 2)
     row = board.rows["index"]
     state = row.newest(FingertipState)
     assert state is not None
@@ -132,8 +131,8 @@ def test_the_newest_message_of_each_kind_is_kept() -> None:
 
 def test_every_kind_has_an_age_of_its_own() -> None:
     board = Board(0)
-    board.take(SlipMargin(0, "index", 1, Estimate(0.5, 0.1, True, 0.0), 0.4, 0.95), 0)
-    board.take(command(1, Reason.HOLD), 6 * NS)
+    board.receive(SlipMargin(0, "index", 1, Estimate(0.5, 0.1, True, 0.0), 0.4, 0.95), 0)
+    board.receive(command(1, Reason.HOLD), 6 * NS)
     row = board.rows["index"]
     assert row.age(SlipMargin, 6 * NS) == 6.0
     assert row.fresh(SlipMargin, 6 * NS) is None
@@ -143,7 +142,7 @@ def test_every_kind_has_an_age_of_its_own() -> None:
 
 def test_nothing_is_fresh_after_half_a_second() -> None:
     board = Board(0)
-    board.take(command(1, Reason.HOLD), 0)
+    board.receive(command(1, Reason.HOLD), 0)
     row = board.rows["index"]
     assert row.fresh(ForceCommand, round(0.5 * NS)) is not None
     assert row.fresh(ForceCommand, round(0.5 * NS) + 1) is None
@@ -151,7 +150,7 @@ def test_nothing_is_fresh_after_half_a_second() -> None:
 
 def test_a_margin_said_again_is_as_old_as_what_it_rests_on() -> None:
     board = Board(0)
-    board.take(SlipMargin(0, "index", 1, Estimate(0.5, 0.1, False, age=3.0), 0.4, 0.95), 0)
+    board.receive(SlipMargin(0, "index", 1, Estimate(0.5, 0.1, False, age=3.0), 0.4, 0.95), 0)
     assert board.rows["index"].fresh(SlipMargin, 0) is None
     assert board.rows["index"].age(SlipMargin, NS) == 4.0
 
@@ -159,14 +158,14 @@ def test_a_margin_said_again_is_as_old_as_what_it_rests_on() -> None:
 def test_a_contact_is_as_old_as_its_youngest_estimate() -> None:
     board = Board(0)
     old, young = Estimate(1.0, 0.1, True, age=9.0), Estimate(1e-3, 1e-5, True, age=0.1)
-    board.take(ContactEstimate(0, "index", 0, normal_force=old, indentation=young), 0)
+    board.receive(ContactEstimate(0, "index", 0, normal_force=old, indentation=young), 0)
     assert board.rows["index"].age(ContactEstimate, 0) == 0.1
 
 
 def test_health_that_comes_seldom_is_fresh_until_the_next_is_overdue() -> None:
     board = Board(0)
     for second in (0, 2, 4):
-        board.take(health(Condition.OK), second * NS)
+        board.receive(health(Condition.OK), second * NS)
     assert board.rows["index"].fresh(ModelHealth, 6 * NS) is not None
     assert board.rows["index"].fresh(ModelHealth, 7 * NS) is None
 
@@ -174,7 +173,7 @@ def test_health_that_comes_seldom_is_fresh_until_the_next_is_overdue() -> None:
 def test_a_slip_is_said_once_until_it_is_over() -> None:
     board = Board(0)
     for seq, reason in enumerate((Reason.HOLD, Reason.SLIP, Reason.SLIP, Reason.HOLD, Reason.SLIP)):
-        board.take(command(seq, reason), seq)
+        board.receive(command(seq, reason), seq)
     assert texts(board) == ["index: slip detected, grip raised"] * 2
 
 
@@ -183,8 +182,8 @@ def through(conditions: Iterable[tuple[float, Condition]], until: float) -> Boar
     board, left = Board(0), list(conditions)
     for i in range(round(until / LOOK) + 1):
         while left and left[0][0] <= i * LOOK:
-            board.take(health(left.pop(0)[1]), round(i * LOOK * NS))
-        board.look(round(i * LOOK * NS))
+            board.receive(health(left.pop(0)[1]), round(i * LOOK * NS))
+        board.refresh(round(i * LOOK * NS))
     return board
 
 
@@ -220,17 +219,17 @@ def test_several_fingers_that_cease_together_are_one_line() -> None:
 def test_made_up_names_do_not_make_it_grow() -> None:
     board = Board(0)
     for i in range(10 * MOST_FINGERS):
-        board.take(ContactEstimate(i, f"finger {i}", i), i)
-        board.take(NodeStatus(i, f"node {i}", 1, Lifecycle.ACTIVE), i)
+        board.receive(ContactEstimate(i, f"finger {i}", i), i)
+        board.receive(NodeStatus(i, f"node {i}", 1, Lifecycle.ACTIVE), i)
     assert len(board.rows) == MOST_FINGERS
     assert len(board.nodes) == 64
 
 
 def test_fingers_are_in_the_order_of_the_hand_whichever_is_heard_first() -> None:
     board = Board(0)
-    board.take(ContactEstimate(0, "ring", 0), 0)
+    board.receive(ContactEstimate(0, "ring", 0), 0)
     board.attend([Present(GRASP, fingers=("thumb", "index", "ring"))], 0)
-    board.take(ContactEstimate(0, "index", 0), 0)
+    board.receive(ContactEstimate(0, "index", 0), 0)
     assert list(board.rows) == ["thumb", "index", "ring"]
 
 
@@ -352,7 +351,7 @@ def test_a_node_that_says_nothing_after_its_start_is_starting() -> None:
 def test_a_watcher_that_slept_itself_calls_nobody_silent() -> None:
     watched = Watched().pass_by(5.0)
     watched.now += 60.0
-    watched.board.look(watched.ns)
+    watched.board.refresh(watched.ns)
     assert not alarms(watched.board)
     watched.pass_by(5.0)
     assert not alarms(watched.board)
@@ -402,10 +401,10 @@ def test_a_refusal_is_news_for_ten_seconds_and_what_was_before_is_not() -> None:
 
 def test_as_json_has_ages_no_nan_and_names_for_enumerations() -> None:
     board = Board(0)
-    board.take(ContactEstimate(1, "index", 1), 0)
-    board.take(command(1, Reason.FAIL_SAFE), 6 * NS)
-    board.take(NodeStatus(1, "/grasp", 1, Lifecycle.ACTIVE, latency_max=math.inf), 6 * NS, "/grasp")
-    board.look(7 * NS)
+    board.receive(ContactEstimate(1, "index", 1), 0)
+    board.receive(command(1, Reason.FAIL_SAFE), 6 * NS)
+    board.receive(NodeStatus(1, "/grasp", 1, Lifecycle.ACTIVE, latency_max=math.inf), 6 * NS, "/grasp")
+    board.refresh(7 * NS)
     read = json.loads(json.dumps(as_json(board, 7 * NS), allow_nan=False))
     finger = read["fingers"]["index"]
     assert finger["command"]["reason"] == "FAIL_SAFE"

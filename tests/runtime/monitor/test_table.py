@@ -21,13 +21,13 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.runtime.monitor.board import Board
-from vegrip.runtime.monitor.node_row import Present
+from vegrip.runtime.monitor.rows import Present
 from vegrip.runtime.monitor.table import BAR, finger_lines, render, spoken
 
 
 def text(board: Board, now: int = 1, width: int = 150, height: int = 40) -> str:
     console = Console(width=width)
-    board.look(now)
+    board.refresh(now)
     with console.capture() as capture:
         console.print(render(board, now, size=(width, height)))
     return capture.get()
@@ -62,7 +62,7 @@ def board() -> Board:
         status(0),
         status(1, rejected={"checksum": 3}),
     ):
-        board.take(message, 1)
+        board.receive(message, 1)
     return board
 
 
@@ -96,7 +96,7 @@ def test_latency_and_refusals_of_a_node_are_shown(board: Board) -> None:
 @pytest.mark.parametrize("margin", [math.nan, -0.4, 0.0, 1.0, 7.0])
 @pytest.mark.parametrize("bound", [math.nan, -math.inf, -0.5, 1.0])
 def test_no_margin_breaks_the_bar(board: Board, margin: float, bound: float) -> None:
-    board.take(SlipMargin(2, "index", 2, known(margin), bound, 0.95), 2)
+    board.receive(SlipMargin(2, "index", 2, known(margin), bound, 0.95), 2)
     assert "index" in text(board)
 
 
@@ -116,7 +116,7 @@ def test_what_is_older_than_half_a_second_is_blank_and_says_for_how_long(board: 
 
 
 def test_each_number_is_blank_by_its_own_age(board: Board) -> None:
-    board.take(ForceCommand(6 * NS, "index", 2, 4.2, 0.0, Reason.FAIL_SAFE, 7 * NS), 6 * NS)
+    board.receive(ForceCommand(6 * NS, "index", 2, 4.2, 0.0, Reason.FAIL_SAFE, 7 * NS), 6 * NS)
     (row,) = rows_of(board, 6 * NS, 80)
     assert "no news 6 s" in row
     assert "4.20 fail safe" in row
@@ -124,7 +124,7 @@ def test_each_number_is_blank_by_its_own_age(board: Board) -> None:
 
 def test_a_node_without_news_is_called_silent_with_its_age_and_its_figures_are_gone(board: Board) -> None:
     for tenth in range(40):
-        board.look(tenth * NS // 10)
+        board.refresh(tenth * NS // 10)
     row = next(line for line in text(board, 4 * NS).splitlines() if "grasp_force" in line)
     assert "silent" in row
     assert "active" not in row
@@ -141,7 +141,7 @@ def test_a_node_that_is_no_more_is_called_so(board: Board, word: str) -> None:
 
 
 def test_at_60_columns_health_is_there_and_nothing_is_wider(board: Board) -> None:
-    board.take(ModelHealth(1, "ring", 1, Condition.STALE), 1)
+    board.receive(ModelHealth(1, "ring", 1, Condition.STALE), 1)
     lines = text(board, 1, 60).splitlines()
     (row,) = (line for line in lines if "index" in line)
     for cell in ("0.62", "0.50", "3.60", "ok"):
@@ -151,8 +151,8 @@ def test_at_60_columns_health_is_there_and_nothing_is_wider(board: Board) -> Non
 
 @pytest.mark.parametrize("margin", [-0.1, 0.02])
 def test_a_margin_that_is_small_because_friction_is_probed_is_no_red_bar(board: Board, margin: float) -> None:
-    board.take(SlipMargin(1, "index", 2, known(margin), -0.3, 0.95), 1)
-    board.take(ModelHealth(1, "index", 2, Condition.OK, 1.0, consistent=True, friction=PROBED), 1)
+    board.receive(SlipMargin(1, "index", 2, known(margin), -0.3, 0.95), 1)
+    board.receive(ModelHealth(1, "index", 2, Condition.OK, 1.0, consistent=True, friction=PROBED), 1)
     console = Console(width=100, force_terminal=True, color_system="standard")
     with console.capture() as capture:
         console.print(render(board, 1, size=(100, 40)))
@@ -173,7 +173,7 @@ def test_into_a_file_goes_a_line_for_each_finger_that_says_something(board: Boar
 
 def test_a_screen_of_80_columns_and_24_lines_holds_it_all(board: Board) -> None:
     for finger in ("thumb", "middle", "little"):
-        board.take(
+        board.receive(
             ModelHealth(
                 1, finger, 1, Condition.OK, 9.0, channel="tangential_force_x", regime="deep holding, slow"
             ),
@@ -190,7 +190,7 @@ def test_a_screen_of_80_columns_and_24_lines_holds_it_all(board: Board) -> None:
 
 
 def test_a_busy_machine_is_named_while_it_is_busy(board: Board) -> None:
-    board.take(status(2, deadline_misses=2000), NS)
+    board.receive(status(2, deadline_misses=2000), NS)
     assert "this machine is too busy: 80 % of the commands of grasp_force are late" in text(board, NS, 80)
 
 
@@ -202,9 +202,9 @@ def test_an_age_is_short(age: float, words: str) -> None:
 
 
 def test_friction_that_is_probed_on_purpose_is_said_in_place_of_a_red_bar(board: Board) -> None:
-    board.take(SlipMargin(1, "index", 2, known(0.3, 0.2), -0.1, 0.95), 1)
+    board.receive(SlipMargin(1, "index", 2, known(0.3, 0.2), -0.1, 0.95), 1)
     for friction, said in (("probed", "probing friction"), ("known", "friction known")):
-        board.take(ModelHealth(1, "index", 2, Condition.OK, 1.0, consistent=True, friction=friction), 1)
+        board.receive(ModelHealth(1, "index", 2, Condition.OK, 1.0, consistent=True, friction=friction), 1)
         assert said in text(board)
     console = Console(width=150, force_terminal=True, color_system="standard")
     with console.capture() as capture:

@@ -17,9 +17,8 @@ from vegrip.host.folders import runtime_folder
 from vegrip.messages import Lifecycle, Message, NodeStatus, SlipMargin
 from vegrip.runtime.monitor import watch as watching
 from vegrip.runtime.monitor.board import Board
-from vegrip.runtime.monitor.node_row import Presence
-from vegrip.runtime.monitor.screen import Screen
-from vegrip.runtime.monitor.watch import Watch
+from vegrip.runtime.monitor.rows import Presence
+from vegrip.runtime.monitor.watch import Screen, Watch
 from vegrip.runtime.registry import Entry, registered
 from vegrip.runtime.telemetry import Direction
 from vegrip.runtime.telemetry_socket import TelemetrySocket
@@ -72,7 +71,7 @@ def until(happened: Callable[[], bool], watch: Watch, board: Board | Screen, say
         say()
         watch.step(board)
         if isinstance(board, Board):
-            board.look(time.monotonic_ns())
+            board.refresh(time.monotonic_ns())
     assert happened()
 
 
@@ -125,7 +124,7 @@ def test_a_node_that_ends_in_order_has_stopped_though_its_last_word_is_lost(left
         watch.step(board)
         left.close()
         watch.step(board)
-    board.look(time.monotonic_ns())
+    board.refresh(time.monotonic_ns())
     assert board.nodes["/left/grasp"].presence is Presence.STOPPED
 
 

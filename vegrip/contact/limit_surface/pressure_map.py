@@ -166,7 +166,6 @@ def polygon_map(corners: ArrayLike, order: int = 48) -> PressureMap:
 
 
 def _triangle(a: Floats, b: Floats, c: Floats, order: int) -> tuple[Floats, Floats]:
-    """Gauss points of a square, folded onto the triangle."""
     nodes, weights = leggauss(order)
     q, w = 0.5 * (nodes + 1.0), 0.5 * weights
     u, v = np.meshgrid(q, q, indexing="ij")
@@ -256,7 +255,6 @@ def _bounds(pressure: PressureMap, load: Floats, twist: Floats, eps: float) -> G
 
 
 def _spin_about_nearest(pressure: PressureMap, load: Floats, twist: Floats) -> GaugeBounds | None:
-    """Exact solution if it is the spin about the point nearest to the COR, else nothing."""
     index = int(np.argmin(np.linalg.norm(pressure.velocities(twist), axis=-1)))
     x, y = pressure.positions[index]
     spin = np.array([y, -x, 1.0])

@@ -38,7 +38,6 @@ def gauge(k: ArrayLike, f: ArrayLike, m: ArrayLike) -> Floats:
 
 
 def is_inside(k: ArrayLike, f: ArrayLike, m: ArrayLike) -> NDArray[np.bool_]:
-    """Whether the contact holds the load without slipping as a whole."""
     return np.asarray(gauge(k, f, m) < 1.0)
 
 
@@ -79,7 +78,6 @@ def _finite(name: str, values: ArrayLike) -> Floats:
 
 
 def _over(function: Callable[..., Any], *arguments: Floats, results: int = 1) -> tuple[Floats, ...]:
-    """Evaluate a compiled scalar function over arrays."""
     with np.errstate(invalid="ignore"):  # compiled code computes inf * 0 and then does not use it
         values = np.vectorize(function, otypes=[np.float64] * results)(*arguments)
     return values if results > 1 else (values,)

@@ -176,7 +176,6 @@ def load_angle(psi: ArrayLike) -> Floats:
 
 
 def _share(r: Floats, k: Floats) -> Floats:
-    """Share w_k(r) of the normal force per unit of radius."""
     with np.errstate(divide="ignore"):  # log(0) at the centre is meant
         fall = -np.expm1(k * np.log(r))  # 1 - r^k without cancellation near the edge
     return np.asarray(2.0 * coefficient(k) * fall ** (1.0 / k) * r)

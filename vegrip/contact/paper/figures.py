@@ -41,7 +41,6 @@ def panels(count: int = 1, *, height: float = 3.4) -> tuple[Figure, list[Axes]]:
 
 
 def shades(count: int) -> Sequence[tuple[float, float, float, float]]:
-    """``count`` colours from dark to light, none too light to see on white."""
     return [colormaps["viridis"](0.85 * i / max(count - 1, 1)) for i in range(count)]
 
 

@@ -13,9 +13,8 @@ import functools
 import importlib
 from importlib.metadata import entry_points
 
-from vegrip.errors import ConfigError
+from vegrip.errors import ConfigError, suggestion
 from vegrip.grip.policies.policy import GripPolicy, PolicyKind
-from vegrip.spelling import suggestion
 
 __all__ = ["GROUP", "POLICIES", "GripPolicy", "PolicyKind", "find_policy", "policy_names"]
 

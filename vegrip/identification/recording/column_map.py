@@ -33,10 +33,9 @@ from pathlib import Path
 from typing import Any
 
 from vegrip.config import build, parameter, read_toml, replace
-from vegrip.errors import ConfigError, RecordingError, UsageError
+from vegrip.errors import ConfigError, RecordingError, UsageError, suggestion
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.data import Fingertip
-from vegrip.spelling import suggestion
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.config import parameter
-from vegrip.errors import InputError, RecordingError, UsageError
+from vegrip.errors import InputError, RecordingError, UsageError, suggestion
 from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
 from vegrip.identification.recording.report import LoadReport
 from vegrip.messages import FingertipState
-from vegrip.spelling import suggestion
 from vegrip.types import Floats
 
 Columns = dict[str, Floats]

@@ -12,15 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vegrip.config import build, read_toml
-from vegrip.errors import ConfigError, RecordingError
+from vegrip.config import build, read_toml, toml_value
+from vegrip.errors import ConfigError, RecordingError, suggestion
 from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
 from vegrip.identification.recording.checks import report_doubts, usable_rows
 from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.report import MISSING, Kind, LoadReport, told
 from vegrip.identification.recording.table import BLOCK_ROWS, Layout, Progress, read_header, read_table
-from vegrip.spelling import suggestion
-from vegrip.toml_text import toml_value
 from vegrip.types import Floats
 from vegrip.whole_file import whole_file
 

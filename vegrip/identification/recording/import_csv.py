@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.clock import NS
-from vegrip.errors import RecordingError
+from vegrip.errors import RecordingError, suggestion
 from vegrip.identification.recording.channels import CHANNELS, noise_name
 from vegrip.identification.recording.checks import report_doubts, stretches_of, usable_rows
 from vegrip.identification.recording.column_map import ColumnMap, own_columns
@@ -17,7 +17,6 @@ from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import Progress, Table, read_header, read_table
 from vegrip.identification.recording.table_form import find_layout
 from vegrip.identification.recording.units import to_si
-from vegrip.spelling import suggestion
 from vegrip.types import Floats
 
 

@@ -18,14 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.clock import NS
-from vegrip.errors import RecordingError, UsageError
+from vegrip.errors import RecordingError, UsageError, suggestion
 from vegrip.identification.recording.checks import usable_rows
 from vegrip.identification.recording.column_map import BagMap, ColumnMap, EpisodeMap, TableMap, TimeMap
 from vegrip.identification.recording.data import Recording
 from vegrip.identification.recording.import_csv import recording_of
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import Table
-from vegrip.spelling import suggestion
 from vegrip.types import Floats
 
 

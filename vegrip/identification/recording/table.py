@@ -16,9 +16,8 @@ from typing import Final, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from vegrip.errors import RecordingError
+from vegrip.errors import RecordingError, suggestion
 from vegrip.identification.recording.report import Kind, LoadReport
-from vegrip.spelling import suggestion
 from vegrip.types import Floats
 
 BLOCK_ROWS: Final = 20_000

@@ -25,9 +25,8 @@ from pathlib import Path
 from typing import Any
 
 from vegrip.config import build, parameter, read_toml
-from vegrip.errors import ConfigError
+from vegrip.errors import ConfigError, suggestion
 from vegrip.model import ContactModel
-from vegrip.spelling import suggestion
 from vegrip.virtual.bench.protocol import Episode, Segment, standard_protocol
 from vegrip.virtual.settings import FingertipSettings
 from vegrip.whole_file import write_whole

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vegrip.errors import UsageError
+from vegrip.errors import UsageError, suggestion
 from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.fit.preprocess import preprocess
 from vegrip.identification.fit.problem import AT
@@ -16,7 +16,6 @@ from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES, nois
 from vegrip.identification.simulate.protocol import Protocol, Segment
 from vegrip.model import ContactModel, Predictor
 from vegrip.plotting import new_figure, save_figure
-from vegrip.spelling import suggestion
 from vegrip.types import Floats
 
 FIXED_POINT_ROUNDS = 3  # friction may depend on the speed of sliding, and force and radius on the load

@@ -17,8 +17,7 @@ from vegrip.messages import (
     Reason,
     SlipMargin,
 )
-from vegrip.runtime.monitor.finger_row import FRESH, FingerRow
-from vegrip.runtime.monitor.node_row import NodeRow, Presence, Present
+from vegrip.runtime.monitor.rows import FRESH, FingerRow, NodeRow, Presence, Present
 
 LOG_LINES = 8
 MOST_FINGERS = 64  # a sender of made-up names must not make the board grow
@@ -47,7 +46,7 @@ class LogLine:
 
 @dataclass
 class Board:
-    """Takes messages, knows the newest and their ages; :meth:`look` notes what has fallen silent.
+    """Takes messages, knows the newest and their ages; :meth:`refresh` notes what has fallen silent.
 
     Args:
         start: [ns] zero of its log.
@@ -70,7 +69,7 @@ class Board:
     def __post_init__(self) -> None:
         self.rows = {finger: FingerRow() for finger in self.fingers}
 
-    def take(self, message: Message, now: int, node: str = "") -> None:
+    def receive(self, message: Message, now: int, node: str = "") -> None:
         """Put ``message`` on the board.
 
         Args:
@@ -83,14 +82,14 @@ class Board:
         self.counts[kind] = self.counts.get(kind, 0) + 1
         speaker = message.node if isinstance(message, NodeStatus) else node
         if speaker and (row := self._node(speaker, now)) is not None:
-            row.hear(message, now)
+            row.receive(message, now)
         if isinstance(message, NodeStatus):
             return
         if message.finger not in self.rows and len(self.rows) >= MOST_FINGERS:
             return
         finger = self.rows.setdefault(message.finger, FingerRow())
         finger.source = node
-        self._note(finger, message, now)
+        self._track(finger, message, now)
         finger.put(message, now)
 
     def attend(self, present: Iterable[Present], now: int) -> None:
@@ -106,7 +105,7 @@ class Board:
         for name, row in self.nodes.items():
             row.attend(known.get(name), now)
 
-    def look(self, now: int) -> None:
+    def refresh(self, now: int) -> None:
         """Log what has fallen silent, died, stopped or returned by ``now`` [ns]."""
         if self._looked is None or now - self._looked > FRESH * NS:
             self._awake_since = now  # a monitor that did not look must not call nodes silent
@@ -115,11 +114,10 @@ class Board:
             presence = row.judge(now, self._awake_since)
             if presence is not row.presence:
                 before, row.presence = row.presence, presence
-                self._tell_presence(name, row, before, now)
-        self._tell_conditions(now)
+                self._log_presence(name, row, before, now)
+        self._log_conditions(now)
 
     def say(self, text: str, now: int, style: str = "") -> None:
-        """Add a line to the log."""
         self.said += 1
         self.log.append(LogLine((now - self.start) / NS, text, style))
 
@@ -139,7 +137,6 @@ class Board:
         return self.nodes.setdefault(name, NodeRow(now, is_old=self._looked is None))
 
     def _order(self, fingers: Iterable[str]) -> None:
-        """Show ``fingers`` in this order, behind those that have their place already."""
         new = tuple(finger for finger in fingers if finger not in self.fingers)
         if not new or len(self.fingers) + len(new) > MOST_FINGERS:
             return
@@ -148,7 +145,7 @@ class Board:
             finger: row for finger, row in self.rows.items() if finger not in self.fingers
         }
 
-    def _tell_presence(self, name: str, row: NodeRow, before: Presence, now: int) -> None:
+    def _log_presence(self, name: str, row: NodeRow, before: Presence, now: int) -> None:
         heard = f"{(row.last_heard - self.start) / NS:.1f} s"
         if row.presence in (Presence.GONE, Presence.STOPPED) and row.sends:
             self._ended = (name, now)
@@ -166,28 +163,27 @@ class Board:
             case Presence.RUNNING if not row.is_old:
                 self.say(f"{name} has started", now)
 
-    def _note(self, row: FingerRow, message: Message, now: int) -> None:
+    def _track(self, row: FingerRow, message: Message, now: int) -> None:
         if isinstance(message, ForceCommand):
-            self._note_slip(message, now)
+            self._track_slip(message, now)
         elif isinstance(message, ModelHealth):
-            self._note_condition(row, message.condition, now)
+            self._track_condition(row, message.condition, now)
 
-    def _note_slip(self, command: ForceCommand, now: int) -> None:
+    def _track_slip(self, command: ForceCommand, now: int) -> None:
         if command.reason != Reason.SLIP:
             self._slipping.discard(command.finger)
         elif command.finger not in self._slipping:
             self._slipping.add(command.finger)
             self.say(f"{command.finger}: slip detected, grip raised", now, "red")
 
-    def _note_condition(self, row: FingerRow, condition: Condition, now: int) -> None:
-        """Note a change of condition; :meth:`look` tells it, several fingers in one line."""
+    def _track_condition(self, row: FingerRow, condition: Condition, now: int) -> None:
+        """Note a change of condition; :meth:`refresh` tells it, several fingers in one line."""
         if condition is row.announced or (row.announced is None and condition in ABSENT):
             row.pending = None
         elif row.pending is None or row.pending[0] is not condition:
             row.pending = (condition, now)
 
-    def _tell_conditions(self, now: int) -> None:
-        """Tell of conditions that have lasted, and of bad data at once."""
+    def _log_conditions(self, now: int) -> None:
         due = {
             row.pending[0]
             for row in self.rows.values()
@@ -202,9 +198,9 @@ class Board:
                 if not (first and condition is Condition.OK):
                     told.append(finger)
             if told:
-                self._tell_condition(told, condition, now)
+                self._log_condition(told, condition, now)
 
-    def _tell_condition(self, fingers: list[str], condition: Condition, now: int) -> None:
+    def _log_condition(self, fingers: list[str], condition: Condition, now: int) -> None:
         names = "all fingers" if len(fingers) == len(self.rows) > 1 else ", ".join(fingers)
         if condition in ABSENT and self._ended is not None and now - self._ended[1] < CONSEQUENCE * NS:
             self.say(f"{names}: no input since {self._ended[0]} stopped", now)
@@ -216,7 +212,6 @@ class Board:
 
 
 def words(name: Condition | Reason) -> str:
-    """Return an enumeration's name as words."""
     return name.name.lower().replace("_", " ")
 
 

@@ -21,8 +21,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.runtime.monitor.board import BUSY, Board, LogLine, words
-from vegrip.runtime.monitor.finger_row import FRESH, FingerRow
-from vegrip.runtime.monitor.node_row import NodeRow, Presence
+from vegrip.runtime.monitor.rows import FRESH, FingerRow, NodeRow, Presence
 
 BAR = 24  # characters of the margin bar
 NARROW_BAR = 13  # as long as "no news 59 min"
@@ -164,7 +163,6 @@ def _estimate(estimate: Estimate, digits: int, scale: float = 1.0) -> Text:
 
 
 def _bar(row: FingerRow, now: int, width: int, *, alarm: bool) -> Text:
-    """Return the margin as a bar with its bound, or why there is none."""
     margin, contact = row.fresh(SlipMargin, now), row.fresh(ContactEstimate, now)
     if margin is None:
         age = row.age(SlipMargin, now)
@@ -193,7 +191,6 @@ def _colour(margin: float) -> str:
 
 
 def _age(row: FingerRow, now: int) -> Text:
-    """Return the age of the older of margin and command."""
     ages = [age for kind in (SlipMargin, ForceCommand) if math.isfinite(age := row.age(kind, now))]
     if not ages:
         return Text("-", "dim")
@@ -262,7 +259,6 @@ def _node(name: str, row: NodeRow, now: int, *, wide: bool) -> list[RenderableTy
 
 
 def _late(row: NodeRow) -> Text:
-    """Return the share of late commands, or late ticks a second of a node that commands nothing."""
     if row.late_share > 0.0:
         share = row.late_share
         return Text(f"{100.0 * share:.1f} %", "yellow" if share > BUSY else "")
@@ -270,7 +266,6 @@ def _late(row: NodeRow) -> Text:
 
 
 def _refusals(row: NodeRow, now: int) -> Text:
-    """Return what was refused in the last seconds, and dimly how much there was before."""
     recent = row.refusals(now)
     if recent:
         return Text(", ".join(f"{name} {count}" for name, count in recent.items()), "yellow")
@@ -279,7 +274,6 @@ def _refusals(row: NodeRow, now: int) -> Text:
 
 
 def log_line(line: LogLine) -> Text:
-    """Return what happened, on one line."""
     return _one_line(Text.assemble((f"{line.time:7.2f} s  ", "dim"), (line.text, line.style)))
 
 

@@ -1,10 +1,16 @@
 """Watch running nodes through their telemetry, whatever their transport is, as they come and go."""
 
+import threading
 import time
+from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Protocol
 
+from rich.console import Console
+from rich.live import Live
+
+from vegrip.clock import NS
 from vegrip.errors import UsageError
 from vegrip.messages import (
     ContactEstimate,
@@ -15,9 +21,10 @@ from vegrip.messages import (
     NodeStatus,
     SlipMargin,
 )
-from vegrip.runtime.exit_reports import read_reports
-from vegrip.runtime.monitor.node_row import Present
-from vegrip.runtime.registry import Entry, running_nodes
+from vegrip.runtime.monitor.board import Board
+from vegrip.runtime.monitor.rows import Present
+from vegrip.runtime.monitor.table import finger_lines, log_line, render
+from vegrip.runtime.registry import Entry, read_reports, running_nodes
 from vegrip.runtime.telemetry_socket import NEWEST, TelemetryReader
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 
@@ -31,7 +38,7 @@ REGISTRY_PERIOD = 0.2  # [s] between two looks at who runs
 class Sink(Protocol):
     """Takes the messages: a :class:`~vegrip.runtime.monitor.board.Board`, or the screen in front of one."""
 
-    def take(self, message: Message, now: int, node: str = "") -> None:
+    def receive(self, message: Message, now: int, node: str = "") -> None:
         """Take a message that came at ``now`` [ns] from ``node``."""
 
     def attend(self, present: Iterable[Present], now: int) -> None:
@@ -80,12 +87,11 @@ class Watch:
             self._attend(sink)
         for entry, _, direction, message in self._reader.read(TELEMETRY_WAIT_S):
             if direction == "out" or isinstance(message, FingertipState):
-                sink.take(_named(message, entry.namespace), time.monotonic_ns(), entry.name)
+                sink.receive(_named(message, entry.namespace), time.monotonic_ns(), entry.name)
             if isinstance(message, SlipMargin) and direction == "out":
                 self._ask_for_newest(entry)
 
     def close(self) -> None:
-        """Hear no more."""
         self._reader.close()
 
     def _ask_for_newest(self, entry: Entry) -> None:
@@ -112,12 +118,10 @@ class _Topics:
         self._topics = MsgpackCodec(entry.namespace, remap=entry.remap).topics
 
     def of(self, kinds: Sequence[type[Message]]) -> list[str]:
-        """Return the topics of the messages of ``kinds`` of all fingers."""
         routes = [self._topics.outgoing(kind, finger) for kind in kinds for finger in self._entry.fingers]
         return [route.topic for route in routes if route is not None]
 
     def status(self) -> list[str]:
-        """Return the topic of its status, in a list."""
         route = self._topics.outgoing(NodeStatus, self._entry.name)
         return [route.topic] if route is not None else []
 
@@ -135,3 +139,74 @@ def _named(message: Message, namespace: str) -> Message:
 
 def _in_namespace(finger: str, namespace: str) -> str:
     return f"{namespace}/{finger}" if namespace else finger
+
+
+QUEUE_MESSAGES = 20_000  # messages between two drawings; the oldest give way
+REDRAW_PERIOD_S = 0.1  # [s]
+LINE_PERIOD_S = 1.0  # [s] between two lines of a finger
+
+
+class Screen:
+    """Draws what it is offered, from :meth:`open` to :meth:`close`."""
+
+    def __init__(self, title: str, fingers: tuple[str, ...] = (), console: Console | None = None) -> None:
+        self.board = Board(time.monotonic_ns(), fingers)  # belongs to the thread once it runs
+        self._title, self._console = title, console or Console()
+        self._queue: deque[tuple[Message | tuple[Present, ...], int, str]] = deque(maxlen=QUEUE_MESSAGES)
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def receive(self, message: Message, now: int, node: str = "") -> None:
+        """Queue ``message`` that came at ``now`` [ns] from ``node``; never waits."""
+        self._queue.append((message, now, node))
+
+    def attend(self, present: Iterable[Present], now: int) -> None:
+        """Queue which nodes run on this machine at ``now`` [ns]; never waits."""
+        self._queue.append((tuple(present), now, ""))
+
+    def open(self) -> None:
+        self._thread = threading.Thread(target=self._run, name="screen", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join()
+
+    def _run(self) -> None:
+        if not self._console.is_terminal:
+            self._print_lines()
+            return
+        with Live(console=self._console, auto_refresh=False) as live:
+            while not self._stop.wait(REDRAW_PERIOD_S):
+                self._draw(live)
+            self._draw(live)
+
+    def _draw(self, live: Live) -> None:
+        now = self._refresh()
+        live.update(render(self.board, now, self._title, size=self._console.size), refresh=True)
+
+    def _print_lines(self) -> None:
+        due, told, fingers = self.board.start, 0, [""]
+        while not self._stop.wait(REDRAW_PERIOD_S):
+            now = self._refresh()
+            news, told = self.board.said - told, self.board.said
+            lines = [str(log_line(line)) for line in list(self.board.log)[-news:]] if news else []
+            before = fingers
+            if now >= due and (fingers := finger_lines(self.board, now)) != before:
+                due = now + round(LINE_PERIOD_S * NS)
+                lines += fingers
+            for line in lines:
+                self._console.print(line, soft_wrap=True, markup=False, highlight=False)
+
+    def _refresh(self) -> int:
+        """Put on the board what has come, and return the time [ns]."""
+        for _ in range(len(self._queue)):
+            news, then, node = self._queue.popleft()
+            if isinstance(news, tuple):
+                self.board.attend(news, then)
+            else:
+                self.board.receive(news, then, node)
+        now = time.monotonic_ns()
+        self.board.refresh(now)
+        return now

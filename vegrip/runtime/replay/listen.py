@@ -8,8 +8,7 @@ from typing import Any
 from vegrip.errors import DeviceError
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.messages import FingertipState
-from vegrip.runtime.client import ask
-from vegrip.runtime.registry import Entry
+from vegrip.runtime.registry import Entry, ask
 from vegrip.runtime.telemetry_socket import TelemetryReader
 
 WAIT_S = 0.2  # [s] between two flushes

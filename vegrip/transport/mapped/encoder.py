@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from vegrip.errors import ConfigError
-from vegrip.spelling import suggestion
+from vegrip.errors import ConfigError, suggestion
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.checksums import Protection, protection
 from vegrip.transport.mapped.commands import Commands, Outgoing, Target, law_of

@@ -34,8 +34,7 @@ from functools import cache, cached_property
 from typing import Any, Final
 
 from vegrip.config import build, parameter
-from vegrip.errors import ConfigError
-from vegrip.spelling import suggestion
+from vegrip.errors import ConfigError, suggestion
 from vegrip.transport.mapped.checksums import ChecksumMap, Protection, protection
 from vegrip.transport.mapped.database import EXTENDED, Database, ForeignMessage, Signal, expanded
 from vegrip.transport.mapped.units import conversion

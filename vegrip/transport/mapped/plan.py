@@ -10,9 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-from vegrip.errors import ConfigError
+from vegrip.errors import ConfigError, suggestion
 from vegrip.identification.recording.channels import CHANNELS as MEASURED
-from vegrip.spelling import suggestion
 from vegrip.transport.mapped.database import Database, ForeignMessage, Signal, expanded
 from vegrip.transport.mapped.schema import (
     POLAR,

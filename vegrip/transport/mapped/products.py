@@ -4,8 +4,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from vegrip.config import read_toml
-from vegrip.errors import InputError
-from vegrip.spelling import suggestion
+from vegrip.errors import InputError, suggestion
 from vegrip.transport.mapped.schema import ALL, POLAR, UNKNOWN
 
 FOLDER: Final = Path(__file__).parent / "maps"

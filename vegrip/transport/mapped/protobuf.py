@@ -14,8 +14,7 @@ from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message import DecodeError
 from google.protobuf.message_factory import GetMessageClass
 
-from vegrip.errors import ConfigError
-from vegrip.spelling import suggestion
+from vegrip.errors import ConfigError, suggestion
 from vegrip.transport.mapped.bodies import Step
 
 Steps = tuple[Step, ...]

@@ -33,8 +33,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from vegrip.config import build, parameter, read_toml
-from vegrip.errors import ConfigError
-from vegrip.spelling import suggestion
+from vegrip.errors import ConfigError, suggestion
 from vegrip.transport.mapped.checksums import ChecksumMap
 from vegrip.transport.mapped.database import expanded
 from vegrip.transport.mapped.dialogue import DeviceMap

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from vegrip.toml_text import toml_key, toml_value
+from vegrip.config import toml_key, toml_value
 from vegrip.transport.mapped.drafts import Draft, is_complete
 from vegrip.transport.mapped.proposal import Proposal
 

@@ -1,11 +1,16 @@
 """Runs ``vegrip calibrate`` for the page, and keeps what it told."""
 
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+from starlette.routing import Route
+
 from vegrip.errors import UsageError
 from vegrip.web.calibrate.render import body, standing
-from vegrip.web.job_page import JobPage
+from vegrip.web.job_page import Actions, JobPage, job_routes
+from vegrip.web.server import serve
 
 
 class Calibrator(JobPage):
@@ -26,11 +31,9 @@ class Calibrator(JobPage):
 
     @property
     def has_begun(self) -> bool:
-        """Whether the folder is a calibration already."""
         return (self.folder / "calibration.json").is_file()
 
-    def look(self) -> None:
-        """Judge what there is, when the folder is a calibration."""
+    def refresh(self) -> None:
         if self.has_begun:
             self._start("judging what there is")
 
@@ -71,19 +74,15 @@ class Calibrator(JobPage):
         self._start("recording", "--node", self.node, "--finger", finger.strip() or "index", "--no-ask")
 
     def practise(self, seed: int) -> None:
-        """Do all trials on a virtual fingertip."""
         self._start("a virtual fingertip is measured", "--virtual", str(seed))
 
     def drop(self, number: int) -> None:
-        """Forget a trial."""
         self._start("without that trial", "--drop", str(number))
 
     def end(self) -> None:
-        """Look for what the model lacks, and write model and report."""
         self._start("looking for what the model lacks", "--end")
 
     def motion(self) -> Path | None:
-        """Return the file of the next trial's motion."""
         found = (self.told or {}).get("motion")
         return Path(found) if found and Path(found).is_file() else None
 
@@ -97,11 +96,37 @@ class Calibrator(JobPage):
         with self._lock:
             self._be_free()
             self.error = ""
-            self._run(what, ["calibrate", str(self.folder), *options], self._take)
+            self._run(what, ["calibrate", str(self.folder), *options], self._store)
 
-    def _take(self, told: dict[str, Any]) -> None:
+    def _store(self, told: dict[str, Any]) -> None:
         self.told = told
 
     def _fail(self, told: dict[str, Any] | None) -> None:
         if told is None:  # it did nothing: what is shown is what leads here
             self.commands = self.commands[:-1]
+
+
+def routes(calibrator: Calibrator) -> list[Route]:
+    actions: Actions = {
+        "begin": lambda told: calibrator.begin(str(told["radius"]), str(told["force"])),
+        "take": lambda told: calibrator.take(str(told["recording"]), str(told.get("kind", ""))),
+        "record": lambda told: calibrator.record(str(told["node"]), str(told["finger"])),
+        "practise": lambda told: calibrator.practise(int(told["seed"])),
+        "drop": lambda told: calibrator.drop(int(told["number"])),
+        "end": lambda _: calibrator.end(),
+        "look": lambda _: calibrator.refresh(),
+        "stop": lambda _: calibrator.stop(),
+    }
+    return job_routes("calibrate.html", calibrator, actions)
+
+
+def run(folder: Path, node: str, port: int, announce: Callable[[str], None], *, opens: bool = False) -> None:
+    """Guide a calibration on a page.
+
+    Raises:
+        DeviceError: the port is in use.
+
+    """
+    with closing(Calibrator(folder, node)) as calibrator:
+        calibrator.refresh()
+        serve(routes(calibrator), port, announce, opens=opens)

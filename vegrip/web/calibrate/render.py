@@ -6,7 +6,19 @@ from typing import Any
 
 from vegrip.web.axes import Axes, extent
 from vegrip.web.figures import bar
-from vegrip.web.markup import Markup, disabled, section, spread, table, unit_name
+from vegrip.web.markup import (
+    Markup,
+    attributes,
+    button,
+    choice,
+    entry,
+    form,
+    huge_error,
+    section,
+    spread,
+    table,
+    unit_name,
+)
 
 Told = Mapping[str, Any]
 MOTION_SIZE = (640, 210)  # [px]
@@ -25,7 +37,6 @@ def standing(told: Told | None) -> tuple[str, str]:
 
 
 def body(told: Told | None, *, node: str, is_busy: bool) -> str:
-    """Return the page below its header."""
     if told is None:
         return _begin(is_busy=is_busy)
     return "".join(
@@ -42,22 +53,18 @@ def body(told: Told | None, *, node: str, is_busy: bool) -> str:
 
 
 def _begin(*, is_busy: bool) -> str:
-    off = disabled(is_busy)
-    return (
-        '<section class="card"><h2>a new fingertip</h2><form data-do="begin" class="inline">'
-        f'<label>radius <input name="radius" id="radius" value="9 mm" size="8" {off}></label>'
-        f'<label>greatest normal force [N] <input name="force" id="force" value="5" size="5" {off}></label>'
-        f'<button class="main" {off}>begin</button></form>'
+    radius = entry("radius", "radius", busy=is_busy, id="radius", value="9 mm", size=8)
+    force = entry("greatest normal force [N]", "force", busy=is_busy, id="force", value=5, size=5)
+    seed = entry("on a virtual fingertip, number", "seed", busy=is_busy, id="seed", value=3, size=4)
+    return section(
+        "a new fingertip",
+        form("begin", "begin", radius, force, busy=is_busy, kind="main"),
         "<p>Four kinds of trials lead to a model: press, hold, slide, twist. A rig does them from a file of "
-        "motion, a person by the words; each is recorded and taken here.</p></section>"
-        '<section class="card"><h2>or see it done</h2><form data-do="practise" class="inline"><label>on a '
-        f'virtual fingertip, number <input name="seed" id="seed" value="3" size="4" {off}></label>'
-        f"<button {off}>do all trials</button></form></section>"
-    )
+        "motion, a person by the words; each is recorded and taken here.</p>",
+    ) + section("or see it done", form("practise", "do all trials", seed, busy=is_busy))
 
 
 def _path(told: Told) -> str:
-    """Return the four kinds with what is done of each."""
     good = {one["kind"] for one in told["trials"] if one["good"]}
     tried = {one["kind"] for one in told["trials"]}
     coming = told["next"]["kind"] if told["next"] is not None else ""
@@ -77,21 +84,18 @@ def _path(told: Told) -> str:
 def _next(told: Told, node: str, *, is_busy: bool) -> str:
     trial = told["next"]
     if trial is None:
-        return (
-            f'<section class="card"><h2>what is next</h2><p class="lead">{escape(told["why"])}</p>'
-            "<p>End the calibration below.</p></section>"
-        )
-    off = disabled(is_busy)
+        lead = f'<p class="lead">{escape(told["why"])}</p>'
+        return section("what is next", lead, "<p>End the calibration below.</p>")
     words = "".join(f"<li>{escape(one)}</li>" for one in trial["words"])
-    said = (
-        f'<section class="card"><h2>next: {escape(trial["kind"])}</h2>',
+    return section(
+        f"next: {trial['kind']}",
         f'<p class="lead">{escape(trial["name"])}, {trial["duration"]:.0f} s</p>',
         f'<p class="soft">{escape(told["why"])}</p><figure>{draw_motion(trial["motion"])}</figure>',
         f"<ol>{words}</ol>",
         '<p><a id="motion" href="/motion" download>the motion for a rig (TOML, SI units)</a></p>',
-        f"{_taking(trial['kind'], off)}{_recording(node, off)}</section>",
+        _taking(trial["kind"], is_busy=is_busy),
+        _recording(node, is_busy=is_busy),
     )
-    return "".join(said)
 
 
 def draw_motion(motion: Mapping[str, Sequence[Any]]) -> str:
@@ -114,38 +118,33 @@ def draw_motion(motion: Mapping[str, Sequence[Any]]) -> str:
     return axes.svg("motion of the trial") + (f'<p class="soft">{legend}</p>' if legend else "")
 
 
-def _taking(asked: str, off: str) -> str:
-    kinds = "".join(f"<option {'selected' if kind == asked else ''}>{kind}</option>" for kind in TRIAL_KINDS)
-    return (
-        '<form data-do="take" class="inline"><label>its recording '
-        f'<input name="recording" id="trial-recording" placeholder="folder" {off}></label>'
-        f'<label>of a <select name="kind" id="kind" {off}>{kinds}</select></label>'
-        f'<button class="main" {off}>take</button></form>'
-    )
+def _taking(asked: str, *, is_busy: bool) -> str:
+    kinds = "".join(f"<option{attributes(selected=kind == asked)}>{kind}</option>" for kind in TRIAL_KINDS)
+    folder = entry("its recording", "recording", busy=is_busy, id="trial-recording", placeholder="folder")
+    kind = choice("of a", "kind", kinds, busy=is_busy, id="kind")
+    return form("take", "take", folder, kind, busy=is_busy, kind="main")
 
 
-def _recording(node: str, off: str) -> str:
-    return (
-        '<form data-do="record" class="inline"><label>or record it now from node '
-        f'<input name="node" id="node" value="{escape(node or "grasp_force")}" size="14" {off}></label>'
-        f'<label>finger <input name="finger" value="index" size="7" {off}></label>'
-        f"<button {off}>record</button></form>"
-    )
+def _recording(node: str, *, is_busy: bool) -> str:
+    given = {"id": "node", "value": node or "grasp_force", "size": 14}
+    source = entry("or record it now from node", "node", busy=is_busy, **given)
+    finger = entry("finger", "finger", busy=is_busy, value="index", size=7)
+    return form("record", "record", source, finger, busy=is_busy)
 
 
 def _ended(told: Told) -> str:
     ended = told["ended"]
     added = ", ".join(one.replace("_", " ") for one in ended["added"])
-    model = f"the paper's model with {added}" if added else "the paper's model"
     more = ""
     if told["next"] is not None:
         more = f"<p>{escape(told['why'])}: a further {escape(told['next']['kind'])} would show it.</p>"
-    return (
-        f'<section class="card"><h2>the model</h2><p class="huge">{ended["error"]:.2f} '
-        f"<small>times the noise (1 is all that noise allows)</small></p><p>{escape(model)}: "
-        f'<b id="verdict">{escape(ended["verdict"])}</b></p>'
-        f"<p>Written: <code>{escape(told['model'])}</code>, <code>{escape(told['report'])}</code></p>{more}"
-        '<p><button type="button" data-do="look">go on with further trials</button></p></section>'
+    return section(
+        "the model",
+        huge_error(ended["error"]),
+        f"<p>the paper's model{escape(f' with {added}' if added else '')}: "
+        f'<b id="verdict">{escape(ended["verdict"])}</b></p>',
+        f"<p>Written: <code>{escape(told['model'])}</code>, <code>{escape(told['report'])}</code></p>{more}",
+        f"<p>{button('go on with further trials', 'look', busy=False)}</p>",
     )
 
 
@@ -173,14 +172,13 @@ def _known(told: Told) -> str:
 def _trials(told: Told, *, is_busy: bool) -> str:
     if not told["trials"]:
         return ""
-    button = '<button type="button" data-do="drop" data-number="{}" {}>drop</button>'
     rows = [
         (
             i,
             one["kind"],
             one["name"],
             Markup(_problems(one["problems"])),
-            Markup(button.format(i, disabled(is_busy))),
+            Markup(button("drop", "drop", busy=is_busy, data_number=i)),
         )
         for i, one in enumerate(told["trials"], 1)
     ]
@@ -198,8 +196,8 @@ def _finish(told: Told, *, is_busy: bool) -> str:
     if not told["trials"] or told["ended"] is not None:
         return ""
     main = "main" if told["next"] is None else ""
-    return (
-        '<section class="card"><h2>the end</h2><p>Looks for effects that the model lacks, and writes model '
-        f'and report.</p><p><button type="button" class="{main}" id="end" data-do="end" {disabled(is_busy)}>'
-        "end the calibration</button></p></section>"
+    return section(
+        "the end",
+        "<p>Looks for effects that the model lacks, and writes model and report.</p>",
+        f"<p>{button('end the calibration', 'end', busy=is_busy, class_=main, id='end')}</p>",
     )

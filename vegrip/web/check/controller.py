@@ -3,15 +3,20 @@
 import shlex
 import shutil
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from starlette.routing import Route
+
 from vegrip.errors import InputError, UsageError
 from vegrip.identification.recording.data import episodes_text, parse_episodes
+from vegrip.runtime.registry import ask, find_node
 from vegrip.web.check.render import body, verdict
 from vegrip.web.check.session import Rung, Session, load, save
-from vegrip.web.job_page import JobPage
+from vegrip.web.job_page import Actions, JobPage, job_routes
+from vegrip.web.server import serve
 
 
 @dataclass(frozen=True)
@@ -20,7 +25,7 @@ class Task:
 
     what: str
     arguments: list[str]
-    take: Callable[[dict[str, Any]], None]
+    store: Callable[[dict[str, Any]], None]
 
 
 Step = Callable[[], Task]
@@ -54,7 +59,7 @@ class Controller(JobPage):
     ) -> None:
         super().__init__()
         self.node = node
-        self._model, self._folder, self._options = model, folder, list(options)
+        self._model, self.folder, self._options = model, folder, list(options)
         self._recording = recording
         folder.mkdir(parents=True, exist_ok=True)
         name = str(recording.resolve())
@@ -73,13 +78,7 @@ class Controller(JobPage):
 
     @property
     def name(self) -> str:
-        """The name of the recording."""
         return self._recording.name
-
-    @property
-    def folder(self) -> Path:
-        """The folder of the models."""
-        return self._folder
 
     def begin(self) -> None:
         """Fit the first model, unless a former check has; compare and diagnose what is not yet."""
@@ -128,22 +127,11 @@ class Controller(JobPage):
                 mine, other = self._standing(), self.session.rungs[place]
                 held = self._held(mine.held_back)
                 command = ["compare", *self._with(mine.model), "--versus", self._path(other.model), *held]
-                self._note_command("vegrip " + shlex.join(command))
+                self._log_command("vegrip " + shlex.join(command))
                 if other.held_back != mine.held_back:
-                    self._compare_again(place, other)
+                    self._compare_other(f"model {place}", self._path(other.model), place)
                     return
             self._changed()
-
-    def _compare_again(self, place: int, other: Rung) -> None:
-        """Judge another model on the episodes on which the one that is looked at is judged."""
-        held = self._held(self._standing().held_back)
-        arguments = ["compare", *self._with(other.model), "--curves", *held, *self._options]
-
-        def take(told: dict[str, Any]) -> None:
-            self.other = (f"model {place}", told)
-
-        task = Task(f"comparing with model {place}", arguments, take)
-        self._start([lambda: task])
 
     def compare_with_file(self, name: str) -> None:
         """Show the model of a file beside the one that is looked at.
@@ -155,14 +143,15 @@ class Controller(JobPage):
         with self._lock:
             if not name or not Path(name).is_file():
                 raise UsageError(f"there is no model file {name!r}")
+            self._compare_other(name, name, None)
 
-            def take(told: dict[str, Any]) -> None:
-                self.beside, self.other = None, (name, told)
+    def _compare_other(self, name: str, file: str, beside: int | None) -> None:
+        def store(told: dict[str, Any]) -> None:
+            self.beside, self.other = beside, (name, told)
 
-            held = self._held(self._standing().held_back)
-            arguments = ["compare", str(self._recording), "--model", name, "--curves", *held, *self._options]
-            task = Task(f"comparing with {name}", arguments, take)
-            self._start([lambda: task])
+        held = self._held(self._standing().held_back)
+        arguments = ["compare", str(self._recording), "--model", file, "--curves", *held, *self._options]
+        self._start([lambda: Task(f"comparing with {name}", arguments, store)])
 
     def plan(self, candidates: str, duration: str = "") -> None:
         """Look for the experiment that tells ``candidates`` (by commas) apart, as a motion to export."""
@@ -173,11 +162,7 @@ class Controller(JobPage):
             file = self._path(f"next-{self.session.current}.toml")
             arguments = ["experiment", *self._with(rung.model), "--candidates", candidates]
             arguments += [*(["--duration", duration] if duration else []), "-o", file, "--force"]
-
-            def take(told: dict[str, Any]) -> None:
-                rung.experiment = told
-
-            task = Task("looking for the next experiment", arguments, take)
+            task = Task("looking for the next experiment", arguments, _into(rung, "experiment"))
             self._start([lambda: task])
 
     def motion(self) -> Path | None:
@@ -193,19 +178,19 @@ class Controller(JobPage):
             if effect in self.session.effects:
                 raise UsageError(f"the model has {effect} already")
             file = self.session.next_file(effect)
-            (self._folder / file).unlink(missing_ok=True)  # of an addition that was stopped
+            (self.folder / file).unlink(missing_ok=True)  # of an addition that was stopped
             held = rung.held_back
             arguments = ["add", effect, *self._with(rung.model), "-o", self._path(file), *self._held(held)]
             arguments += self._options
             parent = self.session.current
 
-            def take(told: dict[str, Any]) -> None:
+            def store(told: dict[str, Any]) -> None:
                 added = Rung(file, effect, parent, told["error"]["after"], held_back=held)
                 added.parameters, added.warnings = told["parameters"], told["warnings"]
                 self.session.add(added)
                 self.beside = self.other = None
 
-            task = Task(f"adding {effect.replace('_', ' ')}", arguments, take)
+            task = Task(f"adding {effect.replace('_', ' ')}", arguments, store)
             self._start([lambda: task, *self._judging(held)])
 
     def undo(self) -> None:
@@ -217,7 +202,6 @@ class Controller(JobPage):
             self._changed()
 
     def look_at(self, place: int) -> None:
-        """Show another of the models."""
         with self._lock:
             self._be_free()
             if not 0 <= place < len(self.session.rungs):
@@ -247,7 +231,7 @@ class Controller(JobPage):
             if path.exists():
                 raise UsageError(f"{path} is there already; give another name")
             try:
-                shutil.copyfile(self._folder / rung.model, path)
+                shutil.copyfile(self.folder / rung.model, path)
             except OSError as error:
                 raise InputError(f"{path} cannot be written: {error.strerror}") from None
             self._say(f"saved as {path}", f"cp {shlex.quote(self._path(rung.model))} {shlex.quote(name)}")
@@ -259,11 +243,8 @@ class Controller(JobPage):
             VegripError: no such node, or it refuses the model.
 
         """
-        from vegrip.runtime.client import ask  # noqa: PLC0415 (a check needs no node)
-        from vegrip.runtime.registry import find_node  # noqa: PLC0415
-
         with self._lock:
-            file = (self._folder / self._standing().model).resolve()
+            file = (self.folder / self._standing().model).resolve()
         ask(find_node(node), "set_parameter", name="tip.model", value=str(file))
         self._say(
             f"{node} goes on with this model", f"vegrip param set {node} tip.model {shlex.quote(str(file))}"
@@ -277,46 +258,39 @@ class Controller(JobPage):
 
     def _fit_task(self, model: str, held_back: str, parent: int | None) -> Task:
         file = self.session.next_file(None)
-        (self._folder / file).unlink(missing_ok=True)
+        (self.folder / file).unlink(missing_ok=True)
         start = ["--model", model] if model else []
         arguments = ["fit", str(self._recording), *start, "-o", self._path(file), *self._held(held_back)]
 
-        def take(told: dict[str, Any]) -> None:
+        def store(told: dict[str, Any]) -> None:
             rung = Rung(file, None, parent, told["error"], held_back=held_back)
             rung.parameters, rung.warnings = told["parameters"], told.get("warnings", [])
             self.session.add(rung)
             self.beside = self.other = None
 
         what = "fitting the first model" if parent is None else "fitting again"
-        return Task(what, [*arguments, *self._options], take)
+        return Task(what, [*arguments, *self._options], store)
 
     def _compare(self) -> Task:
         rung = self._standing()
         arguments = ["compare", *self._with(rung.model), "--curves", *self._held(rung.held_back)]
 
-        def take(told: dict[str, Any]) -> None:
+        def store(told: dict[str, Any]) -> None:
             rung.comparison = told
             rung.error = told["error"]
 
-        return Task("comparing", [*arguments, *self._options], take)
+        return Task("comparing", [*arguments, *self._options], store)
 
     def _compare_held_out(self) -> Task:
         rung = self._standing()
         arguments = ["compare", *self._with(rung.model), "--curves", "--episodes", rung.held_back]
-
-        def take(told: dict[str, Any]) -> None:
-            rung.held_out = told
-
-        return Task("comparing with what was held back", [*arguments, *self._options], take)
+        what = "comparing with what was held back"
+        return Task(what, [*arguments, *self._options], _into(rung, "held_out"))
 
     def _diagnose(self) -> Task:
         rung = self._standing()
-
-        def take(told: dict[str, Any]) -> None:
-            rung.diagnosis = told
-
         arguments = ["diagnose", *self._with(rung.model), *self._held(rung.held_back), *self._options]
-        return Task("looking for what is missing", arguments, take)
+        return Task("looking for what is missing", arguments, _into(rung, "diagnosis"))
 
     @staticmethod
     def _held(episodes: str) -> list[str]:
@@ -326,7 +300,7 @@ class Controller(JobPage):
         return [str(self._recording), "--model", self._path(model)]
 
     def _path(self, file: str) -> str:
-        return str(self._folder / file)
+        return str(self.folder / file)
 
     def _standing(self) -> Rung:
         rung = self.session.rung
@@ -346,12 +320,12 @@ class Controller(JobPage):
             return
         task = self._queue.pop(0)()
 
-        def take(told: dict[str, Any]) -> None:
-            task.take(told)
-            save(self.session, self._folder)
+        def store(told: dict[str, Any]) -> None:
+            task.store(told)
+            save(self.session, self.folder)
             self._next()
 
-        self._run(task.what, task.arguments, take)
+        self._run(task.what, task.arguments, store)
 
     def _fail(self, told: dict[str, Any] | None) -> None:
         del told
@@ -360,5 +334,53 @@ class Controller(JobPage):
     def _say(self, note: str, command: str) -> None:
         with self._lock:
             self.note, self.error = note, ""
-            self._note_command(command)
+            self._log_command(command)
             self._changed()
+
+
+def _into(rung: Rung, name: str) -> Callable[[dict[str, Any]], None]:
+    return lambda told: setattr(rung, name, told)
+
+
+def routes(controller: Controller) -> list[Route]:
+    actions: Actions = {
+        "judge": lambda _: controller.judge(),
+        "add": lambda told: controller.add(str(told["effect"])),
+        "undo": lambda _: controller.undo(),
+        "look_at": lambda told: controller.look_at(int(told["place"])),
+        "stop": lambda _: controller.stop(),
+        "hold_back": lambda told: controller.hold_back(str(told["episodes"])),
+        "compare_with": lambda told: controller.compare_with(_place(told["place"])),
+        "compare_with_file": lambda told: controller.compare_with_file(str(told["name"])),
+        "plan": lambda told: controller.plan(str(told["candidates"]), str(told["duration"])),
+        "write_model": lambda told: controller.write_model(str(told["name"])),
+        "use_in_node": lambda told: controller.use_in_node(str(told["node"])),
+    }
+    return job_routes("check.html", controller, actions)
+
+
+def _place(told: Any) -> int | None:
+    return None if told == "before" else int(told)
+
+
+def run(
+    recording: Path,
+    model: Path | None,
+    folder: Path,
+    options: tuple[str, ...],
+    port: int,
+    announce: Callable[[str], None],
+    *,
+    opens: bool = False,
+    node: str = "grasp_force",
+) -> None:
+    """Check a model against a recording on a page; models and state are kept in ``folder``.
+
+    Raises:
+        DeviceError: the port is in use.
+        InputError: ``folder`` is the check of another recording.
+
+    """
+    with closing(Controller(recording, model, folder, options, node)) as controller:
+        controller.begin()
+        serve(routes(controller), port, announce, opens=opens)

@@ -16,7 +16,20 @@ from vegrip.web.figures import (
     residual_over_time,
     short_name,
 )
-from vegrip.web.markup import Markup, disabled, listed, section, table, unit_name
+from vegrip.web.markup import (
+    Markup,
+    attributes,
+    button,
+    choice,
+    entry,
+    form,
+    huge_error,
+    legend,
+    listed,
+    section,
+    table,
+    unit_name,
+)
 
 Told = Mapping[str, Any]
 VERDICTS = {
@@ -126,10 +139,8 @@ def ranking(rung: Rung, have: Sequence[str], *, is_busy: bool, has_buttons: bool
         return ""
     tried = [one for one in told["effects"][:8] if one["name"] not in have]
     if not tried:
-        return (
-            '<section class="card"><h2>what may be missing</h2>'
-            f"<p>No further effect of the catalogue explains anything more.</p>{_undecided(told)}</section>"
-        )
+        nothing = "<p>No further effect of the catalogue explains anything more.</p>"
+        return section("what may be missing", nothing, _undecided(told))
     most = max([1.0, *(one["heldout_gain"] for one in told["effects"])])
     rows = "".join(
         _candidate(one, most, named=one["name"] in told["named"], has_buttons=has_buttons, is_busy=is_busy)
@@ -139,17 +150,15 @@ def ranking(rung: Rung, have: Sequence[str], *, is_busy: bool, has_buttons: bool
         '<tr><th>effect</th><th class="num">evidence [nats]</th><th class="num">held out [nats]</th><th></th>'
         '<th class="num">error after / noise</th><th>fails</th><th></th></tr>'
     )
-    return (
-        f'<section class="card"><h2>what may be missing</h2>{_undecided(told)}<div class="scroll">'
-        f'<table class="ranking">{head}{rows}</table></div>'
+    return section(
+        "what may be missing",
+        f'{_undecided(told)}<div class="scroll"><table class="ranking">{head}{rows}</table></div>',
         '<p class="soft">Evidence: how much better the effect explains the recording, its price paid. '
-        "Held out: on episodes that the fit has not seen. An effect that fails a test is no finding.</p>"
-        "</section>"
+        "Held out: on episodes that the fit has not seen. An effect that fails a test is no finding.</p>",
     )
 
 
 def parameters(rung: Rung) -> str:
-    """Return the parameters with their standard errors."""
     rows = [
         (
             symbol,
@@ -167,24 +176,17 @@ def parameters(rung: Rung) -> str:
 def _verdict(session: Session, rung: Rung, *, is_busy: bool) -> str:
     level, name, sentence = verdict(rung)
     added = ", ".join(effect.replace("_", " ") for effect in session.effects)
-    model = f"start model with {added}" if added else "start model"
-    undo = (
-        ""
-        if rung.parent is None
-        else f'<button type="button" id="undo" data-do="undo" {disabled(is_busy)}>undo</button>'
-    )
-    again = (
-        f'<button type="button" id="judge" data-do="judge" {disabled(is_busy)}>compare and diagnose</button>'
-        if rung.diagnosis is None or rung.comparison is None
-        else ""
-    )
-    return (
-        f'<section class="card verdict"><h2>{escape(model)}</h2>'
-        f'<p><span id="verdict" class="chip {level}">{name}</span></p>'
-        f'<p class="huge">{rung.error:.2f} <small>times the noise (1 is all that noise allows)</small></p>'
-        f"{_held_error(rung)}"
-        f"<p>{escape(sentence)}</p>{where(rung.comparison)}{channels(rung.comparison)}"
-        f'<p class="acts">{undo} {again}</p></section>'
+    undo = "" if rung.parent is None else button("undo", "undo", busy=is_busy, id="undo")
+    is_judged = rung.diagnosis is not None and rung.comparison is not None
+    again = "" if is_judged else button("compare and diagnose", "judge", busy=is_busy, id="judge")
+    return section(
+        f"start model with {added}" if added else "start model",
+        f'<p><span id="verdict" class="chip {level}">{name}</span></p>',
+        huge_error(rung.error),
+        _held_error(rung),
+        f"<p>{escape(sentence)}</p>{where(rung.comparison)}{channels(rung.comparison)}",
+        f'<p class="acts">{undo} {again}</p>',
+        kind="card verdict",
     )
 
 
@@ -198,30 +200,33 @@ def _held_error(rung: Rung) -> str:
 
 
 def _ladder(session: Session, *, is_busy: bool) -> str:
-    figure = ladder(
-        [
-            {
-                "effect": "fit again" if one.is_refit else one.effect,
-                "error": one.error,
-                "heldout_error": one.held_error,
-            }
-            for one in session.path
-        ]
-    )
+    rungs = [
+        {
+            "effect": "fit again" if one.is_refit else one.effect,
+            "error": one.error,
+            "heldout_error": one.held_error,
+        }
+        for one in session.path
+    ]
     held = (
         "; orange, dashed: on the episodes held back" if any(one.held_error for one in session.path) else ""
     )
-    chosen = session.current
-    has_buttons = "".join(
-        f'<button type="button" id="rung-{i}" data-do="look_at" data-place="{i}" '
-        f'aria-pressed="{str(i == chosen).lower()}" {disabled(is_busy)}>'
-        f"{escape(_rung_name(session, i))} <small>{one.error:.2f}</small></button> "
+    buttons = " ".join(
+        button(
+            f"{escape(_rung_name(session, i))} <small>{one.error:.2f}</small>",
+            "look_at",
+            busy=is_busy,
+            id=f"rung-{i}",
+            data_place=i,
+            aria_pressed=str(i == session.current).lower(),
+        )
         for i, one in enumerate(session.rungs)
     )
-    return (
-        f'<section class="card"><h2>ladder of errors</h2>{figure}'
-        f'<p class="soft">Green, dashed: the noise, the floor of every error{held}.</p>'
-        f'<div class="rungs">{has_buttons}</div></section>'
+    return section(
+        "ladder of errors",
+        ladder(rungs),
+        f'<p class="soft">Green, dashed: the noise, the floor of every error{held}.</p>',
+        f'<div class="rungs">{buttons}</div>',
     )
 
 
@@ -247,22 +252,20 @@ def _beside(session: Session, place: int | None) -> Beside | None:
 def _beside_card(
     session: Session, rung: Rung, shown: Beside | None, beside: int | None, *, is_busy: bool
 ) -> str:
-    """Return which model is shown beside this one, the errors of both, and the choice of another."""
     choices = '<option value="before">the one before</option>' + "".join(
-        f'<option value="{i}" {"selected" if i == beside else ""}>{escape(_rung_name(session, i))}</option>'
+        f"<option{attributes(value=i, selected=i == beside)}>{escape(_rung_name(session, i))}</option>"
         for i, one in enumerate(session.rungs)
         if one is not rung and one.comparison is not None
     )
-    table = ""
-    if shown is not None and rung.comparison is not None:
-        table = _two_models(rung.comparison, shown)
-    return (
-        '<section class="card" id="beside"><h2>two models</h2>'
-        f'<label class="inline">beside this one, dashed: <select name="place" id="beside-place" '
-        f'data-do="compare_with" {disabled(is_busy)}>{choices}</select></label>'
-        '<form data-do="compare_with_file" class="inline"><label>or a model file <input name="name" '
-        f'id="beside-file" placeholder="model.toml" {disabled(is_busy)}></label>'
-        f"<button {disabled(is_busy)}>compare</button></form>{table}</section>"
+    asked = {"id": "beside-place", "data_do": "compare_with"}
+    place = choice("beside this one, dashed:", "place", choices, busy=is_busy, **asked)
+    file = entry("or a model file", "name", busy=is_busy, id="beside-file", placeholder="model.toml")
+    return section(
+        "two models",
+        f'<div class="inline">{place}</div>',
+        form("compare_with_file", "compare", file, busy=is_busy),
+        _two_models(rung.comparison, shown) if shown is not None and rung.comparison is not None else "",
+        id="beside",
     )
 
 
@@ -284,49 +287,41 @@ def _ratio(channel: Told | None) -> str:
 
 def _held_back_card(rung: Rung, *, is_busy: bool) -> str:
     now = f"held back now: {escape(rung.held_back)}" if rung.held_back else "now all episodes are fitted"
-    return (
-        '<section class="card"><h2>hold episodes back</h2><form data-do="hold_back" class="inline"><label>'
-        f'episodes <input name="episodes" id="hold-back" placeholder="e.g. 2,5..7" size="10" '
-        f'value="{escape(rung.held_back)}" {disabled(is_busy)}></label>'
-        f"<button {disabled(is_busy)}>fit again</button></form>"
-        f'<p class="soft">The fit leaves them out, and its error on them shows whether the model foretells '
-        f"what it has not seen; {now}.</p></section>"
+    given = {"id": "hold-back", "placeholder": "e.g. 2,5..7", "size": 10, "value": rung.held_back}
+    return section(
+        "hold episodes back",
+        form("hold_back", "fit again", entry("episodes", "episodes", busy=is_busy, **given), busy=is_busy),
+        '<p class="soft">The fit leaves them out, and its error on them shows whether the model foretells '
+        f"what it has not seen; {now}.</p>",
     )
 
 
 def _held_out(rung: Rung) -> str:
-    told = rung.held_out
-    if told is None:
+    if rung.held_out is None:
         return ""
-    figures = "".join(
-        f"<figure>{over_time(name, curves)}</figure>" for name, curves in told["curves"].items()
-    )
-    return (
-        f'<section class="card"><h2>episodes {escape(rung.held_back)}, which the fit has not seen</h2>'
-        f"{figures}</section>"
-    )
+    told = rung.held_out["curves"].items()
+    figures = [f"<figure>{over_time(name, curves)}</figure>" for name, curves in told]
+    return section(f"episodes {rung.held_back}, which the fit has not seen", *figures)
 
 
 def _experiment(rung: Rung, *, is_busy: bool) -> str:
-    found = rung.experiment
-    candidates = ",".join(_rivals(rung))
-    form = (
-        '<form data-do="plan" class="inline"><label>distinguish <input name="candidates" id="candidates" '
-        f'value="{escape(candidates)}" placeholder="adhesion,guide_friction" {disabled(is_busy)}></label>'
-        '<label>in at most <input name="duration" id="duration" size="4" value="60" '
-        f"{disabled(is_busy)}> s</label>"
-        f"<button {disabled(is_busy)}>find an experiment</button></form>"
+    rivals = {"id": "candidates", "value": ",".join(_rivals(rung)), "placeholder": "adhesion,guide_friction"}
+    asked = form(
+        "plan",
+        "find an experiment",
+        entry("distinguish", "candidates", busy=is_busy, **rivals),
+        entry("in at most [s]", "duration", busy=is_busy, id="duration", size=4, value=60),
+        busy=is_busy,
     )
     said = ""
-    if found is not None:
-        said = f"<p>{escape(found['advice'])}</p>"
-        if found.get("protocol"):
+    if rung.experiment is not None:
+        said = f"<p>{escape(rung.experiment['advice'])}</p>"
+        if rung.experiment.get("protocol"):
             said += '<p><a id="motion" href="/motion" download>export the motion (TOML, SI units)</a></p>'
-    return f'<section class="card"><h2>the next experiment</h2>{form}{said}</section>'
+    return section("the next experiment", asked, said)
 
 
 def _rivals(rung: Rung) -> list[str]:
-    """Return the effects that an experiment may have to tell apart."""
     told = rung.diagnosis
     if told is None:
         return []
@@ -341,43 +336,31 @@ def _channel(name: str, error: Told | None, told: Told, other: str, beside: Told
         f"<figure>{over_variable(name, variable, one)}</figure>"
         for variable, one in told["variables"].items()
     )
-    legend = (
-        '<span><i class="area measured"></i>measured, with 95 % of the noise</span>'
-        '<span><i style="border-color:var(--blue)"></i>model</span>'
-    )
-    if beside is not None:
-        legend += f'<span><i class="dash" style="border-color:var(--orange)"></i>{escape(other)}</span>'
+    lines = [("measured area measured", "measured, with 95 % of the noise"), ("blue", "model")]
     more = ""
     if variables:
-        more = (
-            '<h3>residual over what may matter</h3><div class="legend">'
-            '<span><i style="border-color:var(--blue)"></i>rms (1 is noise)</span>'
-            '<span><i class="dash" style="border-color:var(--orange)"></i>mean: measured less model</span>'
-            f'</div><div class="grid">{variables}</div>'
-        )
-    return (
-        f'<section class="card channel"><h2>{escape(name.replace("_", " "))}{said}</h2>'
-        f'<div class="legend">{legend}</div>'
-        f"<figure>{over_time(name, told, beside)}</figure><figure>{residual_over_time(name, told)}</figure>"
-        f"{over_phases(told['phases'])}{more}</section>"
+        rms, mean = ("blue", "rms (1 is noise)"), ("orange dash", "mean: measured less model")
+        more = f'<h3>residual over what may matter</h3>{legend(rms, mean)}<div class="grid">{variables}</div>'
+    return section(
+        f"{name.replace('_', ' ')}{said}",
+        legend(*lines, *([("orange dash", other)] if beside is not None else [])),
+        f"<figure>{over_time(name, told, beside)}</figure><figure>{residual_over_time(name, told)}</figure>",
+        f"{over_phases(told['phases'])}{more}",
+        kind="card channel",
     )
 
 
 def _candidate(one: Told, most: float, *, named: bool, has_buttons: bool, is_busy: bool) -> str:
     name = one["name"]
     label = escape(name.replace("_", " "))
-    button = (
-        f'<button type="button" class="{"main" if named else ""}" id="add-{escape(name)}" data-do="add" '
-        f'data-effect="{escape(name)}" {disabled(is_busy)}>add</button>'
-        if has_buttons
-        else ""
-    )
+    given = {"class_": "main" if named else "", "id": f"add-{name}", "data_effect": name}
+    adds = button("add", "add", busy=is_busy, **given) if has_buttons else ""
     fails = escape(", ".join(one["failed"])) or '<span class="ok">passes all tests</span>'
     return (
         f'<tr class="{"named" if named else ""}"><td>{"<b>" + label + "</b>" if named else label}</td>'
         f'<td class="num">{one["evidence_gain"]:.0f}</td><td class="num">{one["heldout_gain"]:.0f}</td>'
         f'<td>{bar(one["heldout_gain"] / most)}</td><td class="num">{one["error_after"]:.2f}</td>'
-        f"<td>{fails}</td><td>{button}</td></tr>"
+        f"<td>{fails}</td><td>{adds}</td></tr>"
     )
 
 
@@ -395,15 +378,14 @@ def _undecided(told: Told) -> str:
 
 
 def _use(rung: Rung, node: str, *, is_busy: bool) -> str:
-    return (
-        '<section class="card"><h2>use this model</h2>'
-        f'<form data-do="write_model" class="inline"><label>save as <input name="name" id="save-name" '
-        f'value="model.toml" {disabled(is_busy)}></label><button {disabled(is_busy)}>save</button></form>'
-        '<form data-do="use_in_node" class="inline"><label>let a running node go on with it '
-        f'<input name="node" id="node-name" value="{escape(node)}" {disabled(is_busy)}></label>'
-        f"<button {disabled(is_busy)}>write into the node</button></form>"
+    name = entry("save as", "name", busy=is_busy, id="save-name", value="model.toml")
+    goes_on = entry("let a running node go on with it", "node", busy=is_busy, id="node-name", value=node)
+    return section(
+        "use this model",
+        form("write_model", "save", name, busy=is_busy),
+        form("use_in_node", "write into the node", goes_on, busy=is_busy),
         f'<p class="soft">It is kept as <code>{escape(shlex.quote(rung.model))}</code> in the folder of this '
-        "check.</p></section>"
+        "check.</p>",
     )
 
 

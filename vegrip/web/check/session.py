@@ -30,12 +30,10 @@ class Rung:
 
     @property
     def held_error(self) -> float | None:
-        """Error over the noise on the episodes that were held back."""
         return None if self.held_out is None else self.held_out["error"]
 
     @property
     def is_refit(self) -> bool:
-        """Whether it is the model before it, fitted to other episodes."""
         return self.effect is None and self.parent is not None
 
 
@@ -49,7 +47,6 @@ class Session:
 
     @property
     def rung(self) -> Rung | None:
-        """The one that is looked at, None before the first fit."""
         return self.rungs[self.current] if self.rungs else None
 
     @property
@@ -64,15 +61,12 @@ class Session:
 
     @property
     def effects(self) -> list[str]:
-        """Effects that were added on the way."""
         return [rung.effect for rung in self.path if rung.effect is not None]
 
     def next_file(self, effect: str | None) -> str:
-        """Return the name of the next model file."""
         return f"{len(self.rungs)}-{effect or ('refit' if self.rungs else 'start')}.toml"
 
     def add(self, rung: Rung) -> None:
-        """Put a rung on the one that is looked at, and look at it."""
         self.rungs.append(rung)
         self.current = len(self.rungs) - 1
 

@@ -20,8 +20,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.runtime.monitor.board import Board, words
-from vegrip.runtime.monitor.finger_row import FingerRow
-from vegrip.runtime.monitor.node_row import Presence
+from vegrip.runtime.monitor.rows import FingerRow, Presence
 from vegrip.web.live.words import CONDITIONS, FRICTION, REASONS, health_in_words
 
 ALARM_HOLD_S = 2.0  # [s] an alarm stays after its cause has gone

@@ -20,7 +20,7 @@ from vegrip.messages import (
     ModelHealth,
     SlipMargin,
 )
-from vegrip.runtime.monitor.finger_row import FingerRow
+from vegrip.runtime.monitor.rows import FingerRow
 from vegrip.web.live.words import CONDITIONS, REASONS, health_in_words
 
 EXPONENT_STEP = 0.1
@@ -75,7 +75,6 @@ def finger_view(
 
 
 def finite(value: float, digits: int = 4) -> float | None:
-    """Return ``value`` with so many digits, None for what JSON has no number for."""
     return float(f"{value:.{digits}g}") if math.isfinite(value) else None
 
 

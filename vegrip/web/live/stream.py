@@ -1,28 +1,109 @@
 """The thread that hears the nodes and turns what it hears into the events of the page, 25 a second."""
 
+import asyncio
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from contextlib import closing
+from typing import Any, Protocol
 
-from vegrip.errors import VegripError
+import uvicorn
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
+from starlette.routing import Route
+
+from vegrip.clock import NS
+from vegrip.errors import DeviceError, VegripError
 from vegrip.messages import (
     ContactEstimate,
     FingertipState,
     ForceCommand,
     LearnedParameter,
+    Message,
     ModelHealth,
     SlipMargin,
 )
-from vegrip.runtime.client import ask
 from vegrip.runtime.monitor.board import Board
 from vegrip.runtime.monitor.watch import Watch
-from vegrip.runtime.registry import running_nodes
-from vegrip.web.live.columns import COLUMN_PERIOD_S
-from vegrip.web.live.event_log import EventLog
-from vegrip.web.live.page import routes
-from vegrip.web.live.view import LiveView
-from vegrip.web.server import serve
+from vegrip.runtime.registry import CONFIGURING_MAY_TAKE, ask, find_node, running_nodes
+from vegrip.web.live.view import COLUMN_PERIOD_S, EventLog, LiveView
+from vegrip.web.server import STATIC, STATUS_OF_EXIT_CODE, asked, events, guarded, listening, serve
+
+
+class EventSource(Protocol):
+    """The source of the events of the page."""
+
+    @property
+    def number(self) -> int:
+        """The number of the newest event."""
+
+    def first(self) -> tuple[int, str]:
+        """Return number and text of the event for a page that has just come."""
+
+    def since(self, number: int) -> tuple[int, str]:
+        """Return number and text of the event with what is new since the event ``number``."""
+
+
+def routes(stream: EventSource) -> list[Route]:
+    async def page(_: Request) -> Response:
+        return FileResponse(STATIC / "live.html")
+
+    async def live(_: Request) -> Response:
+        return StreamingResponse(events(_texts(stream)), media_type="text/event-stream")
+
+    return [
+        Route("/", page),
+        Route("/live", live),
+        Route("/parameters", _answers(_parameters), methods=["GET"]),
+        Route("/parameters", _answers(_set_parameter), methods=["POST"]),
+        Route("/state", _answers(lambda told: ask(find_node(told["node"]), "state")), methods=["GET"]),
+        Route("/state", _answers(_set_state), methods=["POST"]),
+    ]
+
+
+async def _texts(stream: EventSource) -> AsyncIterator[str]:
+    number, text = stream.first()
+    yield text
+    while True:
+        await asyncio.sleep(COLUMN_PERIOD_S / 2)
+        if stream.number > number:
+            number, text = stream.since(number)
+            yield text
+
+
+def _parameters(told: dict[str, Any]) -> Any:
+    return [_finite(row) for row in ask(find_node(told["node"]), "parameters")]
+
+
+def _set_parameter(told: dict[str, Any]) -> Any:
+    rows = ask(find_node(told["node"]), "set_parameter", name=told["name"], value=told["value"])
+    return [_finite(row) for row in rows]
+
+
+def _set_state(told: dict[str, Any]) -> Any:
+    return ask(find_node(told["node"]), "set_state", CONFIGURING_MAY_TAKE, target=told["target"])
+
+
+def _answers(call: Callable[[dict[str, Any]], Any]) -> Callable[[Request], Any]:
+    """Return an endpoint that answers JSON: what ``call`` returns, or one sentence and the exit code."""
+
+    async def endpoint(request: Request) -> Response:
+        try:
+            return JSONResponse(await run_in_threadpool(call, await asked(request)))
+        except VegripError as error:
+            sentence = {"error": str(error), "exit_code": error.exit_code}
+            return JSONResponse(sentence, STATUS_OF_EXIT_CODE.get(error.exit_code, 500))
+        except KeyError as missing:
+            return JSONResponse({"error": f"the request lacks {missing}", "exit_code": 2}, 400)
+
+    return endpoint
+
+
+def _finite(row: dict[str, Any]) -> dict[str, Any]:
+    infinite = (float("inf"), -float("inf"))
+    return {key: None if value in infinite or value != value else value for key, value in row.items()}  # noqa: PLR0124 (NaN)
+
 
 EVERY_ONE = (SlipMargin, LearnedParameter)
 NEWEST_ONLY = (ContactEstimate, ForceCommand, FingertipState, ModelHealth)
@@ -42,12 +123,10 @@ class Stream:
         self._thread = threading.Thread(target=self._run, name="watch", daemon=True)
 
     def start(self) -> None:
-        """Begin to hear."""
         self._thread.start()
         self._wishes.start()
 
     def close(self) -> None:
-        """End both threads."""
         self._stop.set()
         self._wishes.close()
         self._thread.join()
@@ -72,11 +151,9 @@ class WantedMargins:
         self._thread = threading.Thread(target=self._run, name="wanted", daemon=True)
 
     def start(self) -> None:
-        """Begin to ask."""
         self._thread.start()
 
     def close(self) -> None:
-        """Ask no more."""
         self._stop.set()
         self._thread.join()
 
@@ -107,3 +184,69 @@ def run(port: int, announce: Callable[[str], None], *, opens: bool = False) -> N
     with closing(Stream()) as stream:
         stream.start()
         serve(routes(stream.log), port, announce, opens=opens)
+
+
+LOOKED_AT_S = 2.0  # [s] after the last look of a page in which messages are taken
+
+
+class FedPage:
+    """Serves the live page from a thread; costs nothing while it is not looked at.
+
+    Args:
+        wanted_margin: that the node keeps.
+        port: to listen on; any free one where it is in use.
+
+    """
+
+    def __init__(self, wanted_margin: float, port: int) -> None:
+        self._wanted = wanted_margin
+        self._log = EventLog(LiveView(Board(time.monotonic_ns())))
+        self._looked = self._due = 0.0
+        try:
+            self._listener = listening(port)
+        except DeviceError:
+            self._listener = listening(0)
+        app, self.address = guarded(routes(self), self._listener)
+        config = uvicorn.Config(
+            app, log_config=None, lifespan="off", access_log=False, timeout_graceful_shutdown=1
+        )
+        self._server = uvicorn.Server(config)
+        self._thread = threading.Thread(target=self._serve, name="page", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._server.should_exit = True
+        self._thread.join()
+        self._listener.close()
+
+    def receive(self, message: Message, now: int, node: str) -> None:
+        """Take a message that came at ``now`` [ns]; dropped while no page looks."""
+        if now / NS - self._looked < LOOKED_AT_S:
+            self._log.view.receive(message, now, node)
+
+    def tick(self) -> None:
+        """Make the next event, when it is due and a page looks; called by the thread that takes."""
+        now = time.monotonic()
+        if now >= self._due and now - self._looked < LOOKED_AT_S:
+            self._due = now + COLUMN_PERIOD_S
+            self._log.tick(time.monotonic_ns(), self)
+
+    def wanted_margin(self, node: str) -> float | None:
+        del node
+        return self._wanted
+
+    @property
+    def number(self) -> int:
+        self._looked = time.monotonic()
+        return self._log.number
+
+    def first(self) -> tuple[int, str]:
+        self._looked = time.monotonic()
+        return self._log.first()
+
+    def since(self, number: int) -> tuple[int, str]:
+        """Return number and text of the event with what is new since the event ``number``."""
+        return self._log.since(number)
+
+    def _serve(self) -> None:
+        self._server.run(sockets=[self._listener])

@@ -7,8 +7,7 @@ from vegrip.identification.compare.where import format_quantity
 from vegrip.web.check.render import VERDICTS, channels, comparison, parameters, ranking, where
 from vegrip.web.check.session import Rung, Session
 from vegrip.web.figures import ladder
-from vegrip.web.markup import commands, facts, listed, section, spread, table
-from vegrip.web.report.document import document, told_versions
+from vegrip.web.markup import commands, document, facts, legend, listed, section, spread, table, versions_line
 
 Account = Mapping[str, Any]
 
@@ -29,7 +28,7 @@ def model_report(told: Account) -> str:
         section("what remains unknown", _unknown(told)),
         section("how to make this again", commands(told["commands"])),
     )
-    return document(told["data"]["name"], "".join(parts), told_versions(told["versions"]))
+    return document(told["data"]["name"], "".join(parts), versions_line(told["versions"]))
 
 
 def account_of_check(
@@ -71,12 +70,8 @@ def _result(told: Account, added: list[str]) -> str:
 
 
 def _ladder(told: Account) -> str:
-    legend = (
-        '<div class="legend"><span><i style="border-color:var(--blue)"></i>fitted</span><span>'
-        '<i class="dash" style="border-color:var(--orange)"></i>held-out episodes</span><span>'
-        '<i class="dash" style="border-color:var(--green)"></i>noise</span></div>'
-    )
-    return legend + ladder(told["ladder"])
+    lines = (("blue", "fitted"), ("orange dash", "held-out episodes"), ("green dash", "noise"))
+    return legend(*lines) + ladder(told["ladder"])
 
 
 def _data(data: Account) -> str:
@@ -97,7 +92,6 @@ def _data(data: Account) -> str:
 
 
 def _calibration(told: Account | None) -> str:
-    """Return the trials of a calibration, what is known well enough, and what to record again."""
     if told is None:
         return ""
     trials = [

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.runtime.histogram import LONGEST, SIZE, Histogram, _bucket, _upper_edge
+from vegrip.runtime.statistics import LONGEST, SIZE, Histogram, _bucket, _upper_edge
 
 durations = st.lists(st.integers(0, 10**10), min_size=1, max_size=200)
 

@@ -22,7 +22,6 @@ class Participant:
 
     @property
     def node(self) -> Node:
-        """The node itself."""
         return self.runner.managed.node
 
     @property
@@ -31,7 +30,6 @@ class Participant:
         return max(self.runner.due, self.asleep_until)
 
     def ready(self, now: int) -> bool:
-        """Whether its loop has something to do now."""
         if now < self.asleep_until:
             return False
         return now >= self.runner.due or (self.node.wakes_on_messages and self.endpoint.has_waiting)

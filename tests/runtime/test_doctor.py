@@ -8,8 +8,8 @@ import pytest
 
 from vegrip.cli import main
 from vegrip.host.realtime import Permission
-from vegrip.runtime.doctor import Grade, can_interfaces, checks, examine, rights, worst
-from vegrip.runtime.doctor.finding import fail, ok, warn
+from vegrip.runtime import doctor
+from vegrip.runtime.doctor import Grade, examine, fail, ok, warn, worst
 
 
 def written(root, path, text):
@@ -30,21 +30,21 @@ SOURCE = "sys/devices/system/clocksource/clocksource0/current_clocksource"
 def test_a_slow_clock_source_is_told(tmp_path, source, grade):
     if source:
         written(tmp_path, SOURCE, source)
-    assert checks.clock_source(tmp_path).grade is grade
+    assert doctor.clock_source(tmp_path).grade is grade
 
 
 def test_a_coarse_clock_is_told_by_its_step():
     ticks = iter(range(0, 10**9, 1000))
-    coarse = checks.clock(lambda: next(ticks) // 40_000 * 40_000)
+    coarse = doctor.clock(lambda: next(ticks) // 40_000 * 40_000)
     assert coarse.grade is Grade.WARN
     assert "40.0 us" in coarse.text
     fine = iter(range(0, 10**9, 60))
-    assert checks.clock(lambda: next(fine)).grade is Grade.OK
+    assert doctor.clock(lambda: next(fine)).grade is Grade.OK
 
 
 def test_late_sleeps_are_told(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr(checks.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(doctor.time, "monotonic", lambda: now[0])
 
     def sleeper(late):
         def sleep(seconds):
@@ -52,8 +52,8 @@ def test_late_sleeps_are_told(monkeypatch):
 
         return sleep
 
-    assert checks.wake_up(sleeper(1e-4)).grade is Grade.OK
-    late = checks.wake_up(sleeper(3e-3))
+    assert doctor.wake_up(sleeper(1e-4)).grade is Grade.OK
+    late = doctor.wake_up(sleeper(3e-3))
     assert late.grade is Grade.WARN
     assert "3000 us" in late.text
 
@@ -64,7 +64,7 @@ def test_late_sleeps_are_told(monkeypatch):
 def test_one_processor_that_saves_power_is_enough_to_be_told(tmp_path, governors, grade):
     for i, governor in enumerate(governors):
         written(tmp_path, f"sys/devices/system/cpu/cpu{i}/cpufreq/scaling_governor", governor)
-    found = checks.governor(tmp_path)
+    found = doctor.governor(tmp_path)
     assert found.grade is grade
     assert grade is Grade.OK or "cpupower" in found.remedy
 
@@ -73,7 +73,7 @@ def test_one_processor_that_saves_power_is_enough_to_be_told(tmp_path, governors
 def test_room_for_recordings(tmp_path, monkeypatch, free, grade):
     usage = namedtuple("usage", "total used free")
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(0, 0, free))
-    assert checks.disk(tmp_path).grade is grade
+    assert doctor.disk(tmp_path).grade is grade
 
 
 @pytest.mark.parametrize(
@@ -86,28 +86,28 @@ def test_room_for_recordings(tmp_path, monkeypatch, free, grade):
 )
 def test_priority_that_is_not_allowed_is_told_with_the_line_that_allows_it(monkeypatch, allowed, grade):
     monkeypatch.delenv("VEGRIP_REALTIME", raising=False)
-    found = rights.priority(allowed)
+    found = doctor.priority(allowed)
     assert found.grade is grade
     assert grade is Grade.OK or ("rtprio" in found.remedy and "memlock" in found.remedy)
 
 
 def test_priority_that_is_switched_off_is_told(monkeypatch):
     monkeypatch.setenv("VEGRIP_REALTIME", "0")
-    assert "switched off" in rights.priority(Permission(99, may_lock=True)).text
+    assert "switched off" in doctor.priority(Permission(99, may_lock=True)).text
 
 
 def test_a_cache_that_cannot_be_written_fails(tmp_path):
     (tmp_path / "file").write_text("")
-    assert rights.compiler_cache(tmp_path / "file" / "cache").grade is Grade.FAIL
-    assert rights.compiler_cache(tmp_path / "cache").grade is Grade.WARN, "empty"
+    assert doctor.compiler_cache(tmp_path / "file" / "cache").grade is Grade.FAIL
+    assert doctor.compiler_cache(tmp_path / "cache").grade is Grade.WARN, "empty"
     (tmp_path / "cache" / "a.nbc").write_text("")
-    assert rights.compiler_cache(tmp_path / "cache").grade is Grade.OK
+    assert doctor.compiler_cache(tmp_path / "cache").grade is Grade.OK
 
 
 def test_a_socket_folder_open_to_others_fails(tmp_path, monkeypatch):
     tmp_path.chmod(0o777)
     monkeypatch.setenv("VEGRIP_RUNTIME_DIR", str(tmp_path))
-    found = rights.sockets()
+    found = doctor.sockets()
     assert found.grade is Grade.FAIL
     assert "VEGRIP_RUNTIME_DIR" in found.remedy
 
@@ -137,18 +137,18 @@ BITS = {"bittiming": {"bitrate": 1_000_000}, "data_bittiming": {"bitrate": 5_000
     ],
 )
 def test_each_interface_is_judged(interface, grade, says):
-    (found,) = can_interfaces.interfaces(lambda: json.dumps([{"ifname": "lo"}, interface]))
+    (found,) = doctor.interfaces(lambda: json.dumps([{"ifname": "lo"}, interface]))
     assert found.grade is grade
     assert says in found.text
     assert (found.grade is Grade.OK) == (not found.remedy)
 
 
 def test_no_interface_is_no_fault_and_no_program_to_ask_is_told():
-    (none,) = can_interfaces.interfaces(lambda: "[]")
+    (none,) = doctor.interfaces(lambda: "[]")
     assert none.grade is Grade.OK
-    (missing,) = can_interfaces.interfaces(lambda: None)
+    (missing,) = doctor.interfaces(lambda: None)
     assert "iproute2" in missing.remedy
-    (garbled,) = can_interfaces.interfaces(lambda: "2: lo: <LOOPBACK>")
+    (garbled,) = doctor.interfaces(lambda: "2: lo: <LOOPBACK>")
     assert garbled.grade is Grade.WARN
 
 

@@ -1,17 +1,48 @@
-"""``vegrip test-effect``: the laws of every effect, asked of one's own."""
+"""``vegrip new-effect`` and ``vegrip test-effect``: an effect of one's own, and its laws."""
 
 import json
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from vegrip.cli._options import JSON
+from vegrip.cli._outputs import FORCE, require_writable
+from vegrip.cli._terminal import printer
 
 NAMES = Annotated[
     list[str] | None,
     typer.Argument(help="Effects to test; by default all that other packages have added."),
 ]
 EXIT_BROKEN_LAW = 3  # exit code: an effect that breaks a law is bad input
+
+
+def new_effect(
+    name: Annotated[str, typer.Argument(help="Name of the effect, as in lateral_give.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder to write to; by default ./NAME.")
+    ] = None,
+    force: FORCE = False,
+    as_json: JSON = False,
+) -> None:
+    """Write a package that adds an effect of your own; it works at once and is yours to change.
+
+    Example: vegrip new-effect lateral_give
+    """
+    from vegrip.effects.scaffold import write_package
+
+    folder = output or Path(name)
+    require_writable(folder)
+    written = write_package(name, folder, replace=force)
+    if as_json:
+        typer.echo(json.dumps({"files": [str(path) for path in written]}))
+        return
+    console = printer()
+    for path in written:
+        console.print(str(path))
+    console.print(
+        f"\nWrite your law into {written[1]}, then: pip install -e {folder} && python -m pytest {folder}"
+    )
 
 
 def effect_laws(
@@ -39,14 +70,14 @@ def effect_laws(
     for name, one in zip(chosen, found, strict=True):
         broken[name] = broken_laws(one)
         if not as_json:
-            _tell(name, broken[name], len(LAWS))
+            _print_result(name, broken[name], len(LAWS))
     if as_json:
         typer.echo(json.dumps({name: {"broken": sentences} for name, sentences in broken.items()}))
     if any(broken.values()):
         raise typer.Exit(EXIT_BROKEN_LAW)
 
 
-def _tell(name: str, broken: list[str], laws: int) -> None:
+def _print_result(name: str, broken: list[str], laws: int) -> None:
     typer.echo(f"{name}: breaks {len(broken)} of {laws} laws" if broken else f"{name}: holds to {laws} laws")
     for sentence in broken:
         typer.echo(f"  {sentence}")

@@ -4,10 +4,10 @@ from itertools import pairwise
 
 import pytest
 
+from validation.faults.cosimulation import Cosimulation
 from vegrip.clock import SimulatedClock
 from vegrip.messages import FingertipState, ForceCommand
 from vegrip.runtime import NodeBase
-from vegrip.runtime.cosimulation import Cosimulation
 from vegrip.runtime.echo import EchoNode, EchoParameters
 from vegrip.runtime.runner import LoopSettings
 from vegrip.transport.codec import CanCodec

@@ -3,10 +3,79 @@
 import math
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import TypeVar
 
 from vegrip.clock import NS
-from vegrip.messages import Lifecycle, NodeStatus
-from vegrip.runtime.monitor.finger_row import FRESH
+from vegrip.messages import (
+    Condition,
+    ContactEstimate,
+    Estimate,
+    Lifecycle,
+    Message,
+    ModelHealth,
+    NodeStatus,
+    SlipMargin,
+)
+
+FRESH = 0.5  # [s] a number older than this says nothing of now and is not shown
+M = TypeVar("M", bound=Message)
+
+
+@dataclass(frozen=True, slots=True)
+class _Heard:
+    """A message, when it came, and how long after the one before."""
+
+    message: Message
+    at: int  # [ns]
+    gap: float  # [s]
+
+
+@dataclass
+class FingerRow:
+    """The newest message of every kind, each with its own age."""
+
+    source: str = ""  # full name of the node that the newest message came from, "" = not known
+    announced: Condition | None = None  # what the log knows of its input; None = there was none yet
+    pending: tuple[Condition, int] | None = None  # what the log does not know yet, and since when [ns]
+    _heard: dict[type[object], _Heard] = field(default_factory=dict)
+
+    def put(self, message: Message, now: int) -> None:
+        """Keep ``message``, which came at ``now`` [ns]."""
+        before = self._heard.get(type(message))
+        gap = 0.0 if before is None else (now - before.at) / NS
+        self._heard[type(message)] = _Heard(message, now, gap)
+
+    def newest(self, kind: type[M]) -> M | None:
+        heard = self._heard.get(kind)
+        return heard.message if heard is not None and isinstance(heard.message, kind) else None
+
+    def fresh(self, kind: type[M], now: int) -> M | None:
+        return self.newest(kind) if self.age(kind, now) <= self._patience(kind) else None
+
+    def age(self, kind: type[object], now: int) -> float:
+        """Return how old the newest of ``kind`` is [s]; inf = there is none.
+
+        A message that repeats an old estimate is as old as what the estimate rests on.
+        """
+        heard = self._heard.get(kind)
+        if heard is None:
+            return math.inf
+        return (now - heard.at) / NS + _age_inside(heard.message)
+
+    def _patience(self, kind: type[object]) -> float:
+        """Return how old a message may be; health comes seldom, so its own pace counts."""
+        return FRESH + (self._heard[kind].gap if kind is ModelHealth and kind in self._heard else 0.0)
+
+
+def _age_inside(message: Message) -> float:
+    """Return how old the youngest estimate in ``message`` was when it was sent [s]; 0 = not stated."""
+    estimates: tuple[Estimate, ...] = ()
+    if isinstance(message, SlipMargin):
+        estimates = (message.margin,)
+    if isinstance(message, ContactEstimate):
+        estimates = (message.normal_force, message.indentation, message.contact_radius)
+    return min((one.age for one in estimates if math.isfinite(one.age)), default=0.0)
+
 
 STATUS_PERIOD = 1.0  # [s] of NodeStatus, where nothing else is known
 MISSED = 2.0  # statuses that may fail to come on a busy machine
@@ -54,16 +123,15 @@ class NodeRow:
     _status_at: int = 0  # [ns]
     _period: float = STATUS_PERIOD  # [s] between its last two statuses
 
-    def hear(self, message: object, now: int) -> None:
+    def receive(self, message: object, now: int) -> None:
         """Note that the node has said something."""
         self._spoke = now
         if isinstance(message, NodeStatus):
-            self._take(message, now)
+            self._update(message, now)
         else:
             self._streamed = now
 
     def attend(self, present: Present | None, now: int) -> None:
-        """Note whether the registry knows the node."""
         self.failure = present.failure if present is not None else ""
         if present is not None and not self.failure:
             if present.pid != self._pid:
@@ -122,7 +190,7 @@ class NodeRow:
         streams = self._streamed > 0 and self._spoke - self._streamed < FRESH * NS
         return FRESH if streams else FRESH + MISSED * self._period
 
-    def _take(self, status: NodeStatus, now: int) -> None:
+    def _update(self, status: NodeStatus, now: int) -> None:
         before, self.status = self.status, status
         gap = (now - self._status_at) / NS
         self._status_at = now

@@ -1,0 +1,151 @@
+"""What the command line prints: sentences, tables, JSON, and the progress of long work on standard error.
+
+As wide as the terminal, wide and unbroken in a file. Nothing here reads markup: ``[m]`` is a unit, not a tag.
+"""
+
+import json
+import math
+import shlex
+import sys
+import time
+from collections.abc import Callable, Container, Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import typer
+from rich.console import Console
+from rich.table import Column, Table
+from rich.text import Text
+
+WIDE_COLUMNS = 240  # columns
+COUNT_PERIOD_S = 1.0  # [s] between counts, where each would be a line
+
+Report = Callable[[str], None]
+
+
+def table(*header: str, wraps: str = "") -> Table:
+    """Return an empty table; only the column ``wraps`` breaks its lines."""
+    return Table(*(Column(name, no_wrap=name != wraps) for name in header), box=None, pad_edge=False)
+
+
+def figures(*header: str, left: Container[str] = ()) -> Table:
+    """Return an empty table of numbers; the columns ``left`` are text."""
+    columns = (Column(name, justify="left" if name in left else "right") for name in header)
+    return Table(*columns, box=None, padding=(0, 2))
+
+
+def printable(text: str) -> str:
+    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
+
+
+class _Literal(Console):
+    """Shows text as it stands, whatever file it comes from: no markup, no emoji and no control characters."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(highlight=False, markup=False, emoji=False, **options)
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Return ``text`` to be shown; sentences and the cells of tables come by here."""
+        return super().render_str(printable(text), **options)
+
+
+def printer(*, stderr: bool = False) -> Console:
+    """Return where sentences go: broken between words in a terminal, unbroken in a file."""
+    console = _Literal(stderr=stderr)
+    return console if console.is_terminal else _Literal(soft_wrap=True, width=WIDE_COLUMNS, stderr=stderr)
+
+
+def show(content: Table) -> None:
+    console = _Literal()
+    (console if console.is_terminal else _Literal(width=WIDE_COLUMNS)).print(content)
+
+
+def print_next(*words: object) -> None:
+    printer().print(f"next: {shlex.join(map(str, words))}", soft_wrap=True)
+
+
+def complain(sentence: str) -> None:
+    _Literal(stderr=True).print(f"vegrip: {sentence}", style="red", soft_wrap=True)
+
+
+def print_sentences(sentences: Iterable[str]) -> None:
+    for sentence in sentences:
+        printer().print(f"- {sentence}")
+
+
+def announce_page(what: str) -> Callable[[str], None]:
+    return lambda address: print(f"{what}: {address}  (Ctrl-C ends)", flush=True)  # noqa: T201
+
+
+def print_json(told: Any) -> None:
+    """Print one JSON object; what is not a number is null."""
+    typer.echo(json_text(told))
+
+
+def json_text(told: Any) -> str:
+    """Return one JSON object; what is not a number is null."""
+    return json.dumps(_plain(told), allow_nan=False)
+
+
+def _plain(told: Any) -> Any:
+    if isinstance(told, dict):
+        return {str(key): _plain(value) for key, value in told.items()}
+    if isinstance(told, (list, tuple)):
+        return [_plain(value) for value in told]
+    if isinstance(told, float):
+        return told if math.isfinite(told) else None
+    return told
+
+
+def jsonable(value: Any) -> Any:
+    """Return ``value`` as JSON can carry it: NaN as None, infinity and members of enumerations as text."""
+    if isinstance(value, dict):
+        return {key: jsonable(item) for key, item in value.items()}
+    if isinstance(value, float) and math.isnan(value):
+        return None
+    if isinstance(value, float) and math.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    return getattr(value, "name", value)
+
+
+@contextmanager
+def progress(what: str) -> Iterator[Report]:
+    """Show what is being done and for how long: a line that changes in a terminal, lines elsewhere."""
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    console = printer(stderr=True)
+    if not console.is_terminal:
+        with _compiling(lambda text: print(f"{what}: {text}", file=sys.stderr)):  # noqa: T201
+            yield lambda text: print(f"{what}: {text}", file=sys.stderr)  # noqa: T201
+        return
+    columns = SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(what, total=None)
+
+        def report(text: str) -> None:
+            bar.update(task, description=f"{what}: {text}")
+
+        with _compiling(report):
+            yield report
+
+
+def counted(report: Report) -> Callable[[int], None]:
+    """Return what tells a number of rows, at most once a second."""
+    due = time.monotonic() + COUNT_PERIOD_S
+
+    def report_count(rows: int) -> None:
+        nonlocal due
+        if time.monotonic() >= due:
+            due = time.monotonic() + COUNT_PERIOD_S
+            report(f"{rows:,} rows".replace(",", " "))
+
+    return report_count
+
+
+@contextmanager
+def _compiling(report: Report) -> Iterator[None]:
+    """Let the compiler say when it compiles; it costs nothing where it is not imported yet."""
+    from vegrip.compiling import compile_listener
+
+    with compile_listener(report):
+        yield
