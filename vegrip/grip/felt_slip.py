@@ -9,8 +9,7 @@ grip does not grow any more. And
 
 * a channel that says slip there for ``FELT_FALLEN_TIME``, after the delay that it is told to have,
   contradicts the load; so does a flag for ``FELT_EMPTY_TIME`` without any slip speed, where that is
-  measured; single samples count for ``FELT_LEAST_TIME`` each, and are forgotten within ``FELT_FORGET`` and
-  ``FELT_EMPTY_FORGET``;
+  measured; single samples count for ``FELT_LEAST_TIME`` each, and are forgotten within ``FELT_FORGET``;
 * a flag that is silent for ``FELT_SILENT_TIME`` while the slip speed shows a slide of a patch that is not
   twisted does not tell, or tells too late;
 * a channel is deaf that does not tell a slide which the load shows (:mod:`~vegrip.grip.slip_trust`).
@@ -53,7 +52,6 @@ FELT_BURST = 1.0  # [s]
 FELT_FORGET = 2.0  # [s]
 FELT_SILENCE = 0.5  # [s] of silence that must come before what a flag tells teaches friction
 FELT_EMPTY_TIME = 0.05  # [s]
-FELT_EMPTY_FORGET = 4.0  # [s]
 FELT_SILENT_TIME = 0.15  # [s]
 FELT_DISTRUST = 30.0  # [s]
 FELT_CREEP = 1e-4  # [m/s] below which a slip speed shows none
@@ -130,7 +128,7 @@ def judge_felt_slip(q: Numbers, i: int, dt: float, slip: float, speed: float, u:
         q[flag + FELT_LIVE] = min(q[flag + FELT_LIVE] + dt, FELT_SILENCE)
     empty = flagged and speed < FELT_CREEP
     silent = slides and slip < 0.5 and twist < FELT_TWIST and q[fast + FELT_OFF] <= 0.0
-    q[flag + FELT_AGAINST] *= math.exp(-dt / FELT_EMPTY_FORGET)
+    q[flag + FELT_AGAINST] *= math.exp(-dt / FELT_FORGET)
     q[flag + FELT_AGAINST] += lasts if empty else 0.0
     q[fast + FELT_AGAINST] = q[fast + FELT_AGAINST] + dt if silent else 0.0
     if empty and q[flag + FELT_AGAINST] > FELT_EMPTY_TIME + q[FELT_DELAY]:

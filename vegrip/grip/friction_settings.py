@@ -49,7 +49,7 @@ class FrictionSettings:
         0.06, unit="1", low=0.0, high=2.0, doc="std below which a finger is known", live=False
     )
     quiet_time: float = parameter(
-        0.1, unit="s", low=0.0, high=10.0, doc="no load has changed for", live=False
+        0.2, unit="s", low=0.0, high=10.0, doc="no load has changed for", live=False
     )
     quiet_change: float = parameter(
         0.05, unit="1", low=0.0, high=1.0, doc="relative change of a load", live=False

@@ -59,7 +59,6 @@ from vegrip.grip.felt_slip import (
     FELT_WHY,
     FELT_WIDTH,
     distrust,
-    shows_sliding,
 )
 from vegrip.grip.friction_belief import (
     BELIEF_FINGERS,
@@ -94,9 +93,7 @@ TRUST_MISSED = CHANGE_SIZE + 6  # slides that no channel told, since the last on
 TRUST_FIRST = CHANGE_SIZE + 7  # [N] N when force began to be let go of
 TRUST_LATER = CHANGE_SIZE + 8  # [N] N that lags
 TRUST_RATIO = CHANGE_SIZE + 9  # f / N that lags
-TRUST_TOLD = CHANGE_SIZE + 10  # 1 where a channel has told in time of the slide that the load has shown
-TRUST_LETTING = CHANGE_SIZE + 11  # [s] for which force has been let go of
-TRUST_PRIOR = CHANGE_SIZE + 12  # mean ln mu of finger i before anything was felt
+TRUST_PRIOR = CHANGE_SIZE + 10  # mean ln mu of finger i before anything was felt
 TRUST_SPREAD = TRUST_PRIOR + BELIEF_MOST  # its std
 TRUST_PROOF = TRUST_SPREAD + BELIEF_MOST  # [s] for which the proof of finger i still counts
 TRUST_TOP = TRUST_PROOF + BELIEF_MOST  # largest utilisation of late
@@ -126,7 +123,6 @@ TRUST_LATER_TIME = 0.15  # [s]
 TRUST_TORN_TIME = 0.05  # [s]
 TRUST_SLOW = 0.25  # [1/s] of ln N
 TRUST_BEGUN = 0.95  # of N at first, from which on it must fall that fast
-TRUST_BEGIN_TIME = 0.4  # [s] after which it must, too, where felt slip is trusted
 TRUST_ALIKE = 0.5  # of the fall of ln f, that ln N must have fallen by: else the load has changed
 TRUST_FADING = 1.6  # of the same, beyond which the load fades and the grip only follows it
 TRUST_NOISE = 5.0  # standard deviations
@@ -254,15 +250,6 @@ def ends_probe(q: Numbers, i: int, dt: float, slipping: bool, sliding: bool) -> 
     return False
 
 
-def awaits_flag(q: Numbers, i: int) -> bool:
-    """Return whether finger ``i``, which is let go of, may slide by its slip speed until its flag tells slip.
-
-    Force that comes back sooner would end the slide of the rim before all of the patch slides, and nothing
-    would be proven.
-    """
-    return q[PROBE_SHIFT + i] - q[TRUST_KEPT + i] > LEAST_PROBE
-
-
 def seeks_proof(g: Numbers, q: Numbers, i: int) -> bool:
     """Return whether finger ``i`` may be let go of to prove its channel.
 
@@ -313,8 +300,6 @@ def follow_trust(
         q[TRUST_TOP + i] = q[TRUST_FORCE + i] = q[TRUST_PULL + i] = 0.0
     else:
         known = u if relative < ONSET_VAGUE else 0.0
-        if flag >= 0.5 or shows_sliding(q, speed):
-            note_told(q)
         q[TRUST_FALSE + i] *= math.exp(-dt / TRUST_FALSE_TIME)
         if flag >= 0.5:
             hear_slide(q, i, known)
@@ -339,12 +324,6 @@ def hear_slide(q: Numbers, i: int, u: float) -> None:
         q[TRUST_FALSE + i] += 1.0
         if q[TRUST_FALSE + i] > TRUST_FALSE_MOST:
             distrust(q, flag, FELT_BY_LOAD, FELT_DISTRUST)
-
-
-def note_told(q: Numbers) -> None:
-    """Note that a channel tells slip, which is in time for a slide that the load has just shown or will."""
-    if q[TRUST_HELD] >= TRUST_HOLD - TRUST_FLAG_LATER - q[FELT_DELAY]:
-        q[TRUST_TOLD] = 1.0
 
 
 def is_constant(q: Numbers, i: int) -> bool:
@@ -417,12 +396,12 @@ def watch_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> None:
     if not (let > LEAST_PROBE and force > 0.0 and pull > 0.0):
         q[TRUST_LEAST] = math.inf
         q[TRUST_FIRST] = q[TRUST_LATER] = max(force, 0.0)
-        q[TRUST_RATIO] = q[TRUST_LETTING] = 0.0
+        q[TRUST_RATIO] = 0.0
         return
     if has_torn(q, pull / force, part, rise_of_slide(g, q, dt, noise)):
         take_back(g, q)
         return
-    if is_slow(g, q, force, part):
+    if is_slow(q, force, part):
         keep_held(g, q)
         take_back(g, q)
         q[PROBE_SINCE_SLIP] = 0.0
@@ -437,7 +416,6 @@ def watch_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> None:
             if math.log(q[TRUST_GRIP] / force) <= TRUST_FADING * math.log(q[TRUST_LOAD] / pull):
                 q[TRUST_HELD], q[TRUST_WAIT] = TRUST_HOLD, TRUST_JUDGED + q[FELT_DELAY]
                 q[TRUST_FELL] = q[TRUST_LOAD] - pull
-                q[TRUST_TOLD] = 1.0 if since_told(g, q) < TRUST_BEFORE else 0.0
             return
         forgotten = 1.0
     if y <= q[TRUST_LEAST]:
@@ -448,13 +426,11 @@ def watch_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> None:
     q[TRUST_GRIP] += forgotten * (force - q[TRUST_GRIP])
 
 
-def is_slow(g: Numbers, q: Numbers, force: float, dt: float) -> bool:
+def is_slow(q: Numbers, force: float, dt: float) -> bool:
     """Return whether N, ``force`` [N] now, falls so slowly that its fall would not show a slide in time."""
     q[TRUST_LATER] += (1.0 - math.exp(-dt / TRUST_LATER_TIME)) * (force - q[TRUST_LATER])
     rate = math.log(q[TRUST_LATER] / force) / TRUST_LATER_TIME
-    q[TRUST_LETTING] += dt
-    is_late = q[TRUST_LETTING] > TRUST_BEGIN_TIME and trusts_slip(g, q)
-    return (is_late or force < TRUST_BEGUN * q[TRUST_FIRST]) and rate < TRUST_SLOW
+    return force < TRUST_BEGUN * q[TRUST_FIRST] and rate < TRUST_SLOW
 
 
 def has_torn(q: Numbers, ratio: float, dt: float, rise: float) -> bool:
@@ -483,23 +459,20 @@ def keep_nothing(q: Numbers) -> None:
         q[TRUST_KEPT + i] = 0.0
 
 
-def since_told(g: Numbers, q: Numbers) -> float:
-    """Return the time [s] since a channel has told slip."""
+def judge_slide(g: Numbers, q: Numbers) -> None:
+    """Decide whether the object slid and no channel told it."""
+    q[TRUST_WAIT] = 0.0
+    n = int(g[BELIEF_FINGERS])
     silent = math.inf
-    for i in range(int(g[BELIEF_FINGERS])):
+    for i in range(n):
         flag, speed = FELT_FLAG + FELT_WIDTH * i, FELT_SPEED + FELT_WIDTH * i
         silent = min(silent, q[flag + FELT_QUIET], q[speed + FELT_QUIET])
-    return silent
-
-
-def judge_slide(g: Numbers, q: Numbers) -> None:
-    """Decide whether the object slid and no channel told it in time."""
-    q[TRUST_WAIT] = 0.0
-    if q[TRUST_TOLD] > 0.5:
+    heard = silent < TRUST_JUDGED + q[FELT_DELAY] + TRUST_BEFORE
+    if heard:
         return
     q[TRUST_MISSED] += 1.0
     lasts = TRUST_DEAF if q[TRUST_MISSED] < 2.0 else TRUST_DEAD
-    for i in range(int(g[BELIEF_FINGERS])):
+    for i in range(n):
         q[TRUST_PROOF + i] = 0.0
         distrust(q, FELT_FLAG + FELT_WIDTH * i, FELT_DEAF, lasts)
         distrust(q, FELT_SPEED + FELT_WIDTH * i, FELT_DEAF, lasts)

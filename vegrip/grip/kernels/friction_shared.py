@@ -32,14 +32,7 @@ from vegrip.grip.friction_probe import PROBE_NEED, feel_slip, watch_load
 from vegrip.grip.kernels.generated import *
 from vegrip.grip.late_slip import is_late, present_slip, recall_load
 from vegrip.grip.load_lead import lead_load
-from vegrip.grip.slip_trust import (
-    awaits_flag,
-    counted_shift,
-    counts_as_known,
-    ends_probe,
-    follow_trust,
-    let_go,
-)
+from vegrip.grip.slip_trust import counted_shift, counts_as_known, ends_probe, follow_trust, let_go
 
 LONGEST_STEP = 0.1  # [s]; a longer pause between two states counts as so much
 NEW_CONTACT = 1e-4  # growth of the variance of ln mu between two states that only a new contact brings
@@ -82,9 +75,8 @@ def restore_slip(f: Floats, t: Wholes) -> None:
 
 def is_slipping(f: Floats, t: Wholes, g: Floats) -> bool:
     """Return whether the finger slips by its flag, or by its speed where friction is shared."""
-    if f.state.slip >= SLIDES or t.setup.shares == 0:
-        return f.state.slip >= SLIDES
-    return shows_sliding(g, f.state.slip_speed) and not awaits_flag(g, t.setup.finger)
+    slides = t.setup.shares == 1 and shows_sliding(g, f.state.slip_speed)
+    return slides or f.state.slip >= SLIDES
 
 
 def believe_friction(f: Floats, mean: float, variance: float) -> None:
