@@ -48,7 +48,7 @@ def test_the_file_holds_the_friction_of_the_object_within_its_error(tmp_path: Pa
     scene = grasp(parameters(tmp_path, "mug"))
     found = KnownObjects(tmp_path).read("mug")
     assert found is not None
-    true = math.log(float(np.mean([tip.friction for tip in scene.hand_node.hand.tips])))
+    true = math.log(float(np.mean([tip.friction for tip in scene.hand_node.hand.soft.tips])))
     assert abs(found.mean - true) < 3.0 * found.prior[1]
     assert found.prior[1] == pytest.approx(math.hypot(found.std, ANEW))
     assert KnownObjects(tmp_path).read("cup") is None

@@ -25,7 +25,7 @@ def upright(tilt_x: float, tilt_y: float) -> float:
     """Return n_z, the cosine of the inclination."""
     if tilt_x == 0.0 and tilt_y == 0.0:
         return 1.0
-    return math.sqrt(1.0 - math.sin(tilt_x) ** 2 - math.sin(tilt_y) ** 2)
+    return math.sqrt(1.0 - math.sin(tilt_x) * math.sin(tilt_x) - math.sin(tilt_y) * math.sin(tilt_y))
 
 
 def tip(x: float, tilt_x: float, tilt_y: float) -> float:
@@ -52,12 +52,13 @@ def friction(
 ) -> float:
     """Return the ratio of measured tangential to normal force at slip."""
     n_x, n_y, n_z = math.sin(tilt_x), math.sin(tilt_y), upright(tilt_x, tilt_y)
-    size = math.hypot(tangential_force_x, tangential_force_y)
-    c = -math.hypot(n_x, n_y)
+    size = math.sqrt(tangential_force_x * tangential_force_x + tangential_force_y * tangential_force_y)
+    c = -math.sqrt(n_x * n_x + n_y * n_y)
     if size > 0.0:
         c = (tangential_force_x * n_x + tangential_force_y * n_y) / size
-    A, B = 1.0 + (c / n_z) ** 2, c / n_z**2
-    C = 1.0 / n_z**2 - 1.0 - friction**2
+    squared = n_z * n_z  # not n_z**2: Python's power rounds otherwise than C's
+    A, B = 1.0 + c * c / squared, c / squared
+    C = 1.0 / squared - 1.0 - friction * friction
     u = (B + math.sqrt(max(B * B - A * C, 0.0))) / A
     return max(u, LEAST * friction)
 

@@ -31,21 +31,23 @@ def attributes(**given: object) -> str:
     return "".join(f" {n}" if value is True else f' {n}="{escape(str(value))}"' for n, value in kept)
 
 
-def button(text: str, do: str, *, busy: bool, **given: object) -> str:
-    return f'<button type="button"{attributes(data_do=do, disabled=busy, **given)}>{text}</button>'
+def button(text: str, do: str, *, is_busy: bool, **given: object) -> str:
+    return f'<button type="button"{attributes(data_do=do, disabled=is_busy, **given)}>{text}</button>'
 
 
-def entry(label: str, name: str, *, busy: bool, **given: object) -> str:
-    return f"<label>{label} <input{attributes(name=name, disabled=busy, **given)}></label>"
+def entry(label: str, name: str, *, is_busy: bool, **given: object) -> str:
+    return f"<label>{label} <input{attributes(name=name, disabled=is_busy, **given)}></label>"
 
 
-def choice(label: str, name: str, options: str, *, busy: bool, **given: object) -> str:
-    return f"<label>{label} <select{attributes(name=name, disabled=busy, **given)}>{options}</select></label>"
+def choice(label: str, name: str, options: str, *, is_busy: bool, **given: object) -> str:
+    return (
+        f"<label>{label} <select{attributes(name=name, disabled=is_busy, **given)}>{options}</select></label>"
+    )
 
 
-def form(do: str, submit: str, *fields: str, busy: bool, kind: str = "") -> str:
+def form(do: str, submit: str, *fields: str, is_busy: bool, kind: str = "") -> str:
     """Return entries on one line, and the button that sends them."""
-    sends = f"<button{attributes(class_=kind, disabled=busy)}>{submit}</button>"
+    sends = f"<button{attributes(class_=kind, disabled=is_busy)}>{submit}</button>"
     return f'<form data-do="{do}" class="inline">{"".join(fields)}{sends}</form>'
 
 

@@ -88,7 +88,9 @@ def test_what_an_effect_leaves_is_seen_in_the_same_recording_without_it() -> Non
 
 
 def test_everything_the_bench_can_hide_has_an_amount_and_a_name_of_the_catalogue_or_a_variable() -> None:
-    assert set(CATALOGUE_AMOUNTS) == set(HIDDEN) <= set(BUILT_IN)
+    never_drawn = {"sensor_delay"}  # with it the published seeds would hide something else
+    assert set(CATALOGUE_AMOUNTS) == set(HIDDEN) - never_drawn
+    assert set(HIDDEN) <= set(BUILT_IN)
     assert set(UNMODELLED_AMOUNTS) == set(UNKNOWN)
     assert not set(UNMODELLED_AMOUNTS) & set(BUILT_IN)
     assert all(kind.shows for kind in UNKNOWN.values())

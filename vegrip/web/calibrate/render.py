@@ -53,15 +53,15 @@ def body(told: Told | None, *, node: str, is_busy: bool) -> str:
 
 
 def _begin(*, is_busy: bool) -> str:
-    radius = entry("radius", "radius", busy=is_busy, id="radius", value="9 mm", size=8)
-    force = entry("greatest normal force [N]", "force", busy=is_busy, id="force", value=5, size=5)
-    seed = entry("on a virtual fingertip, number", "seed", busy=is_busy, id="seed", value=3, size=4)
+    radius = entry("radius", "radius", is_busy=is_busy, id="radius", value="9 mm", size=8)
+    force = entry("greatest normal force [N]", "force", is_busy=is_busy, id="force", value=5, size=5)
+    seed = entry("on a virtual fingertip, number", "seed", is_busy=is_busy, id="seed", value=3, size=4)
     return section(
         "a new fingertip",
-        form("begin", "begin", radius, force, busy=is_busy, kind="main"),
+        form("begin", "begin", radius, force, is_busy=is_busy, kind="main"),
         "<p>Four kinds of trials lead to a model: press, hold, slide, twist. A rig does them from a file of "
         "motion, a person by the words; each is recorded and taken here.</p>",
-    ) + section("or see it done", form("practise", "do all trials", seed, busy=is_busy))
+    ) + section("or see it done", form("practise", "do all trials", seed, is_busy=is_busy))
 
 
 def _path(told: Told) -> str:
@@ -120,16 +120,16 @@ def draw_motion(motion: Mapping[str, Sequence[Any]]) -> str:
 
 def _taking(asked: str, *, is_busy: bool) -> str:
     kinds = "".join(f"<option{attributes(selected=kind == asked)}>{kind}</option>" for kind in TRIAL_KINDS)
-    folder = entry("its recording", "recording", busy=is_busy, id="trial-recording", placeholder="folder")
-    kind = choice("of a", "kind", kinds, busy=is_busy, id="kind")
-    return form("take", "take", folder, kind, busy=is_busy, kind="main")
+    folder = entry("its recording", "recording", is_busy=is_busy, id="trial-recording", placeholder="folder")
+    kind = choice("of a", "kind", kinds, is_busy=is_busy, id="kind")
+    return form("take", "take", folder, kind, is_busy=is_busy, kind="main")
 
 
 def _recording(node: str, *, is_busy: bool) -> str:
     given = {"id": "node", "value": node or "grasp_force", "size": 14}
-    source = entry("or record it now from node", "node", busy=is_busy, **given)
-    finger = entry("finger", "finger", busy=is_busy, value="index", size=7)
-    return form("record", "record", source, finger, busy=is_busy)
+    source = entry("or record it now from node", "node", is_busy=is_busy, **given)
+    finger = entry("finger", "finger", is_busy=is_busy, value="index", size=7)
+    return form("record", "record", source, finger, is_busy=is_busy)
 
 
 def _ended(told: Told) -> str:
@@ -144,7 +144,7 @@ def _ended(told: Told) -> str:
         f"<p>the paper's model{escape(f' with {added}' if added else '')}: "
         f'<b id="verdict">{escape(ended["verdict"])}</b></p>',
         f"<p>Written: <code>{escape(told['model'])}</code>, <code>{escape(told['report'])}</code></p>{more}",
-        f"<p>{button('go on with further trials', 'look', busy=False)}</p>",
+        f"<p>{button('go on with further trials', 'look', is_busy=False)}</p>",
     )
 
 
@@ -178,7 +178,7 @@ def _trials(told: Told, *, is_busy: bool) -> str:
             one["kind"],
             one["name"],
             Markup(_problems(one["problems"])),
-            Markup(button("drop", "drop", busy=is_busy, data_number=i)),
+            Markup(button("drop", "drop", is_busy=is_busy, data_number=i)),
         )
         for i, one in enumerate(told["trials"], 1)
     ]
@@ -199,5 +199,5 @@ def _finish(told: Told, *, is_busy: bool) -> str:
     return section(
         "the end",
         "<p>Looks for effects that the model lacks, and writes model and report.</p>",
-        f"<p>{button('end the calibration', 'end', busy=is_busy, class_=main, id='end')}</p>",
+        f"<p>{button('end the calibration', 'end', is_busy=is_busy, class_=main, id='end')}</p>",
     )

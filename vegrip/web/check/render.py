@@ -176,9 +176,9 @@ def parameters(rung: Rung) -> str:
 def _verdict(session: Session, rung: Rung, *, is_busy: bool) -> str:
     level, name, sentence = verdict(rung)
     added = ", ".join(effect.replace("_", " ") for effect in session.effects)
-    undo = "" if rung.parent is None else button("undo", "undo", busy=is_busy, id="undo")
+    undo = "" if rung.parent is None else button("undo", "undo", is_busy=is_busy, id="undo")
     is_judged = rung.diagnosis is not None and rung.comparison is not None
-    again = "" if is_judged else button("compare and diagnose", "judge", busy=is_busy, id="judge")
+    again = "" if is_judged else button("compare and diagnose", "judge", is_busy=is_busy, id="judge")
     return section(
         f"start model with {added}" if added else "start model",
         f'<p><span id="verdict" class="chip {level}">{name}</span></p>',
@@ -215,7 +215,7 @@ def _ladder(session: Session, *, is_busy: bool) -> str:
         button(
             f"{escape(_rung_name(session, i))} <small>{one.error:.2f}</small>",
             "look_at",
-            busy=is_busy,
+            is_busy=is_busy,
             id=f"rung-{i}",
             data_place=i,
             aria_pressed=str(i == session.current).lower(),
@@ -258,12 +258,12 @@ def _beside_card(
         if one is not rung and one.comparison is not None
     )
     asked = {"id": "beside-place", "data_do": "compare_with"}
-    place = choice("beside this one, dashed:", "place", choices, busy=is_busy, **asked)
-    file = entry("or a model file", "name", busy=is_busy, id="beside-file", placeholder="model.toml")
+    place = choice("beside this one, dashed:", "place", choices, is_busy=is_busy, **asked)
+    file = entry("or a model file", "name", is_busy=is_busy, id="beside-file", placeholder="model.toml")
     return section(
         "two models",
         f'<div class="inline">{place}</div>',
-        form("compare_with_file", "compare", file, busy=is_busy),
+        form("compare_with_file", "compare", file, is_busy=is_busy),
         _two_models(rung.comparison, shown) if shown is not None and rung.comparison is not None else "",
         id="beside",
     )
@@ -290,7 +290,9 @@ def _held_back_card(rung: Rung, *, is_busy: bool) -> str:
     given = {"id": "hold-back", "placeholder": "e.g. 2,5..7", "size": 10, "value": rung.held_back}
     return section(
         "hold episodes back",
-        form("hold_back", "fit again", entry("episodes", "episodes", busy=is_busy, **given), busy=is_busy),
+        form(
+            "hold_back", "fit again", entry("episodes", "episodes", is_busy=is_busy, **given), is_busy=is_busy
+        ),
         '<p class="soft">The fit leaves them out, and its error on them shows whether the model foretells '
         f"what it has not seen; {now}.</p>",
     )
@@ -309,9 +311,9 @@ def _experiment(rung: Rung, *, is_busy: bool) -> str:
     asked = form(
         "plan",
         "find an experiment",
-        entry("distinguish", "candidates", busy=is_busy, **rivals),
-        entry("in at most [s]", "duration", busy=is_busy, id="duration", size=4, value=60),
-        busy=is_busy,
+        entry("distinguish", "candidates", is_busy=is_busy, **rivals),
+        entry("in at most [s]", "duration", is_busy=is_busy, id="duration", size=4, value=60),
+        is_busy=is_busy,
     )
     said = ""
     if rung.experiment is not None:
@@ -354,7 +356,7 @@ def _candidate(one: Told, most: float, *, named: bool, has_buttons: bool, is_bus
     name = one["name"]
     label = escape(name.replace("_", " "))
     given = {"class_": "main" if named else "", "id": f"add-{name}", "data_effect": name}
-    adds = button("add", "add", busy=is_busy, **given) if has_buttons else ""
+    adds = button("add", "add", is_busy=is_busy, **given) if has_buttons else ""
     fails = escape(", ".join(one["failed"])) or '<span class="ok">passes all tests</span>'
     return (
         f'<tr class="{"named" if named else ""}"><td>{"<b>" + label + "</b>" if named else label}</td>'
@@ -378,12 +380,12 @@ def _undecided(told: Told) -> str:
 
 
 def _use(rung: Rung, node: str, *, is_busy: bool) -> str:
-    name = entry("save as", "name", busy=is_busy, id="save-name", value="model.toml")
-    goes_on = entry("let a running node go on with it", "node", busy=is_busy, id="node-name", value=node)
+    name = entry("save as", "name", is_busy=is_busy, id="save-name", value="model.toml")
+    goes_on = entry("let a running node go on with it", "node", is_busy=is_busy, id="node-name", value=node)
     return section(
         "use this model",
-        form("write_model", "save", name, busy=is_busy),
-        form("use_in_node", "write into the node", goes_on, busy=is_busy),
+        form("write_model", "save", name, is_busy=is_busy),
+        form("use_in_node", "write into the node", goes_on, is_busy=is_busy),
         f'<p class="soft">It is kept as <code>{escape(shlex.quote(rung.model))}</code> in the folder of this '
         "check.</p>",
     )
