@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from validation.diagnosis_trials.unmodelled import EVERY
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.virtual.bench.trial import run_trial
 
@@ -28,6 +29,7 @@ def hide():
             sensors,
             seed,
             hidden=hidden,
+            catalogue=EVERY,
             step=2.5e-3,
             rings=8,
             spokes=16,

@@ -10,9 +10,9 @@ from vegrip.virtual.bench.protocol import AIR_SEGMENT, Segment, creep, hold, sli
 from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.hidden import HIDDEN, Hidden
-from vegrip.virtual.hidden.specimen import Specimen
 from vegrip.virtual.profile import share_within
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
+from vegrip.virtual.specimen import Specimen
 
 TIP = FingertipSettings(bristle_stiffness=1e10)
 MU = TIP.friction

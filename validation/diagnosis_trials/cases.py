@@ -12,6 +12,7 @@ from itertools import combinations
 import numpy as np
 
 from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, UNMODELLED_AMOUNTS, WEAK, Setting
+from validation.diagnosis_trials.unmodelled import EVERY
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.virtual.bench.protocol import Episode, Segment, standard_protocol
 from vegrip.virtual.bench.trial import run_trial
@@ -106,6 +107,7 @@ def make_recording(
         _quietened(sensors) if quiet else sensors,
         case.seed,
         hidden=hidden,
+        catalogue=EVERY,
         temperature=warm,
         step=SIMULATION_STEP_S,
         rings=8,

@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from validation.diagnosis_trials.cases import Case, make_recording
+from validation.diagnosis_trials.unmodelled import UNMODELLED
 from validation.diagnosis_trials.visible import VISIBLE_NATS, remaining_evidence
 from vegrip.identification.diagnosis.diagnosis import diagnose
-from vegrip.virtual.hidden import UNMODELLED
 
 NEAR_FLOOR = 1.05  # times the noise
 

@@ -8,11 +8,11 @@ import pytest
 from validation.diagnosis_trials import Case, Outcome, draw_cases, make_recording, tally_outcomes
 from validation.diagnosis_trials.__main__ import trial
 from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, UNMODELLED_AMOUNTS
+from validation.diagnosis_trials.unmodelled import UNMODELLED as UNKNOWN
 from validation.diagnosis_trials.visible import remaining_evidence
 from vegrip.cli import run
 from vegrip.effects import BUILT_IN
 from vegrip.virtual.hidden import HIDDEN
-from vegrip.virtual.hidden import UNMODELLED as UNKNOWN
 
 
 def of(hidden, verdict, named=(), sets=(), variable="", after=1.0, leaves=()) -> Outcome:

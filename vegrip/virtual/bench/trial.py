@@ -10,11 +10,11 @@ from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.bench.protocol import Episode, Segment
 from vegrip.virtual.fingertip import Fingertips
-from vegrip.virtual.hidden import Hidden, make
-from vegrip.virtual.hidden.specimen import Specimen
+from vegrip.virtual.hidden import HIDDEN, Hidden, make
 from vegrip.virtual.patch import even_grid, utilisation
 from vegrip.virtual.sensor import SENSED_CHANNELS, Sensors
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
+from vegrip.virtual.specimen import Specimen
 
 TRUTH = (
     "indentation",
@@ -61,16 +61,17 @@ def run_trial(
     spokes: int = 32,
     truth: bool = True,
     hidden: Mapping[str, Mapping[str, float]] | None = None,
+    catalogue: Mapping[str, type[Hidden]] = HIDDEN,
 ) -> Trial:
     """Put ``tip`` through ``protocol`` and measure it at ``noise.rate``.
 
     ``pause`` [s] lies between episodes and is not recorded; ``step`` [s] is that of the simulation. The same
     seed gives the same trial, bit for bit. ``temperature`` [degrees Celsius] may be one for each episode.
     ``hidden`` names effects that the plain fingertip does not have, with their parameters
-    (:data:`vegrip.virtual.hidden.HIDDEN`). Without ``truth`` that part is empty, and half of the time saved.
+    (of the ``catalogue``). Without ``truth`` that part is empty, and half of the time saved.
     Slip is measured without threshold and delay: the bench imposes the slide, so it need not feel it.
     """
-    bench = _Bench(tip, step, rings, spokes, make(hidden or {}))
+    bench = _Bench(tip, step, rings, spokes, make(hidden or {}, catalogue))
     at_once = replace(noise, slip_threshold=0.0, slip_delay=0.0)
     sensors = Sensors(at_once, TIP, np.random.default_rng(seed))
     every = max(1, round(1.0 / (noise.rate * step)))
@@ -102,7 +103,7 @@ def _steps(bench: "_Bench", episode: Episode, step: float) -> Iterator[Segment]:
     for segment in episode:
         if segment.depth is not None or segment.force is not None:
             by_force = segment.force is not None
-        begin = bench.force if by_force else bench.depth
+        begin = bench.force if by_force else bench.drive
         end = segment.force if by_force else segment.depth
         count = max(1, round(segment.duration / step))
         for part in np.arange(1, count + 1) / count:
@@ -132,16 +133,11 @@ class _Bench:
             one.start(pause)
             one.warmed(temperature)
         self._soft.reset()
-        self._drive = 0.0
+        self.drive = 0.0  # [m] where it stands: the imposed indentation, before anything gives way
         self._contacts.bristles[:] = 0.0
         for name in ("pull_x", "pull_y", "torque", "sliding_share", "slip_speed"):
             self.felt[name] = 0.0
         self._bent = False
-
-    @property
-    def depth(self) -> float:
-        """Where the drive stands [m]: the imposed indentation, before anything gives way."""
-        return self._drive
 
     @property
     def force(self) -> float:
@@ -151,9 +147,9 @@ class _Bench:
     def impose(self, value: float, *, by_force: bool) -> None:
         """Impose a normal force [N] or an indentation [m] for one step."""
         if by_force:
-            self._drive = float(self._soft.load(np.array([value]))[0])
+            self.drive = float(self._soft.load(np.array([value]))[0])
         else:
-            self._drive = value
+            self.drive = value
             self._soft.press(np.array([value]))
 
     def slide(self, segment: Segment) -> None:
@@ -174,8 +170,8 @@ class _Bench:
         shown = self.force
         for one in self._hidden:
             one.rubbed(self.force, speed, self._step)
-            shown = one.sensed(shown, pull, self._step)
-        felt["force"], felt["depth"] = shown, self.depth  # as the sensors have them
+            shown = one.sensed(shown, pull, self.drive, self._step)
+        felt["force"], felt["depth"] = shown, self.drive  # as the sensors have them
 
     def truth(self) -> tuple[float, ...]:
         """Return the columns of :data:`TRUTH`."""

@@ -9,7 +9,7 @@ import numpy as np
 from vegrip.types import Floats
 from vegrip.virtual import profile
 from vegrip.virtual.fingertip import Fingertips
-from vegrip.virtual.hidden.base import Hidden
+from vegrip.virtual.hidden import Hidden
 from vegrip.virtual.history import History
 from vegrip.virtual.settings import FingertipSettings
 
