@@ -43,6 +43,7 @@ import numpy as np
 
 from benchmarks._twenty_fingers import measure
 from benchmarks._wires import WIRES, require_all_answered, states_of, work
+from validation.bus_bytes import delivery_of
 from validation.compiled_finger import Log, Replay, record
 from vegrip.c99 import host
 from vegrip.clock import WallClock
@@ -52,7 +53,6 @@ from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.frame_time import BusFrame
-from vegrip.transport.canbus.hub_wire import numbered, pack_delivery
 from vegrip.transport.canbus.virtual_can import VegripBus
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.protection import CAN_PROFILES
@@ -296,7 +296,7 @@ def packets(log: Log) -> Iterator[bytes]:
         CAN_PROFILES["P05"].protect(data, frame.arbitration_id)
         now = time.monotonic_ns()
         sent = Transmission(now, now, 1, BusFrame(frame.arbitration_id, bytes(data), fd=True))
-        yield numbered(number, pack_delivery(sent, 0))
+        yield delivery_of(number, sent, 0)
 
 
 def turn_time(runner: Runner, hub: socket.socket, states: Iterator[bytes], in_a_packet: int) -> float:

@@ -23,22 +23,21 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from random import Random
 from statistics import median
-from types import SimpleNamespace
 from typing import Any
 
 import can
 
 from benchmarks._timing import compared
+from validation.bus_bytes import request_of
 from vegrip.host.compiled_folder import compiler
-from vegrip.transport.canbus import bus as bus_text
-from vegrip.transport.canbus import deliveries
+from vegrip.transport.canbus import carry
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.compiled_bus import CompiledBus, Search, compile_library
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
 from vegrip.transport.canbus.hub import AT_ONCE, Hub
-from vegrip.transport.canbus.hub_wire import HUB_VERSION, MAX_PACKET_BYTES, pack_request
+from vegrip.transport.canbus.hub_wire import HUB_VERSION, MAX_PACKET_BYTES
 
-PYTHON = SimpleNamespace(**{**vars(bus_text), **vars(deliveries)})
+PYTHON = carry
 MEMBERS = 4
 MOST = 1000  # packets taken in one go
 FINGERS, PERIOD = 5, 0.002  # [s]
@@ -85,7 +84,7 @@ def _row(ours: float, theirs: float) -> dict[str, float]:
 @contextmanager
 def _carrier(text: Any) -> Iterator[Callable[[], object]]:
     """Yield what takes a frame from the bytes of its request to those of its deliveries."""
-    bus, packets, now = BusModel(BitTiming()), cycle([pack_request(0, frame) for frame in FRAMES]), 0
+    bus, packets, now = BusModel(BitTiming()), cycle([request_of(0, frame) for frame in FRAMES]), 0
     record = bus.record
     memory = record if text is PYTHON else addressof(record)
     pairs = [socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET) for _ in range(MEMBERS)]
@@ -237,7 +236,7 @@ def _traffic(members: list[socket.socket]) -> int:
         for member, count in ((members[0], FINGERS), (members[1], heard[1])):
             for _ in range(count):
                 select.select([], [member], [])  # a busy machine may leave the hub behind
-                member.send(pack_request(time.monotonic_ns(), next(frames)))
+                member.send(request_of(time.monotonic_ns(), next(frames)))
                 sent += 1
     return sent
 

@@ -8,6 +8,7 @@ from dataclasses import asdict, replace
 import pytest
 from vegrip.nodes.virtual_hand import Parameters, VirtualHandNode
 
+from validation.bus_bytes import delivery_of, split_requests
 from vegrip.clock import NS, SimulatedClock
 from vegrip.messages import FingertipState, ForceCommand, NodeStatus, Reason
 from vegrip.runtime.runner import LoopSettings, Runner
@@ -16,7 +17,6 @@ from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.canbus import virtual_can
 from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
-from vegrip.transport.canbus.hub_wire import numbered, pack_delivery, split_requests
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.row_kernels import pack_states, read_commands
 from vegrip.virtual import HandSettings
@@ -122,7 +122,7 @@ class Traffic:
                 self.number += 1 if self.random.random() < 0.99 else 3
                 self.busy += 1000
                 sent = Transmission(now + self.random.randrange(1000), now, 2, frame)
-                packets.append(numbered(self.number, pack_delivery(sent, self.busy)))
+                packets.append(delivery_of(self.number, sent, self.busy))
         return packets
 
     def frames(self, finger: str, now: int) -> list[BusFrame]:

@@ -28,7 +28,10 @@ with atheris.instrument_imports(include=["vegrip", "canopen", "msgpack"]):
         Reason,
         SlipMargin,
     )
-    from vegrip.transport.canbus.hub_wire import unpack_delivery, unpack_request
+    from vegrip.transport.canbus import carry
+    from vegrip.transport.canbus.bus_model import BusModel
+    from vegrip.transport.canbus.frame_time import BitTiming
+    from vegrip.transport.canbus.hub_wire import unpack_delivery
     from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
     from vegrip.transport.codec.database import layouts
     from vegrip.transport.codec.protection import P04, P04_HEADER
@@ -70,8 +73,12 @@ def payload(data: bytes) -> None:
 
 def hub(data: bytes) -> None:
     """Packets of the virtual bus."""
-    unpack_request(data)
     unpack_delivery(data)
+    model = BusModel(BitTiming(), carry)
+    model.attach(1)
+    packet = data[: len(model.record.packet)]
+    model.record.packet[: len(packet)] = packet
+    carry.take_packet(model.record, model.record.order[0], len(packet), 0)
 
 
 def canopen_services(data: bytes) -> None:

@@ -6,11 +6,11 @@ from dataclasses import asdict
 
 import pytest
 
+from validation.bus_bytes import delivery_of
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.canbus import virtual_can
 from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame
-from vegrip.transport.canbus.hub_wire import numbered, pack_delivery
 from vegrip.transport.codec import CanCodec, Frame
 
 NOW = 10**12
@@ -46,7 +46,7 @@ def deliveries(seed: int, *, plain: bool) -> list[bytes]:
             has_bit_rate_switch=fd and draw.random() < 0.5, length_code=FD_SIZES.index(size),
         )  # fmt: skip
         busy += 5000
-        made.append(numbered(number, pack_delivery(Transmission(NOW + i, NOW, 2, frame), busy)))
+        made.append(delivery_of(number, Transmission(NOW + i, NOW, 2, frame), busy))
         number += 1 if plain or draw.random() < 0.95 else 2
     return made
 

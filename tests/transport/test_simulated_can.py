@@ -4,9 +4,8 @@ import pytest
 
 from vegrip.clock import SimulatedClock
 from vegrip.messages import FingertipState
-from vegrip.transport.canbus.bus_events import ErrorState
+from vegrip.transport.canbus.bus_events import ErrorState, NodeFaults
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame, frame_duration
-from vegrip.transport.canbus.node_faults import NodeFaults
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.simulated_can import SimulatedCan
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from validation.faults.cosimulation import Participant
 from validation.faults.testbed import Scene
-from vegrip.transport.canbus.node_faults import NO_FAULTS, NodeFaults
+from vegrip.transport.canbus.bus_events import NO_FAULTS, NodeFaults
 from vegrip.transport.simulated_can import SimulatedEndpoint
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import can
 import can.interfaces
 
+from validation.bus_bytes import delivery_of, split_requests
 from validation.golden import world
 from validation.golden.events import FOREIGN, STATE, Event
 from validation.golden.foreign import ForeignHand
@@ -25,7 +26,7 @@ from vegrip.messages import FingertipState, Message
 from vegrip.transport.canbus import virtual_can
 from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.frame_time import FD_SIZES, BusFrame
-from vegrip.transport.canbus.hub_wire import MAX_GATHERED_BYTES, numbered, pack_delivery, split_requests
+from vegrip.transport.canbus.hub_wire import MAX_GATHERED_BYTES
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.batch_codec import BATCHED_MESSAGES, BatchCodec
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
@@ -330,7 +331,7 @@ class Packets(Frames):
         for frame in map(sized, item.thing):
             self._busy += 100_000
             sent = BusFrame(frame.arbitration_id, frame.data, fd=True, has_bit_rate_switch=True)
-            packet += numbered(self._number, pack_delivery(Transmission(0, frame.stamp, 2, sent), self._busy))
+            packet += delivery_of(self._number, Transmission(0, frame.stamp, 2, sent), self._busy)
             self._number += 1
         self._far.send(packet)
 

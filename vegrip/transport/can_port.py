@@ -12,18 +12,14 @@ from typing import Final, Protocol
 
 import can
 
-from vegrip.transport.canbus.bus_events import ErrorState
-from vegrip.transport.canbus.bus_load import BusLoad
-from vegrip.transport.canbus.error_report import reported_state
+from vegrip.transport.canbus import bus_records as wire
+from vegrip.transport.canbus.bus_events import BusLoad, ErrorState
 from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
-from vegrip.transport.canbus.hub_wire import MOST_REQUESTS
+from vegrip.transport.canbus.hub_wire import MOST_REQUESTS, PLAIN_FLAGS, reported_state
 from vegrip.transport.canbus.virtual_can import VegripBus
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.stamps import StampMap
-
-FIRST_EXTENDED = 1 << 11
-"""Identifiers from here on do not fit into 11 bits."""
 
 
 class CanPort(Protocol):
@@ -74,40 +70,35 @@ class VirtualPort:
     def receive(self, timeout: float) -> Frame | None:
         """Return the next frame, or None."""
         deadline = time.monotonic() + timeout
-        while True:
-            delivery = self._bus.take_plain(deadline)
-            if delivery is None or isinstance(delivery, Frame):
-                return delivery
-            frame = delivery.frame
-            if delivery.is_error:
-                self._faults[error_name(frame.identifier, frame.data)] += 1
-            elif not frame.is_remote and (self._extended or not frame.extended):
-                identifier = frame.identifier | EXTENDED if frame.extended else frame.identifier
-                return Frame(identifier, frame.data, frame.fd, delivery.end)
+        while (delivery := self._bus.take(deadline)) is not None:
+            flags, identifier = delivery.flags, delivery.identifier
+            if flags & wire.ERROR:
+                self._faults[error_name(identifier, delivery.data)] += 1
+            elif not flags & wire.REMOTE and (self._extended or not flags & wire.EXTENDED):
+                identifier |= EXTENDED if flags & wire.EXTENDED else 0
+                return Frame(identifier, delivery.data, bool(flags & wire.FD), delivery.end)
+        return None
 
     def send(self, frame: Frame) -> None:
         """Queue ``frame``."""
-        identifier = frame.arbitration_id
-        if frame.fd and identifier < FIRST_EXTENDED:
-            self._bus.put_plain(identifier, frame.data)
-        elif identifier & EXTENDED:
-            self._bus.put(identifier ^ EXTENDED, frame.data, fd=frame.fd, extended=True)
-        else:
-            self._bus.put(identifier, frame.data, fd=frame.fd)
+        self._bus.put(_for_bus(frame))
 
     def send_several(self, frames: Sequence[Frame]) -> None:
-        """Queue ``frames``: one packet for many, where they are CAN FD frames with 11 bits."""
-        if all(frame.fd and frame.arbitration_id < FIRST_EXTENDED for frame in frames):
-            for first in range(0, len(frames), MOST_REQUESTS):
-                some = frames[first : first + MOST_REQUESTS]
-                self._bus.put_several([(frame.arbitration_id, frame.data) for frame in some])
-        else:
-            for frame in frames:
-                self.send(frame)
+        """Queue ``frames``, many in one packet."""
+        for first in range(0, len(frames), MOST_REQUESTS):
+            self._bus.put(*map(_for_bus, frames[first : first + MOST_REQUESTS]))
 
     def load(self) -> float:
         """Return the exact load."""
         return self._bus.load()
+
+
+def _for_bus(frame: Frame) -> tuple[int, bytes, int]:
+    """Return identifier, data and flags of ``frame`` as the virtual bus takes them."""
+    flags = PLAIN_FLAGS if frame.fd else 0
+    if frame.arbitration_id & EXTENDED:
+        return frame.arbitration_id ^ EXTENDED, frame.data, flags | wire.EXTENDED
+    return frame.arbitration_id, frame.data, flags
 
 
 class PythonCanPort:

@@ -11,11 +11,18 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from vegrip.clock import NS, Clock
 from vegrip.messages import Message
-from vegrip.transport.canbus.bus_events import BusError, ErrorState, Event, StateChange, Transmission
-from vegrip.transport.canbus.bus_load import BusLoad
+from vegrip.transport.canbus.bus_events import (
+    NO_FAULTS,
+    BusError,
+    BusLoad,
+    ErrorState,
+    Event,
+    NodeFaults,
+    StateChange,
+    Transmission,
+)
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
-from vegrip.transport.canbus.node_faults import NO_FAULTS, NodeFaults
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.line import Line
 from vegrip.transport.endpoint import ClosedByWith, Intercept

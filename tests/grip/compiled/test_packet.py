@@ -10,6 +10,7 @@ import can
 import numpy as np
 import pytest
 
+from validation.bus_bytes import delivery_of, split_requests
 from validation.compiled_finger import Log
 from vegrip.c99 import host
 from vegrip.runtime.packet_path import PacketPath
@@ -17,12 +18,7 @@ from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.frame_time import BusFrame
-from vegrip.transport.canbus.hub_wire import (
-    MAX_GATHERED_BYTES,
-    numbered,
-    pack_delivery,
-    split_requests,
-)
+from vegrip.transport.canbus.hub_wire import MAX_GATHERED_BYTES
 from vegrip.transport.canbus.virtual_can import VegripBus
 from vegrip.trials.candidates import demo_parameters, make_node
 
@@ -120,7 +116,7 @@ def packets(log: Log, seed: int) -> Iterator[tuple[bytes, int]]:
             busy += 100_000
             whole = BusFrame(identifier, bytes(data), extended=extended, fd=True, has_bit_rate_switch=True)
             sent = Transmission(now - 1000, now, 1, whole)
-            packet += numbered(number, pack_delivery(sent, busy))
+            packet += delivery_of(number, sent, busy)
         if seed and rng.random() < 0.05:
             packet = packet[: int(rng.integers(1, len(packet)))]
         yield packet, group[-1][0]

@@ -15,19 +15,21 @@ from contextlib import suppress
 from pathlib import Path
 from random import Random
 from struct import pack
-from types import SimpleNamespace
 
-from vegrip.transport.canbus import bus, carry, deliveries
-from vegrip.transport.canbus.acceptance import pack_filters, unpack_filters
-from vegrip.transport.canbus.bus_events import BusError, StateChange, Transmission
+from validation.bus_bytes import request_of
+from vegrip.transport.canbus import carry
+from vegrip.transport.canbus.bus_events import BusError, NodeFaults, StateChange, Transmission
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.bus_records import SLICE, TRANSMIT_QUEUE
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame
-from vegrip.transport.canbus.greeting import make_greeting, read_greeting
-from vegrip.transport.canbus.hub_wire import pack_request, split_deliveries
-from vegrip.transport.canbus.node_faults import NodeFaults
+from vegrip.transport.canbus.hub_wire import (
+    make_greeting,
+    pack_filters,
+    read_greeting,
+    split_deliveries,
+    unpack_filters,
+)
 
-deliveries_in_python = SimpleNamespace(**{**vars(bus), **vars(deliveries)})
 GOLDEN = Path(__file__).parent / "golden_bus.json"
 GROUPS, IN_A_GROUP = 60, 20
 
@@ -42,6 +44,11 @@ def digests(functions=carry, groups=range(GROUPS)):
         for group in groups
         if group < most
     }
+
+
+def is_healthy(model):
+    """Return whether no node has errors, and none is made to have some."""
+    return model.record.troubled + model.record.off + model.record.faulty == 0
 
 
 def scripts_of(group):
@@ -113,7 +120,7 @@ class Script:
         states = [(node, int(self.model.state(node)), *self.model.counters(node)) for node in self.nodes]
         self.lines.append(
             f"look {self.time} {event} {self.model.next_event()} {self.model.busy} {self.model.queued} "
-            f"{self.model.is_healthy:d} {states} {heard}"
+            f"{is_healthy(self.model):d} {states} {heard}"
         )
 
     def note(self, events):
@@ -258,7 +265,7 @@ class MemberScript:
         frames = [some_frame(chance) for _ in range(chance.choice([1, 1, 1, 2, 5, 16]))]
         if len(frames) > 1:
             frames = [frame for frame in frames if not frame.is_remote] or [BusFrame(7)]
-        return b"".join(pack_request(time, frame) for frame in frames)
+        return b"".join(request_of(time, frame) for frame in frames)
 
 
 def comparable(delivery):
@@ -273,7 +280,7 @@ class LedBus:
     """What the hub does, step by step at times that are given."""
 
     def __init__(self, rates, functions):
-        self.text = deliveries_in_python if functions is carry else functions
+        self.text = functions
         self.model = BusModel(BitTiming(*rates), functions)
         self.record, self.memory = self.model.record, self.model._bus
         self.members, self.brought, self.numbers = {}, {}, itertools.count(1)

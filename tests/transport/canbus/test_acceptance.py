@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from validation.bus_bytes import unpack_request
 from vegrip.messages import FingertipState, ForceCommand, NodeStatus, Reason, SlipMargin
 from vegrip.runtime.echo import EchoNode
-from vegrip.transport.canbus import acceptance
-from vegrip.transport.canbus.acceptance import EXTENDED_FLAG, pack_filters, pairs_of, unpack_filters
 from vegrip.transport.canbus.bus_model import BusModel
-from vegrip.transport.canbus.deliveries import accepts
+from vegrip.transport.canbus.bus_records import MOST_FILTERS
+from vegrip.transport.canbus.carry import accepts
 from vegrip.transport.canbus.frame_time import BitTiming
-from vegrip.transport.canbus.hub_wire import unpack_request
+from vegrip.transport.canbus.hub_wire import EXTENDED_FLAG, pack_filters, pairs_of, unpack_filters
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.codec.database import layouts
 from vegrip.transport.open import Hand, open_endpoint
@@ -104,7 +104,7 @@ def test_error_frames_pass_every_filter():
 
 
 def test_more_filters_than_a_controller_has_are_refused():
-    many = [LAST] * (acceptance.MOST_FILTERS + 1)
+    many = [LAST] * (MOST_FILTERS + 1)
     with pytest.raises(can.CanInitializationError, match="filters"):
         can.Bus(interface="vegrip", channel="many", can_filters=many)
 

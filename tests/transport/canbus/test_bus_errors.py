@@ -6,10 +6,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.transport.canbus.bus_events import BusError, ErrorKind, ErrorState, StateChange, Transmission
+from vegrip.transport.canbus.bus_events import (
+    BusError,
+    ErrorKind,
+    ErrorState,
+    NodeFaults,
+    StateChange,
+    Transmission,
+)
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame, frame_duration
-from vegrip.transport.canbus.node_faults import NodeFaults
 
 TIMING = BitTiming(500_000)
 BIT = 2000  # [ns]

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vegrip.transport.canbus import frame_bits as text
-from vegrip.transport.canbus.bus_records import Frame
+from vegrip.transport.canbus.bus_records import CRC15_OF_BYTE, RUN_AFTER, STUFFED, Frame
 from vegrip.transport.canbus.frame_time import (
     FD_SIZES,
     BitTiming,
@@ -17,7 +17,6 @@ from vegrip.transport.canbus.frame_time import (
     typical_duration,
     write_record,
 )
-from vegrip.transport.canbus.stuffing_tables import CRC15_OF_BYTE, RUN_AFTER, STUFFED
 
 identifiers = st.booleans().flatmap(
     lambda extended: st.tuples(st.integers(0, (1 << (29 if extended else 11)) - 1), st.just(extended))

@@ -10,14 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.transport.canbus.bus_scripts import Script, digests, golden
+from validation.bus_bytes import request_of, unpack_request
 from vegrip.host.compiled_folder import compiler
 from vegrip.transport.canbus import carry
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.bus_records import OFF, PASSIVE, REMOTE
+from vegrip.transport.canbus.carry import take_packet
 from vegrip.transport.canbus.compiled_bus import CompiledBus, compile_library
-from vegrip.transport.canbus.deliveries import take_packet
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame, read_record
-from vegrip.transport.canbus.hub_wire import pack_request, unpack_request
 
 NOW = 10**12  # [ns]
 
@@ -93,7 +93,7 @@ def test_a_request_that_was_queued_too_early_or_in_the_future_is_not_believed():
     model = BusModel(BitTiming(), carry)
     model.attach(1)
     for time in (0, NOW - 10**9, NOW - 1, NOW + 1, 1 << 63):
-        packet = pack_request(time, BusFrame(5))
+        packet = request_of(time, BusFrame(5))
         model.record.packet[: len(packet)] = packet
         take_packet(model.record, model.record.order[0], len(packet), NOW)
     times = [request.time for request in model.record.requests[:5]]

@@ -14,12 +14,16 @@ from hypothesis import strategies as st
 from vegrip.errors import ConfigError
 from vegrip.host.folders import runtime_folder
 from vegrip.transport.canbus import hub
-from vegrip.transport.canbus.bus_events import ErrorState
+from vegrip.transport.canbus.bus_events import ErrorState, NodeFaults
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.frame_time import BitTiming
-from vegrip.transport.canbus.greeting import MAX_REASON_CHARS, make_greeting, read_greeting
-from vegrip.transport.canbus.hub_wire import HUB_VERSION, MAX_PACKET_BYTES
-from vegrip.transport.canbus.node_faults import NodeFaults
+from vegrip.transport.canbus.hub_wire import (
+    HUB_VERSION,
+    MAX_PACKET_BYTES,
+    MAX_REASON_CHARS,
+    make_greeting,
+    read_greeting,
+)
 
 SECOND = 10**9
 PATIENCE = 30.0  # [s] on a busy machine

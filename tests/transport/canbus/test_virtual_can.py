@@ -16,18 +16,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from validation.bus_bytes import delivery_of, request_of, split_requests, unpack_request
 from vegrip.host.folders import runtime_folder
 from vegrip.transport.canbus.bus_events import Transmission
+from vegrip.transport.canbus.bus_records import FD
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame, frame_duration
-from vegrip.transport.canbus.hub_wire import (
-    numbered,
-    pack_delivery,
-    pack_request,
-    split_deliveries,
-    split_requests,
-    unpack_delivery,
-    unpack_request,
-)
+from vegrip.transport.canbus.hub_wire import split_deliveries, unpack_delivery
 
 PATIENCE = 60.0  # [s] of a machine that does much else
 pytestmark = pytest.mark.usefixtures("runtime")
@@ -284,9 +278,9 @@ frames = st.builds(
 
 @given(st.integers(0, 2**63), frames)
 def test_packets_carry_frames_unchanged(stamp, sent):
-    stamp_back, back = unpack_request(pack_request(stamp, sent))
+    stamp_back, back = unpack_request(request_of(stamp, sent))
     assert (stamp_back, back.identifier, back.data, back.fd) == (stamp, sent.identifier, sent.data, sent.fd)
-    packet = numbered(2**32 + 3, pack_delivery(Transmission(stamp, stamp + 5, 7, sent), 11))
+    packet = delivery_of(2**32 + 3, Transmission(stamp, stamp + 5, 7, sent), 11)
     delivery = unpack_delivery(packet)
     assert (delivery.end, delivery.busy, delivery.number, delivery.node) == (stamp + 5, 11, 3, 7)
 
@@ -299,9 +293,9 @@ def test_any_bytes_are_a_frame_or_nothing(packet):
 
 @given(frames=st.lists(frames, min_size=1, max_size=9))
 def test_packets_of_several_frames_are_taken_apart_as_they_were_joined(frames):
-    requests = [pack_request(number, one) for number, one in enumerate(frames)]
+    requests = [request_of(number, one) for number, one in enumerate(frames)]
     assert split_requests(b"".join(requests)) == [unpack_request(request) for request in requests]
-    sent = [numbered(n, pack_delivery(Transmission(n, n, 1, one), 0)) for n, one in enumerate(frames)]
+    sent = [delivery_of(n, Transmission(n, n, 1, one), 0) for n, one in enumerate(frames)]
     assert split_deliveries(b"".join(sent)) == sent
 
 
@@ -385,7 +379,7 @@ def test_one_who_waits_for_frames_together_gets_them_though_no_other_follows(bus
 
 def test_frames_asked_for_at_once_go_out_one_after_the_other(bus):
     sender, receiver = bus(fd=True), bus(fd=True)
-    sender.put_several([(identifier, bytes(8)) for identifier in (5, 3, 4, 1, 2)])
+    sender.put(*((identifier, bytes(8), FD) for identifier in (5, 3, 4, 1, 2)))
     got = received(receiver, 5)
     assert [message.arbitration_id for message in got] == [5, 3, 4, 1, 2]
 
@@ -423,7 +417,7 @@ def test_lost_and_delayed_frames_on_the_wall_clock(bus):
 
 
 def test_requests_that_are_cut_off_are_none_at_all():
-    first, second = (pack_request(time, BusFrame(0x10, bytes(time))) for time in (4, 8))
+    first, second = (request_of(time, BusFrame(0x10, bytes(time))) for time in (4, 8))
     for length in range(1, len(first + second)):
         expected = [unpack_request(first)] if length == len(first) else []
         assert split_requests((first + second)[:length]) == expected

@@ -6,18 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from validation.bus_bytes import delivery_of
 from vegrip.clock import NS
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.frame_time import BusFrame
-from vegrip.transport.canbus.hub_wire import (
-    DELIVERY_AT,
-    PLAIN_PLACES,
-    RATE_SWITCH,
-    numbered,
-    pack_delivery,
-    plain_flags,
-)
+from vegrip.transport.canbus.hub_wire import DELIVERY_AT, PLAIN_PLACES, RATE_SWITCH, plain_flags
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.command_reader import SIGNALS, CommandReader, Deliveries, RowHead
 
@@ -41,7 +35,7 @@ def rows_of(given: list[ForceCommand], numbers: list[int] | None = None) -> np.n
         bus_frame = BusFrame(frame.arbitration_id, frame.data, fd=True, has_bit_rate_switch=i % 2 == 0)
         sent = Transmission(NOW, NOW + 1000 * (i + 1), 2, bus_frame)
         number = NUMBER + i if numbers is None else numbers[i]
-        packets.append(numbered(number, pack_delivery(sent, BUSY * (i + 1))))
+        packets.append(delivery_of(number, sent, BUSY * (i + 1)))
     return np.array([list(packet) for packet in packets], np.uint8)
 
 

@@ -29,7 +29,7 @@ from vegrip.runtime import NodeContext
 from vegrip.runtime.node import Node
 from vegrip.runtime.program import find_program
 from vegrip.runtime.runner import LoopSettings, Runner
-from vegrip.transport.canbus.bus_load import BusLoad
+from vegrip.transport.canbus.bus_events import BusLoad
 from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.frame import EXTENDED

@@ -13,16 +13,17 @@ from typing import Any
 from vegrip.errors import ConfigError
 from vegrip.transport.canbus import bus as text
 from vegrip.transport.canbus import carry as python
-from vegrip.transport.canbus.acceptance import Pair
 from vegrip.transport.canbus.bus_events import (
+    NO_FAULTS,
     BusError,
     Counters,
     ErrorKind,
     ErrorState,
     Event,
+    NodeFaults,
     StateChange,
     Transmission,
-)  # fmt: skip
+)
 from vegrip.transport.canbus.bus_records import (
     ACK_ERROR,
     BIT_ERROR,
@@ -37,7 +38,6 @@ from vegrip.transport.canbus.bus_records import (
 )  # fmt: skip
 from vegrip.transport.canbus.compiled_bus import CompiledBus, compiled
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame, read_record, write_record
-from vegrip.transport.canbus.node_faults import NO_FAULTS, NodeFaults
 
 ERROR_KINDS = {BIT_ERROR: ErrorKind.BIT, STUFF_ERROR: ErrorKind.STUFF, ACK_ERROR: ErrorKind.ACK}
 SHARES = ("loss", "corruption", "misreading", "flips", "delay", "jitter", "babble")
@@ -106,7 +106,7 @@ class BusModel:
         write_record(frame, self.record.asked)
         return text.queue_frame(self.record, self._slots[node], time, self.record.asked)
 
-    def accept(self, node: int, pairs: Sequence[Pair]) -> None:
+    def accept(self, node: int, pairs: Sequence[tuple[int, int]]) -> None:
         """Bring ``node`` what passes one of the filters ``pairs``."""
         wanted = self.node(node)
         wanted.filters = len(pairs)
@@ -138,11 +138,6 @@ class BusModel:
     def queued(self) -> int:
         """How many frames of all nodes wait for the bus or are on it."""
         return int(self.record.queued)
-
-    @property
-    def is_healthy(self) -> bool:
-        """Whether no node has errors, and none is made to have some."""
-        return self.record.troubled + self.record.off + self.record.faulty == 0
 
     def is_heard(self, node: int) -> bool:
         """Whether another node would acknowledge a frame of ``node``."""

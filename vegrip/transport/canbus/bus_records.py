@@ -1,4 +1,4 @@
-"""The state of a bus: records in the same memory for Python and, as structs, for C.
+"""The state of a bus: records in the same memory for Python and, as structs, for C; its constants and tables.
 
 Nodes have slots; ``order`` has the slots of those that are there, in the order in which they joined. Frames
 that wait are a chain of requests from the ``first`` of a node to its ``last``; the first one is also on the
@@ -24,6 +24,14 @@ DATA_SIZES: Final = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)  # b
 ACTIVE, PASSIVE, OFF = 0, 1, 2  # error states
 NO_ERROR, BIT_ERROR, STUFF_ERROR, ACK_ERROR = 0, 1, 2, 3  # of an attempt
 SENT, FAILED, CHANGED = 1, 2, 3  # events: a frame, an error frame, a node in another error state
+
+# an error frame of SocketCAN (linux/can/error.h): classes of errors as its identifier, and eight bytes: [1]
+# state of the controller, [2] kind and [3] place of a protocol error, [6] and [7] the error counters
+CONTROLLER, PROTOCOL, ACKNOWLEDGEMENT = 0x004, 0x008, 0x020
+BUS_OFF, BUS_ERROR, RESTARTED, HAS_COUNTERS = 0x040, 0x080, 0x100, 0x200
+RECEIVE_PASSIVE, TRANSMIT_PASSIVE, ERROR_ACTIVE = 0x10, 0x20, 0x40
+OF_BIT, OF_STUFFING, SENDING = 0x01, 0x04, 0x80
+ACK_SLOT, IN_DATA = 0x19, 0x0A
 
 SLOTS: Final = 512  # nodes, among them those that have left and whose frames are still to be sent
 REQUESTS: Final = 1 << 16  # frames that may wait, of all nodes
@@ -78,7 +86,7 @@ class Stream(Structure):
 
 
 class Faults(Structure):
-    """Faults of a node, see :class:`~vegrip.transport.canbus.node_faults.NodeFaults`, and its dice."""
+    """Faults of a node, see :class:`~vegrip.transport.canbus.bus_events.NodeFaults`, and its dice."""
 
     _fields_ = [
         ("loss", c_double),
@@ -214,3 +222,38 @@ def new_bus(bitrate: int, data_bitrate: int) -> Bus:
     bus.order[:] = range(SLOTS)
     bus.due = NO_EVENT
     return bus
+
+
+# --- what a byte does to stuff bits and CRC; counting by bytes is nine times as fast as by bits. A run is the
+# --- number ``5 * value + length - 1``, of the last bit and of how many equal ones have gone by
+
+NO_RUN: Final = -1  # before the first bit
+RUNS: Final = 5
+LONGEST_RUN: Final = 5
+CRC15: Final = 0x4599
+"""Generator polynomial of classic CAN, without its leading term [ISO2015]_."""
+
+
+def _stuff_byte(run: int, byte: int) -> tuple[int, int]:
+    stuffed, (value, length) = 0, divmod(run, RUNS)
+    for position in reversed(range(8)):
+        bit = byte >> position & 1
+        if length == LONGEST_RUN - 1:
+            stuffed, value, length = stuffed + 1, 1 - value, 0
+        value, length = (value, length + 1) if bit == value else (bit, 0)
+    return stuffed, RUNS * value + length
+
+
+def _crc15_of(byte: int) -> int:
+    crc = byte << 7
+    for _ in range(8):
+        crc = (crc << 1 & 0x7FFF) ^ (CRC15 if crc & 0x4000 else 0)
+    return crc
+
+
+_AFTER = [_stuff_byte(run, byte) for run in range(2 * RUNS) for byte in range(256)]
+STUFFED: Final = tuple(stuffed for stuffed, _ in _AFTER)
+"""Bits stuffed in by a byte, at ``256 * run + byte``."""
+RUN_AFTER: Final = tuple(run for _, run in _AFTER)
+"""The run after it, likewise."""
+CRC15_OF_BYTE: Final = tuple(_crc15_of(byte) for byte in range(256))

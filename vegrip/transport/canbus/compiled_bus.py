@@ -22,8 +22,8 @@ from vegrip.host.folders import locked
 from vegrip.transport.canbus.bus_records import SLOTS, Bus
 
 HERE: Final = Path(__file__).parent
-TEXT: Final = ("frame_bits", "bus", "deliveries", "carry")
-SOURCES: Final = (*TEXT, "bus_records", "stuffing_tables", "error_report", "compiled_bus")
+TEXT: Final = ("frame_bits", "bus", "carry")
+SOURCES: Final = (*TEXT, "bus_records", "compiled_bus")
 """Modules that say what is compiled."""
 ENTRIES: Final = {
     "carry": (ctypes.c_int64, 1),

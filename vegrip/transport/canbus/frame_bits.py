@@ -22,15 +22,6 @@ arbitration or after the data are not made.
 """
 
 from vegrip.transport.canbus.bus_records import *
-from vegrip.transport.canbus.stuffing_tables import (
-    CRC15,
-    CRC15_OF_BYTE,
-    LONGEST_RUN,
-    NO_RUN,
-    RUN_AFTER,
-    RUNS,
-    STUFFED,
-)
 
 AFTER_CRC = 1 + 1 + 1 + 7 + 3  # CRC delimiter, ACK, ACK delimiter, end of frame, between frames
 AFTER_CRC_FD = AFTER_CRC - 1  # the CRC delimiter is sent at the data bit rate

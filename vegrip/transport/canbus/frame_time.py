@@ -7,8 +7,16 @@ from typing import NamedTuple
 
 from vegrip.clock import NS
 from vegrip.transport.canbus import frame_bits as text
-from vegrip.transport.canbus.bus_records import DATA_SIZES, FRAME_FLAGS, Frame
-from vegrip.transport.canbus.stuffing_tables import LONGEST_RUN, RUNS
+from vegrip.transport.canbus.bus_records import (
+    DATA_SIZES,
+    EXTENDED,
+    FD,
+    FRAME_FLAGS,
+    LONGEST_RUN,
+    REMOTE,
+    RUNS,
+    Frame,
+)
 
 FD_SIZES = DATA_SIZES  # bytes of data by length code
 
@@ -53,6 +61,13 @@ class _Kind(NamedTuple):
 
 FRAME_KINDS = [_Kind(*(bool(flags >> bit & 1) for bit in range(5))) for flags in range(FRAME_FLAGS + 1)]
 KIND_FLAGS: dict[tuple[bool, ...], int] = {kind: flags for flags, kind in enumerate(FRAME_KINDS)}
+
+
+def has_form(identifier: int, flags: int, code: int, length: int) -> bool:
+    """Return whether a frame can have these numbers, ``length`` being that of its data [bytes]."""
+    if code > (15 if flags & FD else 8) or identifier >> (29 if flags & EXTENDED else 11):
+        return False
+    return length == (0 if flags & REMOTE else FD_SIZES[code])
 
 
 def write_record(frame: BusFrame, record: Frame) -> None:

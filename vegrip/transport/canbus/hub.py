@@ -26,11 +26,10 @@ from vegrip.errors import ConfigError
 from vegrip.host import realtime
 from vegrip.host.folders import locked
 from vegrip.transport.canbus import carry
-from vegrip.transport.canbus.acceptance import unpack_filters
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.bus_records import PACKET_BYTES, TRANSMIT_QUEUE
 from vegrip.transport.canbus.compiled_bus import Search
-from vegrip.transport.canbus.greeting import Greeting, read_greeting
+from vegrip.transport.canbus.hub_wire import Greeting, read_greeting, unpack_filters
 
 LINGER = 1.0  # [s] the hub waits for a member to come (back)
 AT_ONCE = int(

@@ -1,93 +1,181 @@
-"""The bytes between the virtual CAN bus and its members: one packet, one frame.
+"""The bytes between the virtual CAN bus and its members: greeting, filters, requests, deliveries, errors.
 
-A member that has asked for it gets several deliveries in one packet, one behind the other.
+One packet brings the greeting of a newcomer, the filters of a member, or frames: requests, to the bus, or
+numbered deliveries, from it, one behind the other. A member that has not asked for several at once gets them
+one by one.
+
+A filter is a pair of identifier and mask, with the bits of ``struct can_filter`` of Linux: a frame passes
+when it equals the identifier in all bits of the mask. Bit 31 stands for 29-bit identifiers.
 """
 
+import json
 import struct
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Final, NamedTuple
 
-from vegrip.transport.canbus.bus_events import Transmission
-from vegrip.transport.canbus.bus_records import ERROR, FD, GATHERED_BYTES, REMOTE, SWITCH
-from vegrip.transport.canbus.frame_time import FD_SIZES, FRAME_KINDS, KIND_FLAGS, BusFrame
+from vegrip.config import build, parameter
+from vegrip.errors import ConfigError
+from vegrip.transport.canbus.bus_events import ErrorState, NodeFaults
+from vegrip.transport.canbus.bus_records import (
+    BUS_OFF,
+    CONTROLLER,
+    ERROR,
+    ERROR_ACTIVE,
+    FD,
+    GATHERED_BYTES,
+    MOST_FILTERS,
+    RECEIVE_PASSIVE,
+    REMOTE,
+    RESTARTED,
+    SWITCH,
+    TRANSMIT_PASSIVE,
+)
+from vegrip.transport.canbus.frame_time import FD_SIZES, FRAME_KINDS, BitTiming, BusFrame, has_form
 
 HUB_VERSION = 5
 MAX_PACKET_BYTES = 512  # bytes of a packet with one frame; the greeting is the longest
 MAX_GATHERED_BYTES = GATHERED_BYTES  # bytes of a packet with several deliveries or requests
 MOST_REQUESTS = 16  # in one packet
-_REQUEST = struct.Struct("<QIBB")  # time, identifier, flags, length code; then the data
-_NUMBER = struct.Struct("<I")  # then the delivery, the same bytes for every member
-_DELIVERY = struct.Struct("<QQHIBB")  # end, busy, node, identifier, flags, length code; then the data
+MIN_BIT_RATE: Final = 1_000  # [bit/s]
+MAX_BIT_RATE: Final = 20_000_000  # [bit/s]
+MAX_REASON_CHARS: Final = 200  # characters; the answer must fit into a packet
 
-_PLAIN = struct.Struct("<IQQHIBB")  # number and delivery at once
+
+# --- greeting: checked by one rule where it is said and heard
+
+
+@dataclass(frozen=True)
+class Rates:
+    """The bit rates it asks for."""
+
+    bitrate: int = parameter(1_000_000, unit="bit/s", low=MIN_BIT_RATE, high=MAX_BIT_RATE)
+    data_bitrate: int = parameter(5_000_000, unit="bit/s", low=MIN_BIT_RATE, high=MAX_BIT_RATE)
+
+    @property
+    def timing(self) -> BitTiming:
+        """The same for the model of the bus."""
+        return BitTiming(self.bitrate, self.data_bitrate)
+
+
+@dataclass(frozen=True)
+class Greeting:
+    """What a newcomer says; ``build`` refuses everything that has another type or is out of bounds."""
+
+    version: int = parameter(HUB_VERSION)
+    timing: Rates = parameter(Rates())
+    must_match_rates: bool = parameter(False, doc="the bit rates must be these")
+    wants_own_frames: bool = parameter(False, doc="it wants to hear its own frames")
+    listen_only: bool = parameter(False)
+    patience: float = parameter(
+        -1.0, unit="s", low=-1.0, high=0.1, doc="frames may wait so long to share a packet; negative: none do"
+    )
+    faults: NodeFaults = parameter(NodeFaults())
+
+
+def make_greeting(table: Mapping[str, Any]) -> bytes:
+    """Return the packet that says ``table``, without what is None.
+
+    Raises:
+        ConfigError: it would be refused.
+
+    """
+    given = {name: value for name, value in table.items() if value is not None}
+    return json.dumps(asdict(build(Greeting, given, "virtual CAN bus"))).encode()
+
+
+def read_greeting(packet: bytes) -> Greeting:
+    """Return what ``packet`` says.
+
+    Raises:
+        ConfigError: it is no greeting; the reason is short enough for an answer.
+
+    """
+    try:
+        said = json.loads(packet)
+    except (ValueError, RecursionError):
+        said = None
+    if not isinstance(said, dict):
+        raise ConfigError("it does not speak the language of this bus")
+    try:
+        if said.get("version") != HUB_VERSION:
+            raise ConfigError(
+                f"its version is {said.get('version')}, that of the bus {HUB_VERSION}; "
+                "stop the older programs"
+            )
+        return build(Greeting, said, "greeting")
+    except (ConfigError, TypeError) as error:
+        plain = "".join(c if c.isascii() and c.isprintable() else "?" for c in str(error))
+        raise ConfigError(plain[:MAX_REASON_CHARS]) from None
+
+
+# --- filters
+
+EXTENDED_FLAG: Final = 1 << 31
+_MARK: Final = 64  # among the flags of a request
+_PAIR = struct.Struct("<II")
+Pair = tuple[int, int]
+_EVERYTHING: Final[Pair] = (0, 0)
+
+
+def pairs_of(filters: Iterable[Mapping[str, Any]]) -> list[Pair]:
+    """Return python-can's ``filters`` as pairs of identifier and mask; without ``extended`` both kinds pass.
+
+    Raises:
+        ValueError: there are more than ``MOST_FILTERS``, or a number does not fit.
+
+    """
+    pairs: list[Pair] = []
+    for given in filters:
+        identifier, mask = int(given["can_id"]), int(given["can_mask"])
+        if not (0 <= identifier < 1 << 32 and 0 <= mask < 1 << 32):
+            raise ValueError(f"a filter has 32 bits: can_id {identifier:#x}, can_mask {mask:#x}")
+        identifier, mask = identifier & ~EXTENDED_FLAG, mask & ~EXTENDED_FLAG
+        if "extended" in given:
+            identifier |= EXTENDED_FLAG if given["extended"] else 0
+            mask |= EXTENDED_FLAG
+        pairs.append((identifier, mask))
+    if len(pairs) > MOST_FILTERS:
+        raise ValueError(f"there are {len(pairs)} filters; a node may have {MOST_FILTERS}")
+    return pairs
+
+
+def pack_filters(pairs: Sequence[Pair]) -> bytes:
+    """Return the packet by which a member says what it wants to hear; without any it hears everything."""
+    pairs = pairs or (_EVERYTHING,)
+    return REQUEST.pack(0, len(pairs), _MARK, 0) + b"".join(_PAIR.pack(*pair) for pair in pairs)
+
+
+def unpack_filters(packet: bytes) -> list[Pair] | None:
+    """Return the filters of a packet; None when it is another one."""
+    if len(packet) < REQUEST.size:
+        return None
+    _, count, flags, _ = REQUEST.unpack_from(packet)
+    if flags != _MARK or not 1 <= count <= MOST_FILTERS or len(packet) != REQUEST.size + count * _PAIR.size:
+        return None
+    return list(_PAIR.iter_unpack(packet[REQUEST.size :]))
+
+
+# --- requests
+
+REQUEST = struct.Struct("<QIBB")  # time, identifier, flags, length code; then the data
 _CODES = {size: code for code, size in enumerate(FD_SIZES)}
-
-REQUEST_AT = {"time": 0, "identifier": 8, "flags": 12, "code": 13, "data": _REQUEST.size}
+REQUEST_AT = {"time": 0, "identifier": 8, "flags": 12, "code": 13, "data": REQUEST.size}
 """Where what lies in a request, for those who go through its bytes without this module."""
-DELIVERY_AT = {
-    "number": 0,
-    "end": 4,
-    "busy": 12,
-    "identifier": 22,
-    "flags": 26,
-    "code": 27,
-    "data": _PLAIN.size,
-}
-"""Where what lies in a numbered delivery, likewise."""
-NUMBER_AT, END_AT, BUSY_AT, IDENTIFIER_AT, FLAGS_AT, CODE_AT, _ = DELIVERY_AT.values()
-PLAIN_PLACES = (NUMBER_AT, END_AT, BUSY_AT, IDENTIFIER_AT, FLAGS_AT, CODE_AT)
-"""The same of its head, in that order."""
 RATE_SWITCH = SWITCH
 """Flag of a frame with bit-rate switch."""
 PLAIN_FLAGS = FD | SWITCH
 """Of a CAN FD data frame with 11 bits as a node sends it."""
 
 
-class Delivery(NamedTuple):
-    """A frame that went over the bus, as every member gets it."""
+def pack_request(time: int, identifier: int, data: bytes, flags: int, code: int = -1) -> bytes:
+    """Return the packet that asks for a frame to be sent, queued at ``time`` [ns].
 
-    end: int  # [ns] monotonic, when the frame was complete
-    busy: int  # [ns] for how long the bus has carried frames by then, this one included
-    number: int  # of the frame for this member, modulo 2^32; a gap shows frames lost for want of reading
-    node: int  # who sent it
-    frame: BusFrame
-    is_error: bool = False  # an error frame: identifier and data as in vegrip.transport.canbus.error_report
+    Raises:
+        KeyError: no frame has so many bytes of data.
 
-
-def pack_request(time: int, frame: BusFrame) -> bytes:
-    """Return the packet that asks for ``frame`` to be sent, queued at ``time`` [ns]."""
-    return _REQUEST.pack(time, frame.identifier, _flags(frame), frame.code) + frame.data
-
-
-def unpack_request(packet: bytes) -> tuple[int, BusFrame] | None:
-    """Return time and frame; None when the packet is not a request."""
-    if len(packet) < _REQUEST.size:
-        return None
-    time, identifier, flags, code = _REQUEST.unpack_from(packet)
-    frame = _frame(identifier, flags, code, packet[_REQUEST.size :])
-    return None if frame is None else (time, frame)
-
-
-def split_requests(packet: bytes) -> list[tuple[int, BusFrame]]:
-    """Return times and frames of a packet with several requests; none where it is not one throughout."""
-    found, at = [], 0
-    while at < len(packet):
-        code = packet[at + _REQUEST.size - 1] if len(packet) - at >= _REQUEST.size else len(FD_SIZES)
-        if code >= len(FD_SIZES):
-            return []
-        end = at + _REQUEST.size + FD_SIZES[code]
-        asked = unpack_request(packet[at:end])
-        if asked is None:
-            return []
-        found.append(asked)
-        at = end
-    return found
-
-
-def pack_plain_request(time: int, identifier: int, data: bytes) -> bytes | None:
-    """Return what :func:`pack_request` returns for a CAN FD data frame; None: there is no such length."""
-    code = _CODES.get(len(data))
-    return None if code is None else _REQUEST.pack(time, identifier, FD | SWITCH, code) + data
+    """
+    return REQUEST.pack(time, identifier, flags, _CODES[len(data)] if code < 0 else code) + data
 
 
 def plain_requests(identifiers: Sequence[int], length: int) -> bytearray:
@@ -99,24 +187,49 @@ def plain_requests(identifiers: Sequence[int], length: int) -> bytearray:
         ValueError: no frame has that length, or there are too many for one packet.
 
     """
-    packed = [pack_plain_request(0, identifier, bytes(length)) for identifier in identifiers]
-    if None in packed or len(packed) > MOST_REQUESTS:
-        raise ValueError(f"{len(packed)} frames of {length} bytes do not fit into a packet")
-    return bytearray(b"".join(one for one in packed if one is not None))
+    if length not in _CODES or len(identifiers) > MOST_REQUESTS:
+        raise ValueError(f"{len(identifiers)} frames of {length} bytes do not fit into a packet")
+    return bytearray(b"".join(pack_request(0, one, bytes(length), PLAIN_FLAGS) for one in identifiers))
 
 
-def unpack_plain(packet: bytes) -> tuple[int, int, int, int, bytes] | None:
-    """Return number, end, busy, identifier and data of a CAN FD data frame with 11 bits.
+# --- deliveries
 
-    None for any other packet, which :func:`unpack_delivery` looks into.
-    """
-    if len(packet) < _PLAIN.size:
-        return None
-    number, end, busy, _, identifier, flags, code = _PLAIN.unpack_from(packet)
-    data = packet[_PLAIN.size :]
-    if flags & ~SWITCH != FD or code > 15 or identifier >> 11 or len(data) != FD_SIZES[code]:
-        return None
-    return number, end, busy, identifier, data
+DELIVERY = struct.Struct("<IQQHIBB")  # number, end, busy, node, identifier, flags, length code; then the data
+DELIVERY_AT = {
+    "number": 0,
+    "end": 4,
+    "busy": 12,
+    "identifier": 22,
+    "flags": 26,
+    "code": 27,
+    "data": DELIVERY.size,
+}
+"""Where what lies in a delivery, likewise."""
+PLAIN_PLACES = tuple(DELIVERY_AT.values())[:-1]
+"""The same of its head, in that order."""
+
+
+class Delivery(NamedTuple):
+    """A frame that went over the bus, as every member gets it."""
+
+    number: int  # of the frame for this member, modulo 2^32; a gap shows frames lost for want of reading
+    end: int  # [ns] monotonic, when the frame was complete
+    busy: int  # [ns] for how long the bus has carried frames by then, this one included
+    node: int  # who sent it
+    identifier: int
+    flags: int
+    code: int
+    data: bytes
+
+    @property
+    def is_error(self) -> bool:
+        """Whether it is an error frame: identifier and data are those of SocketCAN (linux/can/error.h)."""
+        return bool(self.flags & ERROR)
+
+    @property
+    def frame(self) -> BusFrame:
+        """The frame as the bus sees it."""
+        return BusFrame(self.identifier, self.data, *FRAME_KINDS[self.flags % ERROR], self.code)
 
 
 def plain_flags(length: int) -> tuple[int, int, int]:
@@ -127,49 +240,35 @@ def plain_flags(length: int) -> tuple[int, int, int]:
     return ~SWITCH & 0xFF, FD, _CODES[length]
 
 
-def pack_delivery(sent: Transmission, busy: int) -> bytes:
-    """Return the packet that brings a finished frame to the members, still without its number."""
-    frame = sent.frame
-    head = _DELIVERY.pack(sent.end, busy, sent.node, frame.identifier, _flags(frame), frame.code)
-    return head + frame.data
-
-
-def numbered(number: int, delivery: bytes) -> bytes:
-    """Return ``delivery`` with the number that it has for one member."""
-    return _NUMBER.pack(number & 0xFFFFFFFF) + delivery
-
-
 def split_deliveries(packet: bytes) -> list[bytes]:
-    """Return the numbered deliveries of a packet; one that is cut off at the end is left as it is."""
+    """Return the deliveries of a packet; one that is cut off at the end is left as it is."""
     found, at = [], 0
-    while len(packet) - at >= _PLAIN.size:
-        flags, code = packet[at + _PLAIN.size - 2], packet[at + _PLAIN.size - 1]
+    while len(packet) - at >= DELIVERY.size:
+        flags, code = packet[at + DELIVERY_AT["flags"]], packet[at + DELIVERY_AT["code"]]
         length = 0 if flags & REMOTE or code >= len(FD_SIZES) else FD_SIZES[code]
-        end = at + _PLAIN.size + length
+        end = at + DELIVERY.size + length
         found.append(packet[at:end])
         at = end
     return [*found, packet[at:]] if at < len(packet) or not found else found
 
 
 def unpack_delivery(packet: bytes) -> Delivery | None:
-    """Return the delivery of a numbered packet; None when it is not one."""
-    start = _NUMBER.size + _DELIVERY.size
-    if len(packet) < start:
+    """Return the delivery of a packet; None when it is not one."""
+    if len(packet) < DELIVERY.size:
         return None
-    (number,) = _NUMBER.unpack_from(packet)
-    end, busy, node, identifier, flags, code = _DELIVERY.unpack_from(packet, _NUMBER.size)
-    frame = _frame(identifier, flags, code, packet[start:])
-    return None if frame is None else Delivery(end, busy, number, node, frame, bool(flags & ERROR))
+    found = Delivery(*DELIVERY.unpack_from(packet), packet[DELIVERY.size :])
+    return found if has_form(found.identifier, found.flags, found.code, len(found.data)) else None
 
 
-def _flags(frame: BusFrame) -> int:
-    return KIND_FLAGS[frame[2:7]]
-
-
-def _frame(identifier: int, flags: int, code: int, data: bytes) -> BusFrame | None:
-    kind = FRAME_KINDS[flags % ERROR]
-    if code > (15 if kind.fd else 8) or identifier >> (29 if kind.extended else 11):
-        return None
-    if len(data) != (0 if kind.is_remote else FD_SIZES[code]):
-        return None
-    return BusFrame(identifier, data, *kind, code)
+def reported_state(classes: int, detail: bytes) -> ErrorState | None:
+    """Return the state of the controller that an error frame tells, None if it tells none."""
+    if classes & BUS_OFF:
+        return ErrorState.OFF
+    if classes & RESTARTED:
+        return ErrorState.ACTIVE
+    if classes & CONTROLLER and len(detail) > 1:
+        if detail[1] & (RECEIVE_PASSIVE | TRANSMIT_PASSIVE):
+            return ErrorState.PASSIVE
+        if detail[1] & ERROR_ACTIVE:
+            return ErrorState.ACTIVE
+    return None

@@ -20,23 +20,22 @@ import can
 from vegrip.clock import NS
 from vegrip.errors import VegripError
 from vegrip.host.folders import runtime_folder, socket_path
-from vegrip.transport.canbus.acceptance import Pair, pack_filters, pairs_of
-from vegrip.transport.canbus.bus_events import ErrorState
-from vegrip.transport.canbus.bus_load import BusLoad
-from vegrip.transport.canbus.error_report import ACKNOWLEDGEMENT, reported_state
-from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame
-from vegrip.transport.canbus.greeting import make_greeting
+from vegrip.transport.canbus.bus_events import BusLoad, ErrorState
+from vegrip.transport.canbus.bus_records import ACKNOWLEDGEMENT, FD
+from vegrip.transport.canbus.frame_time import FD_SIZES, KIND_FLAGS, BitTiming
 from vegrip.transport.canbus.hub_wire import (
     MAX_GATHERED_BYTES,
     MAX_PACKET_BYTES,
     Delivery,
-    pack_plain_request,
+    Pair,
+    make_greeting,
+    pack_filters,
     pack_request,
+    pairs_of,
+    reported_state,
     split_deliveries,
     unpack_delivery,
-    unpack_plain,
 )
-from vegrip.transport.codec.frame import Frame
 
 HUB_TIMEOUT_S = 60.0  # [s] to find or start the hub; on a busy machine a start takes many seconds
 READ_AHEAD = (
@@ -72,7 +71,7 @@ class VegripBus(can.BusABC):
         listen_only: hear everything, acknowledge nothing, send nothing.
         error_frames: whether errors on the bus are received too, as SocketCAN gives them.
         faults: what goes wrong at this node on purpose, see
-            :class:`~vegrip.transport.canbus.node_faults.NodeFaults`; for tests.
+            :class:`~vegrip.transport.canbus.bus_events.NodeFaults`; for tests.
         patience: for how long [s] frames may wait to be brought together: who is woken less often takes less
             of the processor. Several then come at once, and :meth:`fileno` tells of the first only.
             None: they come one by one.
@@ -153,16 +152,24 @@ class VegripBus(can.BusABC):
             can.CanOperationError: the queue is still full, the bus has gone, or the frame cannot be sent.
 
         """
-        self._ask_for(self._bus_frame(msg), time.monotonic() + (timeout or 0.0))
+        self.put_requests(self._request(msg), time.monotonic() + (timeout or 0.0))
 
-    def put(self, identifier: int, data: bytes, *, fd: bool, extended: bool = False) -> None:
-        """Queue a data frame: what :meth:`send` does, without ``can.Message``.
+    def put(self, *frames: tuple[int, bytes, int]) -> None:
+        """Queue data frames at once, ``MOST_REQUESTS`` at most: :meth:`send` without ``can.Message``.
+
+        Args:
+            frames: identifier, data and flags of each, as in :mod:`vegrip.transport.canbus.bus_records`.
 
         Raises:
-            can.CanOperationError: as :meth:`send`.
+            can.CanOperationError: as :meth:`send`; none of them is queued then.
 
         """
-        self._ask_for(BusFrame(identifier, data, extended=extended, fd=fd, has_bit_rate_switch=fd), 0.0)
+        now = time.monotonic_ns()
+        try:
+            requests = [pack_request(now, *frame) for frame in frames]
+        except KeyError as error:
+            raise can.CanOperationError(f"a frame cannot have {error} bytes of data") from None
+        self.put_requests(b"".join(requests))
 
     def take(self, deadline: float | None) -> Delivery | None:
         """Return the next frame for this node, None when there is none until ``deadline`` [s, monotonic].
@@ -173,68 +180,13 @@ class VegripBus(can.BusABC):
             can.CanOperationError: the bus has gone.
 
         """
-        if self._read_ahead:
-            return self._read_ahead.popleft()
-        while True:
+        while not self._read_ahead:
             delivery, more = self._look()
             if delivery is not None:
                 return delivery
             if not more and not self._wait_for_packet(deadline):
                 return None
-
-    def put_plain(self, identifier: int, data: bytes) -> None:
-        """Queue a CAN FD data frame with 11 bits: what :meth:`put` does, quicker.
-
-        Raises:
-            can.CanOperationError: as :meth:`send`.
-
-        """
-        packet = pack_plain_request(time.monotonic_ns(), identifier, data)
-        if packet is None or self._listen_only or self._error_state is ErrorState.OFF:
-            self.put(identifier, data, fd=True)
-        else:
-            self._hand_over(packet, 0.0)
-
-    def put_several(self, frames: Sequence[tuple[int, bytes]]) -> None:
-        """Queue CAN FD data frames with 11 bits, ``MOST_REQUESTS`` at most, at once.
-
-        Raises:
-            can.CanOperationError: as :meth:`send`; some of them, or none, are queued then.
-
-        """
-        now = time.monotonic_ns()
-        packets = [packed for one in frames if (packed := pack_plain_request(now, *one)) is not None]
-        if len(packets) < len(frames) or self._listen_only or self._error_state is ErrorState.OFF:
-            for identifier, data in frames:
-                self.put(identifier, data, fd=True)
-        else:
-            self._hand_over(b"".join(packets), 0.0)
-
-    def take_plain(self, deadline: float) -> Frame | Delivery | None:
-        """Return the next frame as :meth:`take`; a CAN FD data frame with 11 bits quicker, as a ``Frame``.
-
-        Raises:
-            can.CanOperationError: the bus has gone.
-
-        """
-        while not self._read_ahead and self._fd:
-            try:
-                packet = self._receive()
-            except BlockingIOError:
-                if not self._wait_for_packet(deadline):
-                    return None
-                continue
-            except OSError:
-                raise self._gone() from None
-            if (plain := unpack_plain(packet)) is not None:
-                number, end, busy, identifier, data = plain
-                self._count(number, end, busy)
-                self._unheard = False
-                return Frame(identifier, data, fd=True, stamp=end)
-            delivery = self._opened(packet)
-            if delivery is not None:
-                return delivery
-        return self.take(deadline)
+        return self._read_ahead.popleft()
 
     def offer_packet(self, timeout: float, look: LookAtPacket) -> bool | None:
         """Wait up to ``timeout`` [s] for frames that come together, and let ``look`` deal with them.
@@ -269,15 +221,21 @@ class VegripBus(can.BusABC):
             self._packets.extend(split_deliveries(packet[taken.size :]))
         return True
 
-    def put_requests(self, requests: bytes | bytearray | memoryview) -> None:
+    def put_requests(self, requests: bytes | bytearray | memoryview, deadline: float = 0.0) -> None:
         """Queue frames that are requests already, ``MOST_REQUESTS`` at most, at once.
 
         Raises:
             can.CanOperationError: as :meth:`send`; none of them is queued then.
 
         """
-        self._require_sending()
-        self._hand_over(requests, 0.0)
+        if self._listen_only:
+            raise can.CanOperationError(f"{self.channel_info} was opened with listen_only: it sends nothing")
+        if self._error_state is ErrorState.OFF:
+            raise can.CanOperationError(
+                f"{self.channel_info}: this node is bus-off after too many errors; it recovers by itself, "
+                "and frames that waited are lost"
+            )
+        self._hand_over(requests, deadline)
 
     def take_packets(self) -> bytes | None:
         """Return the deliveries that have come, one behind the other and not counted yet.
@@ -339,45 +297,21 @@ class VegripBus(can.BusABC):
                 self._read_ahead.append(delivery)
                 more = len(self._read_ahead) < READ_AHEAD
 
-    def _receive(self) -> bytes:
-        """Return the next delivery; BlockingIOError: there is none."""
-        if self._packets:
-            return self._packets.popleft()
-        packet = self._socket.recv(MAX_GATHERED_BYTES)
-        if not self._gathers:
-            return packet
-        first, *rest = split_deliveries(packet)
-        self._packets.extend(rest)
-        return first
-
     def _look(self) -> tuple[Delivery | None, bool]:
         """Return the next frame if it is there and for us, and whether there was anything."""
         try:
-            packet = self._receive()
+            packet = self._packets.popleft() if self._packets else self._socket.recv(MAX_GATHERED_BYTES)
         except BlockingIOError:
             return None, False
         except OSError:
             raise self._gone() from None
-        return self._opened(packet), True
-
-    def _opened(self, packet: bytes) -> Delivery | None:
         if not packet:
             raise self._gone()
+        if self._gathers and not self._packets:
+            packet, *rest = split_deliveries(packet)
+            self._packets.extend(rest)
         delivery = unpack_delivery(packet)
-        return delivery if delivery is not None and self._is_for_us(delivery) else None
-
-    def _ask_for(self, frame: BusFrame, deadline: float) -> None:
-        self._require_sending()
-        self._hand_over(pack_request(time.monotonic_ns(), frame), deadline)
-
-    def _require_sending(self) -> None:
-        if self._listen_only:
-            raise can.CanOperationError(f"{self.channel_info} was opened with listen_only: it sends nothing")
-        if self._error_state is ErrorState.OFF:
-            raise can.CanOperationError(
-                f"{self.channel_info}: this node is bus-off after too many errors; it recovers by itself, "
-                "and frames that waited are lost"
-            )
+        return delivery if delivery is not None and self._is_for_us(delivery) else None, True
 
     def _hand_over(self, packet: bytes | bytearray | memoryview, deadline: float) -> None:
         while True:
@@ -416,7 +350,7 @@ class VegripBus(can.BusABC):
             self._learn(delivery)
             return self._error_frames
         self._unheard = False
-        if delivery.frame.fd and not self._fd:
+        if delivery.flags & FD and not self._fd:
             self.fd_refused += 1
             return False
         return True
@@ -427,10 +361,9 @@ class VegripBus(can.BusABC):
         self._load.carried(end, busy)
 
     def _learn(self, error: Delivery) -> None:
-        detail = error.frame.data
-        self._unheard = self._unheard or bool(error.frame.identifier & ACKNOWLEDGEMENT)
-        self.error_counters = detail[6], detail[7]
-        told = reported_state(error.frame.identifier, detail)
+        self._unheard = self._unheard or bool(error.identifier & ACKNOWLEDGEMENT)
+        self.error_counters = error.data[6], error.data[7]
+        told = reported_state(error.identifier, error.data)
         self._error_state = self._error_state if told is None else told
 
     def _message(self, delivery: Delivery) -> can.Message:
@@ -450,23 +383,17 @@ class VegripBus(can.BusABC):
             is_rx=delivery.is_error or delivery.node != self._node,
         )
 
-    def _bus_frame(self, msg: can.Message) -> BusFrame:
+    def _request(self, msg: can.Message) -> bytes:
         if msg.is_fd and not self._fd:
             raise can.CanOperationError(f"{self.channel_info} was opened without fd=True: no FD frames")
         if msg.is_error_frame:
             raise can.CanOperationError(f"{self.channel_info} sends no error frames")
         if msg.dlc not in FD_SIZES or (not msg.is_fd and msg.dlc > 8):
             raise can.CanOperationError(f"a frame cannot have {msg.dlc} bytes of data")
-        return BusFrame(
-            msg.arbitration_id,
-            b"" if msg.is_remote_frame else bytes(msg.data),
-            extended=msg.is_extended_id,
-            is_remote=msg.is_remote_frame,
-            fd=msg.is_fd,
-            has_bit_rate_switch=msg.bitrate_switch,
-            is_error_passive=msg.error_state_indicator,
-            length_code=FD_SIZES.index(msg.dlc),
-        )
+        switches, is_passive = msg.bitrate_switch, msg.error_state_indicator
+        flags = KIND_FLAGS[msg.is_extended_id, msg.is_remote_frame, msg.is_fd, switches, is_passive]
+        data = b"" if msg.is_remote_frame else bytes(msg.data)
+        return pack_request(time.monotonic_ns(), msg.arbitration_id, data, flags, FD_SIZES.index(msg.dlc))
 
     def _wait_for_packet(self, deadline: float | None) -> bool:
         remaining = None if deadline is None else deadline - time.monotonic()
