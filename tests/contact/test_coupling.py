@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.optimize import brentq
 from scipy.special import gamma
 
 from vegrip.contact.coupling import (
@@ -47,12 +46,6 @@ def test_creep_of_the_paper_has_the_golden_digits() -> None:
     assert radius_ratio(k) == pytest.approx(A_RATIO, abs=DIGITS)
     assert coefficient(k) / h == pytest.approx(P_MAX, abs=DIGITS)
     assert torsion_limit(k) * np.sqrt(h) == pytest.approx(M_MAX, abs=DIGITS)
-
-
-def test_a_bracketing_search_gives_the_golden_exponents() -> None:
-    for t, k in zip(T, K, strict=True):
-        wanted = 1.5 / (1.3 - 0.3 * np.exp(-3.1 * t))
-        assert brentq(lambda x, C=wanted: plain_coefficient(x) - C, 1.5, 5) == pytest.approx(k, abs=DIGITS)
 
 
 @given(st.floats(0.25, 170))

@@ -64,12 +64,6 @@ def test_coefficient_and_torsion_limit_have_the_golden_digits(k: float, C: float
     assert pressure.torsion_limit(k) == pytest.approx(m, abs=DIGITS)
 
 
-@pytest.mark.parametrize(("k", "C", "m"), GOLDEN[:-1])
-def test_quadrature_of_equilibrium_and_torque_gives_the_golden_digits(k: float, C: float, m: float) -> None:
-    assert 1 / (2 * moment(k, 1)) == pytest.approx(C, abs=DIGITS)
-    assert moment(k, 2) / moment(k, 1) == pytest.approx(m, abs=DIGITS)
-
-
 @pytest.mark.parametrize(("k", "C", "ratio"), GOLDEN_TABLE_2)
 def test_table_2_follows_from_quadrature(k: float, C: float, ratio: float) -> None:
     assert pressure.coefficient(k) == pytest.approx(C, abs=6e-7)

@@ -2,7 +2,6 @@
 
 from itertools import pairwise
 
-import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -114,18 +113,6 @@ def test_golden_creep_of_the_paper_relaxation() -> None:
     assert j ** (2 / 3) == pytest.approx(golden, abs=6e-7)
 
 
-def test_golden_rates_are_the_eigenvalues_of_the_memory_matrix() -> None:
-    nu, c = np.array(TWO.rates), np.array(TWO.amplitudes)
-    matrix = np.diag(nu) @ (np.eye(2) - np.outer(np.ones(2), c))
-    assert np.sort(np.linalg.eigvals(matrix)) == pytest.approx([0.176672176, 2.193327824], abs=6e-10)
-
-
-@pytest.mark.parametrize("g", [PAPER, TWO], ids=["one branch", "two branches"])
-@pytest.mark.parametrize("t", [0.01, 0.5, 3.0, 20.0])
-def test_relaxation_convolved_with_its_creep_is_one(g: Relaxation, t: float) -> None:
-    assert convolved(g, creep_of(g), t) == pytest.approx(1, abs=1e-9)
-
-
 @settings(max_examples=20)
 @given(relaxations(), st.floats(0.01, 10))
 def test_any_conjugate_pair_convolves_to_one(g: Relaxation, t: float) -> None:
@@ -161,15 +148,6 @@ def test_the_pair_of_the_paper_is_not_conjugate() -> None:
     assert (g.equilibrium, *g.amplitudes, *g.rates) == pytest.approx((0.769231, 0.230769, 4.03), abs=6e-7)
 
 
-def test_creep_agrees_with_numerical_laplace_inversion() -> None:
-    with mpmath.workdps(20):
-        for t, golden in [(0.5, 1.316173309), (5, 1.751274871)]:
-            transform = lambda s: 1 / (s * (0.5 + 0.3 * s / (s + 3.1) + 0.2 * s / (s + 0.25)))  # noqa: E731
-            assert float(mpmath.invertlaplace(transform, t, method="talbot")) == pytest.approx(
-                golden, abs=6e-10
-            )
-
-
 def test_a_fluid_is_refused() -> None:
     with pytest.raises(DomainError, match="falls to zero"):
         creep_of(Relaxation([0.4, 0.6], [1.0, 2.0]))
@@ -189,12 +167,6 @@ RAMPS = [
     (ExponentialStiffness(1, 1), 1.3983996672),
 ]
 ramps = pytest.mark.parametrize(("law", "golden"), RAMPS, ids=repr)
-
-
-@ramps
-def test_quadrature_of_the_hereditary_integral_gives_the_golden_ramp(law: ElasticLaw, golden: float) -> None:
-    written, _ = quad(lambda s: float(G(1 - s) * law.stiffness(s)), 0, 1, epsabs=1e-13)
-    assert written == pytest.approx(golden, abs=6e-11)
 
 
 @ramps

@@ -1,96 +1,30 @@
-"""The exported estimator builds anywhere, and says what Python's says."""
+"""What an exported estimator is told, saves and learns, and the command that writes it."""
 
 import json
-import re
-import shutil
-import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.export.worst_inputs import assert_search_finds_more_than_recorded
+from tests.export.firmware import Firmware, run
 from vegrip.c99 import host
 from vegrip.cli import main
 from vegrip.errors import InputError, UsageError
 from vegrip.estimator import ContactEstimator, SensorNoise
-from vegrip.export import Exported, Request, write_export
-from vegrip.export.measure import STRICT, deepest, stack_frames
+from vegrip.export import Request, write_export
+from vegrip.export.measure import deepest, stack_frames
 from vegrip.export.saved import learned_model, numbers_of, read_numbers, resumed
 from vegrip.export.vectors import FLAGS, record, simulated
 from vegrip.model import paper_model, read_model, write_model
 
 needs_compiler = pytest.mark.skipif(host.compiler() is None, reason="no C compiler")
-SOURCES = ("lh_estimator.c", "lh_vectors.c", "lh_selftest.c")
-FRAMES = 200
-
-
-@pytest.fixture(scope="module")
-def exported(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Exported]:
-    folder = tmp_path_factory.mktemp("firmware")
-    return folder, write_export(Request(paper_model(8e-3), prefix="lh", frames=FRAMES), folder)
-
-
-def run(*command: str | Path, where: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(list(map(str, command)), cwd=where, capture_output=True, text=True, check=False)
-
-
-@needs_compiler
-def test_the_self_test_passes_to_the_bit(exported: tuple[Path, Exported]) -> None:
-    test = exported[1].measured.host_run
-    assert test is not None
-    assert test.passed
-    assert test.frames == FRAMES
-    assert test.equal == test.numbers > 20 * FRAMES
-    assert test.largest == 0.0
 
 
 def test_the_sequence_shows_every_flag_both_ways() -> None:
     told = [frame.flags for frame in record(Request(paper_model(8e-3))).frames]
     for bit, name in enumerate(FLAGS):
         assert {flags >> bit & 1 for flags in told} == {0, 1}, name
-
-
-@needs_compiler
-def test_a_wrong_number_fails_the_self_test(exported: tuple[Path, Exported], tmp_path: Path) -> None:
-    folder = exported[0]
-    text = (folder / "lh_estimator.c").read_text()
-    wrong = re.sub(r"(#define LH_K_WIDE )1\.73\S*", r"\g<1>1.7321", text)
-    assert wrong != text
-    (tmp_path / "lh_estimator.c").write_text(wrong)
-    compiler = str(host.compiler())
-    sources = [tmp_path / "lh_estimator.c", *SOURCES[1:]]
-    built = run(compiler, *host.EXACT, f"-I{folder}", *sources, "-o", tmp_path / "t", "-lm", where=folder)
-    assert built.returncode == 0, built.stderr
-    done = run(tmp_path / "t", where=folder)
-    assert done.returncode == 1
-    assert "FAIL" in done.stdout
-
-
-@needs_compiler
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
-@pytest.mark.parametrize("source", [*SOURCES, "examples/linux.c", "examples/bare_metal.c"])
-def test_no_compiler_warns(
-    compiler: str, source: str, exported: tuple[Path, Exported], tmp_path: Path
-) -> None:
-    if shutil.which(compiler) is None:
-        pytest.skip(f"no {compiler}")
-    done = run(
-        compiler, *host.EXACT, "-O2", *STRICT, "-I.", "-c", source, "-o", tmp_path / "o", where=exported[0]
-    )
-    assert done.returncode == 0, done.stderr
-    assert not done.stderr
-
-
-@needs_compiler
-def test_no_undefined_behaviour(exported: tuple[Path, Exported], tmp_path: Path) -> None:
-    checks = ("-fsanitize=undefined,address,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1")
-    built = run(
-        str(host.compiler()), *host.EXACT, *checks, *SOURCES, "-o", tmp_path / "t", "-lm", where=exported[0]
-    )
-    assert built.returncode == 0, built.stderr
-    done = run(tmp_path / "t", where=exported[0])
-    assert done.returncode == 0, done.stdout + done.stderr
 
 
 CLOCKS = """
@@ -122,62 +56,14 @@ int main(void)
 
 
 @needs_compiler
-def test_no_clock_overflows_whatever_it_says(exported: tuple[Path, Exported], tmp_path: Path) -> None:
+def test_no_clock_overflows_whatever_it_says(firmware: Callable[..., Firmware], tmp_path: Path) -> None:
     checks = ("-fsanitize=undefined,address,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1")
     (tmp_path / "clocks.c").write_text(CLOCKS)
     sources = (tmp_path / "clocks.c", "lh_estimator.c", "-o", tmp_path / "t", "-lm")
-    built = run(str(host.compiler()), *host.EXACT, *checks, "-I.", *sources, where=exported[0])
+    built = run(str(host.compiler()), *host.EXACT, *checks, "-I.", *sources, where=firmware("estimator")[0])
     assert built.returncode == 0, built.stderr
-    done = run(tmp_path / "t", where=exported[0])
+    done = run(tmp_path / "t", where=firmware("estimator")[0])
     assert done.returncode == 0, done.stderr
-
-
-def test_cppcheck_finds_nothing(exported: tuple[Path, Exported]) -> None:
-    if shutil.which("cppcheck") is None:
-        pytest.skip("no cppcheck")
-    # its rule of ignored results takes the elements of a compound literal for statements
-    rules = (
-        "--enable=warning,performance,portability",
-        "--suppress=ignoredReturnValue",
-        "--error-exitcode=1",
-    )
-    done = run("cppcheck", "-q", "--std=c99", *rules, *SOURCES, where=exported[0])
-    assert done.returncode == 0, done.stderr
-
-
-def test_it_runs_on_an_emulated_cortex_m7(exported: tuple[Path, Exported]) -> None:
-    if shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None:
-        pytest.skip("no arm-none-eabi-gcc or no qemu-system-arm")
-    measured = exported[1].measured
-    assert measured.cortex is not None
-    assert measured.cortex.flash > 10_000
-    assert measured.cortex_run is not None
-    assert measured.cortex_run.passed
-    assert measured.cortex_run.equal > 0.9 * measured.cortex_run.numbers
-
-
-def test_a_search_finds_calls_that_take_more_than_the_recorded_ones(exported: tuple[Path, Exported]) -> None:
-    assert_search_finds_more_than_recorded(*exported, "update")
-
-
-def test_nothing_that_firmware_has_not(exported: tuple[Path, Exported]) -> None:
-    text = (exported[0] / "lh_estimator.c").read_text() + (exported[0] / "lh_estimator.h").read_text()
-    code = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
-    assert set(re.findall(r"#include\s*[<\"](\S+)[>\"]", code)) == {
-        "lh_estimator.h", "math.h", "stddef.h", "stdbool.h", "stdint.h",
-    }  # fmt: skip
-    assert not re.search(r"\b(malloc|calloc|free|printf|goto|setjmp|errno)\b", code)
-    assert not re.findall(r"^static (?!const|inline|\w+ ?\*?\w+\()", code, flags=re.MULTILINE)
-
-
-@needs_compiler
-def test_cmake_builds_and_tests_it(exported: tuple[Path, Exported], tmp_path: Path) -> None:
-    if shutil.which("cmake") is None:
-        pytest.skip("no cmake")
-    assert run("cmake", "-S", exported[0], "-B", tmp_path, where=tmp_path).returncode == 0
-    assert run("cmake", "--build", tmp_path, where=tmp_path).returncode == 0
-    done = run("ctest", "--test-dir", tmp_path, where=tmp_path)
-    assert "100% tests passed" in done.stdout
 
 
 def test_saved_numbers_go_on_where_they_were() -> None:
@@ -278,47 +164,6 @@ def test_stack_is_the_deepest_way_down() -> None:
     assert frames == {"top": 16, "left": 48, "right": 32}
     calls = {"top": frozenset({"left", "right"}), "right": frozenset({"left"})}
     assert deepest("top", calls, frames) == 16 + 32 + 48
-
-
-@pytest.fixture(scope="module")
-def in_floats(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Exported]:
-    folder = tmp_path_factory.mktemp("floats")
-    return folder, write_export(Request(paper_model(8e-3), prefix="lh", precision="float"), folder)
-
-
-@needs_compiler
-def test_in_single_precision_no_estimate_is_off_by_a_fifth_of_its_error(
-    in_floats: tuple[Path, Exported],
-) -> None:
-    test = in_floats[1].measured.host_run
-    assert test is not None
-    assert test.passed
-    assert test.equal < test.numbers
-    assert 1e-6 < test.largest < 0.2
-
-
-@needs_compiler
-@pytest.mark.parametrize("source", [*SOURCES, "examples/linux.c", "examples/bare_metal.c"])
-def test_nothing_is_widened_to_double_in_single_precision(
-    source: str, in_floats: tuple[Path, Exported], tmp_path: Path
-) -> None:
-    strict = (*STRICT, "-Wdouble-promotion") if source == SOURCES[0] else STRICT
-    compiler = str(host.compiler())
-    done = run(
-        compiler, *host.EXACT, "-O2", *strict, "-I.", "-c", source, "-o", tmp_path / "o", where=in_floats[0]
-    )
-    assert done.returncode == 0, done.stderr
-
-
-def test_single_precision_runs_on_an_emulated_cortex_m4f(in_floats: tuple[Path, Exported]) -> None:
-    if shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None:
-        pytest.skip("no arm-none-eabi-gcc or no qemu-system-arm")
-    measured = in_floats[1].measured
-    assert measured.cortex is not None
-    assert measured.cortex.flash < 40_000
-    assert measured.cortex_run is not None
-    assert measured.cortex_run.machine == "Cortex-M4F in qemu"
-    assert measured.cortex_run.passed
 
 
 @needs_compiler

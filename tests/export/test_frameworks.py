@@ -6,11 +6,11 @@ what an export uses of them.
 
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
 
+from tests.export.firmware import run
 from vegrip.c99 import host
 from vegrip.export import Request, texts
 from vegrip.export.measure import STRICT
@@ -31,10 +31,6 @@ def exported(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     return folder, f"lh_{entry}"
-
-
-def run(*command: str | Path, where: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(list(map(str, command)), cwd=where, capture_output=True, text=True, check=False)
 
 
 def properties(path: Path) -> dict[str, str]:

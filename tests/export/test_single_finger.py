@@ -1,19 +1,15 @@
 """A finger in single precision judges as in double, and commands nearly the same."""
 
-import shutil
-import subprocess
-from pathlib import Path
+from collections.abc import Callable
 
 import pytest
 
+from tests.export.firmware import Firmware
 from validation.compiled_finger import Event, Log, Replay, hostile, record
 from validation.faults.table import CASES, Case
 from validation.finger_in_floats import parted
 from vegrip.c99 import host
-from vegrip.export import Exported, Request, write_export
-from vegrip.export.measure import STRICT
 from vegrip.messages import Condition, FingertipState
-from vegrip.model import paper_model
 from vegrip.transport.codec import CanCodec
 
 pytestmark = pytest.mark.skipif(host.compiler() is None, reason="no C compiler")
@@ -21,48 +17,8 @@ RAMP_STEP = 0.25  # [N] that the fail-safe ramp climbs from one renewed command 
 NS = 1_000_000_000
 
 
-def run(*command: str | Path, where: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(list(map(str, command)), cwd=where, capture_output=True, text=True, check=False)
-
-
-@pytest.fixture(scope="module")
-def exported(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Exported]:
-    folder = tmp_path_factory.mktemp("firmware")
-    request = Request(paper_model(8e-3), prefix="lh", frames=260, entry="finger", precision="float")
-    return folder, write_export(request, folder)
-
-
-def test_the_self_test_passes_within_its_bounds(exported: tuple[Path, Exported]) -> None:
-    test = exported[1].measured.host_run
-    assert test is not None
-    assert test.passed
-    assert test.equal < test.numbers
-    assert 1e-6 < test.largest < 2.0 * RAMP_STEP
-
-
-def test_a_finger_takes_little_more_than_half(exported: tuple[Path, Exported]) -> None:
-    assert exported[1].ram < 5000
-
-
-def test_it_runs_on_an_emulated_cortex_m4f(exported: tuple[Path, Exported]) -> None:
-    if shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None:
-        pytest.skip("no arm-none-eabi-gcc or no qemu-system-arm")
-    there = exported[1].measured.cortex_run
-    assert there is not None
-    assert there.machine == "Cortex-M4F in qemu"
-    assert there.passed
-
-
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
-def test_nothing_is_widened_to_double(compiler: str, exported: tuple[Path, Exported], tmp_path: Path) -> None:
-    if shutil.which(compiler) is None:
-        pytest.skip(f"no {compiler}")
-    strict = (*STRICT, "-Wdouble-promotion")
-    source = "lh_finger.c"
-    done = run(
-        compiler, *host.EXACT, "-O2", *strict, "-I.", "-c", source, "-o", tmp_path / "o", where=exported[0]
-    )
-    assert done.returncode == 0, done.stderr
+def test_a_finger_takes_little_more_than_half(firmware: Callable[..., Firmware]) -> None:
+    assert firmware("finger", "float")[1].ram < 5000
 
 
 @pytest.mark.long

@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -10,6 +11,7 @@ import time
 
 import pytest
 
+from vegrip.cli import main
 from vegrip.host.folders import runtime_folder
 from vegrip.transport.canbus.virtual_can import hub_process
 
@@ -170,12 +172,12 @@ def test_a_node_whose_launcher_is_dead_already_does_not_start():
         (("topic", "echo", "/hand"), 2, "no node runs"),
     ],
 )
-def test_a_mistake_is_one_sentence_and_the_exit_code(arguments, code, words):
-    returned, output, complaint = vegrip(*arguments)
-    assert returned == code
-    assert words in complaint
-    assert len(complaint.strip().splitlines()) == 1
-    assert output == ""
+def test_a_mistake_is_one_sentence_and_the_exit_code(arguments, code, words, capsys):
+    assert main(list(arguments)) == code
+    told = capsys.readouterr()
+    assert words in told.err
+    assert len(told.err.strip().splitlines()) == 1
+    assert told.out == ""
 
 
 @pytest.mark.slow
@@ -242,18 +244,14 @@ def test_the_canopen_hand_that_comes_with_vegrip_is_gripped():
     assert launched.returncode == 0, output
 
 
-def test_a_busy_port_is_one_sentence():
-    import socket
-
+def test_a_busy_port_is_one_sentence(capsys):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         address = f"tcp://127.0.0.1:{taken.getsockname()[1]}"
-        code, _, complaint = vegrip(
-            "node", "echo", "--set", "transport.kind=zmq", "--set", f"transport.publish={address}"
-        )
-    assert code == 4
-    assert "in use" in complaint
+        given = ("--set", "transport.kind=zmq", "--set", f"transport.publish={address}")
+        assert main(["node", "echo", *given]) == 4
+    assert "in use" in capsys.readouterr().err
 
 
 def test_a_monitor_into_a_pipe_before_any_node_has_said_what_it_waits_for_when_it_is_ended():

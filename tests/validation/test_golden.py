@@ -24,7 +24,7 @@ def answered(lines=None, **numbers):
     return Answered("a case", {**LINES, **(lines or {})}, {**NUMBERS, **numbers})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_todays_code_gives_the_golden_answers():
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     command = [sys.executable, "-m", "validation.golden", "--quick", "-j", "1"]

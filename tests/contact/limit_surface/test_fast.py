@@ -165,10 +165,6 @@ def test_missing_load_gives_nan_and_endless_load_an_endless_gauge() -> None:
     assert fast.gauge(2.0, math.inf, 0.1) == math.inf
 
 
-def test_no_load_is_at_the_origin() -> None:
-    assert fast.gauge_gradient(2.0, 0.0, 0.0) == (0.0, 0.0, 0.0, 0.0)
-
-
 def test_batches_are_the_single_queries() -> None:
     rng = np.random.default_rng(3)
     k, f, m = rng.uniform(1, 9, 50), rng.uniform(0, 1, 50), rng.uniform(0, 1, 50)
