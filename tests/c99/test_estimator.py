@@ -19,7 +19,7 @@ from vegrip.estimator.layout import COUNTS
 from vegrip.model import BASE, ContactModel, paper_model
 from vegrip.model.native import kernel_mode
 
-DT = 2e-3
+DT = 4e-3
 ADDED = [name for name in BUILT_IN if name not in BASE]
 TOGETHER = 8  # effects in one model
 GROUPS = [ADDED[first : first + TOGETHER] for first in range(0, len(ADDED), TOGETHER)]
@@ -34,13 +34,13 @@ def eventful(model: ContactModel, samples: int) -> Iterator[tuple[np.ndarray, tu
     forces = model.simulate(t, depth).normal_force + rng.normal(0.0, 0.01, samples)
     loads = np.interp(t, [0.5, 1.0], [0.0, 0.5])
     for i, (force, load) in enumerate(zip(forces.tolist(), loads.tolist(), strict=True)):
-        f = math.nan if i % 97 == 0 else math.inf if i == 350 else force + (0.8 if i > 900 else 0.0)
-        blind = 200 < i < 215 or 400 < i < 560
+        f = math.nan if i % 47 == 0 else math.inf if i == 175 else force + (0.8 if i > 450 else 0.0)
+        blind = 100 < i < 108 or 200 < i < 280
         d = math.nan if blind else depth[i] + rng.normal(0.0, 5e-6)
-        slip = 1.0 if 700 < i < 720 else 0.0
-        dt = -1.0 if i == 0 else 0.7 if i == 300 else DT
-        beside = np.array([20.0 + 5.0 * math.sin(i / 100.0), load, 1e-4, 1e-3 * slip, load, 0.0])
-        yield beside, (dt, f, d, 1e-3 if i % 50 == 0 else math.nan, load, 1e-4, slip)
+        slip = 1.0 if 350 < i < 360 else 0.0
+        dt = -1.0 if i == 0 else 0.7 if i == 150 else DT
+        beside = np.array([20.0 + 5.0 * math.sin(i / 50.0), load, 1e-4, 1e-3 * slip, load, 0.0])
+        yield beside, (dt, f, d, 1e-3 if i % 25 == 0 else math.nan, load, 1e-4, slip)
 
 
 def other_than_c(estimator: ContactEstimator) -> Kernels:
@@ -48,7 +48,7 @@ def other_than_c(estimator: ContactEstimator) -> Kernels:
     return module_for(estimator.model, estimator.layout, plain=kernel_mode() != "numba")
 
 
-def differing(model: ContactModel, samples: int = 1200) -> str:
+def differing(model: ContactModel, samples: int = 600) -> str:
     """Return where the two differ first; nothing when they do not."""
     estimator = ContactEstimator(model, SensorNoise())
     by_other, by_c = other_than_c(estimator), kernels_c.load(node_text_of(model, estimator.layout))
@@ -100,7 +100,7 @@ def test_the_filter_alone() -> None:
     estimator = ContactEstimator(paper_model(8e-3), SensorNoise())
     by_other, by_c = other_than_c(estimator), kernels_c.load(node_text_of(estimator.model, estimator.layout))
     ours, theirs = estimator.numbers.copy(), estimator.numbers.copy()
-    for _, sample in eventful(estimator.model, 300):
+    for _, sample in eventful(estimator.model, 150):
         dt = max(sample[0], 0.0)
         by_other.filter_step(ours, dt, *sample[1:4])
         by_c.filter_step(theirs, dt, *sample[1:4])

@@ -8,19 +8,12 @@ import pytest
 from vegrip.identification.diagnosis import diagnose
 from vegrip.identification.recording import read_recording
 
-pytestmark = pytest.mark.slow
+OTHERS = ("load-dependent-friction", "second-relaxation", "sensor-lag", "series-compliance")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "folder",
-    [
-        "adhesion",
-        "load-dependent-friction",
-        "nothing",
-        "second-relaxation",
-        "sensor-lag",
-        "series-compliance",
-    ],
+    "folder", ["adhesion", "nothing", *(pytest.param(name, marks=pytest.mark.long) for name in OTHERS)]
 )
 def test_what_the_folder_is_named_after_is_named(folder: str, measured: Callable[[str], Path]) -> None:
     found = diagnose(read_recording(measured("hidden-effects") / folder))

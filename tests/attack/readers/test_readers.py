@@ -26,6 +26,7 @@ def test_every_broken_file_is_read_or_refused_in_a_sentence_and_nothing_else_is_
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.long
 def test_the_attack_finds_every_reader_that_is_broken_on_purpose(tmp_path: Path) -> None:
     done = attack("--canaries", "--cases", "1", folder=tmp_path)
     lines = [line for line in done.stdout.splitlines() if line.endswith("s") and " failed, slowest " in line]

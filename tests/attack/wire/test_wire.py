@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 HERE = Path(__file__).parent
 KINDS = 26
 
@@ -22,6 +24,7 @@ def test_no_fault_on_a_wire_breaks_a_law() -> None:
     assert len(done.stdout.splitlines()) == KINDS
 
 
+@pytest.mark.long
 def test_the_attack_sees_every_node_that_is_broken_on_purpose() -> None:
     done = attack("--canaries")
     lines = done.stdout.splitlines()

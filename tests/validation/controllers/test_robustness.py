@@ -34,6 +34,7 @@ def figures(name: str, case: str) -> dict[str, Any]:
     return figures_of_case(name, CASES[case], SEEDS, duration)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["vegrip", "learning"])
 @pytest.mark.parametrize("case", ["hand, half the friction", "hand, twice the friction"])
 def test_half_and_twice_the_friction_do_not_make_it_slip(name: str, case: str) -> None:
@@ -42,11 +43,13 @@ def test_half_and_twice_the_friction_do_not_make_it_slip(name: str, case: str) -
     assert one["largest_micro_slip"] < 1e-4
 
 
+@pytest.mark.long
 def test_learning_takes_much_less_force_where_friction_is_twice_what_is_usual() -> None:
     case = "hand, twice the friction"
     assert figures("learning", case)["force_over_least"] < 0.7 * figures("vegrip", case)["force_over_least"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", ["hand, slip from 0.5 mm/s, 10 ms late", "hand, slip not felt"])
 def test_a_late_coarse_or_absent_slip_channel_costs_learning_no_slip(case: str) -> None:
     with_it, without = figures("learning", case), figures("vegrip", case)
@@ -54,6 +57,7 @@ def test_a_late_coarse_or_absent_slip_channel_costs_learning_no_slip(case: str) 
     assert with_it["drops"] == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["vegrip", "learning"])
 def test_faces_that_lose_two_fifths_of_their_friction_slide_less_than_a_tenth_of_a_millimetre(
     name: str,
@@ -63,11 +67,13 @@ def test_faces_that_lose_two_fifths_of_their_friction_slide_less_than_a_tenth_of
     assert one["largest_micro_slip"] < 1e-4
 
 
+@pytest.mark.long
 def test_in_the_first_seconds_after_wet_learning_takes_less_force_than_without() -> None:
     with_it, without = (figures(name, "hand, wet to 0.6 in 0.3 s") for name in ("learning", "vegrip"))
     assert 1.0 < with_it["over_least_after_wet"] < without["over_least_after_wet"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "case",
     [

@@ -6,7 +6,7 @@ import pytest
 
 from validation.estimator_coverage.table import coverage, fingertip
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 FINGERS = 25
 LEAST = 0.95 - 3.0 * math.sqrt(0.95 * 0.05 / FINGERS)

@@ -68,7 +68,7 @@ def test_a_sliding_load_lies_on_the_limit(style: str) -> None:
         assert truth.depth.max() < 0.5 * finger_of(life).radius
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("style", STYLES)
 def test_the_estimator_is_as_honest_on_lives_from_outside_as_stated(style: str) -> None:
     found = list(results(style, FINGERS, seed=5))

@@ -17,7 +17,7 @@ DOCUMENT = Path(__file__).parents[3] / "docs" / "faults.md"
 
 
 def as_parameter(case):
-    return pytest.param(case, id=case.name, marks=[pytest.mark.slow] if case.slow else [])
+    return pytest.param(case, id=case.name, marks=[pytest.mark.long] if case.slow else [])
 
 
 @pytest.mark.parametrize("case", [as_parameter(case) for case in table.CASES])
