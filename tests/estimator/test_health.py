@@ -1,4 +1,4 @@
-"""The health that is worked out where the innovations lie says what it would say over arrays."""
+"""How far the innovations are outside, by channel and regime, and what is said of it."""
 
 import math
 from types import ModuleType
@@ -6,7 +6,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from tests.estimator.health_in_numpy import ENOUGH, SHAPE, Hysteresis, misfit_of_cells, verdict
+from vegrip.clock import NS
 from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.estimator.compiled import Kernels, module_for
 from vegrip.estimator.health import NO_CELL, HealthHysteresis, Look, health_of
@@ -19,7 +19,7 @@ from vegrip.types import Floats
 MODEL = paper_model(9e-3)
 LAYOUT = layout_of(MODEL)
 PLACES = LAYOUT.places()
-LOOK_NS = 200_000_000
+SHAPE = len(CHANNELS), len(REGIMES), len(PER_CELL)
 
 
 @pytest.fixture(scope="module", params=["compiled", "plain"])
@@ -42,44 +42,63 @@ def look(module: Kernels, memory: Floats, before: int = NO_CELL) -> Look:
     return Look(*out.tolist())
 
 
-def draw(rng: np.random.Generator, memory: Floats) -> None:
-    """Put cells into ``memory`` as a life leaves them: some empty, some at their edge, some far outside."""
+CALM_CELL, LEAST, MOST = (500.0, 0.0, 1.0), 0.4, 1.4
+
+
+@pytest.mark.parametrize(
+    ("channel", "regime", "mean", "nis", "misfit"),
+    [
+        ("normal_force", "air", 0.0, MOST, 1.0),
+        ("normal_force", "hold", 0.25, 1.0, 1.0),
+        ("normal_force", "sliding", -0.75, 1.0, 3.0),
+        ("contact_radius", "deep hold", 0.0, LEAST / 4.0, 4.0),
+        ("contact_radius", "fast unloading", 0.8, 1.0, 2.0),
+        ("normal_force", "late hold", 2.0, 1.0, 2.0),
+        ("displacement", "hold", 0.0, 6.0 * MOST, 2.0),
+        ("normal_force", "jerk", 9.0, 9.0, 1.0 / MOST),
+    ],
+)
+def test_a_cell_is_outside_by_its_bias_and_by_its_scatter(
+    module: Kernels, memory: Floats, channel: str, regime: str, mean: float, nis: float, misfit: float
+) -> None:
+    """Wider in motion, late in a hold and for the displacement; a jerk is not judged."""
+    cells, at = cells_of(memory).reshape(SHAPE), (CHANNELS.index(channel), REGIMES.index(regime))
+    cells[:] = CALM_CELL
+    cells[at] = 300.0, mean, nis
+    found = look(module, memory, len(REGIMES) * at[0] + at[1])
+    assert found.misfit == pytest.approx(misfit)
+    assert divmod(int(found.worst), len(REGIMES)) == at or regime == "jerk"
+    assert found.misfit_told == pytest.approx(misfit if regime != "jerk" else 0.0)
+    assert found.judged == len(CHANNELS) * len(REGIMES)
+
+
+def test_the_mean_nis_is_by_weight_and_leaves_out_what_follows_a_jerk(
+    module: Kernels, memory: Floats
+) -> None:
     cells = cells_of(memory).reshape(SHAPE)
-    cells[..., PER_CELL.index("WEIGHT")] = rng.choice([0.0, 50.0, ENOUGH, 900.0], SHAPE[:2])
-    cells[..., PER_CELL.index("MEAN")] = rng.normal(0.0, rng.choice([0.02, 0.3, 3.0]), SHAPE[:2])
-    cells[..., PER_CELL.index("NIS")] = rng.gamma(rng.choice([0.5, 20.0]), 0.05, SHAPE[:2])
-    if rng.random() < 0.2:
-        cells[rng.random(SHAPE[:2]) < 0.7] = 0.0
+    cells[:] = 0.0
+    assert math.isnan(look(module, memory).nis)
+    cells[0, 0], cells[1, 1], cells[2, REGIMES.index("jerk")] = (100, 0, 1), (300, 0, 5), (900, 0, 50)
+    found = look(module, memory)
+    assert (found.nis, found.judged) == (pytest.approx(4.0), 2.0)
 
 
-def test_each_look_is_that_over_arrays(module: Kernels, memory: Floats) -> None:
-    rng = np.random.default_rng(1)
-    for _ in range(300):
-        draw(rng, memory)
-        misfit = misfit_of_cells(cells_of(memory)).ravel()
-        before = int(rng.integers(misfit.size))
-        found = look(module, memory, before)
-        assert found.misfit == misfit.max()
-        assert found.worst == misfit.argmax()
-        assert found.misfit_told == misfit[before]
-        assert found.judged == np.count_nonzero(cells_of(memory)[:: len(PER_CELL)] >= ENOUGH)
+def test_the_message_names_channel_and_regime_of_what_fails(module: Kernels, memory: Floats) -> None:
+    cells, verdict = cells_of(memory).reshape(SHAPE), HealthHysteresis()
 
+    def told(seconds: int) -> tuple[bool, str, str]:
+        state = FingertipState(seconds * NS, "index", seconds)
+        found = health_of(state, seconds, Condition.OK, look(module, memory, verdict.failing), verdict)
+        return found.consistent, found.channel, found.regime
 
-def test_the_verdict_over_time_is_that_over_arrays(module: Kernels, memory: Floats) -> None:
-    rng = np.random.default_rng(2)
-    here, there, told = HealthHysteresis(), Hysteresis(), set()
-    for i in range(2000):
-        if i % 7 == 0 and i > 20:
-            draw(rng, memory)
-        if i % 300 > 200:
-            cells_of(memory).reshape(SHAPE)[..., 1:] = 0.0, 1.0  # well inside, for ten seconds and longer
-        state = FingertipState(i * LOOK_NS, "index", i)
-        found = health_of(state, i, Condition.OK, look(module, memory, here.failing), here)
-        wanted = verdict(cells_of(memory), state.stamp, there)
-        assert (found.consistent, found.channel, found.regime) == wanted[1:]
-        assert found.nis == pytest.approx(wanted.nis, rel=1e-13, nan_ok=True)
-        told.add((found.consistent, found.channel))
-    assert len(told) == 2 + len(CHANNELS), "every channel fails once, none does, and nothing is known"
+    assert told(0) == (False, "", ""), "nothing is known"
+    cells[:] = CALM_CELL
+    assert told(1) == (True, "", "")
+    for i, (channel, regime) in enumerate([("contact_radius", "air"), ("displacement", "deep hold")]):
+        cells[CHANNELS.index(channel), REGIMES.index(regime)] = 500.0, 10.0 ** (i + 1), 1.0
+        assert told(2 + i) == (False, channel, regime)
+    cells[:] = CALM_CELL
+    assert [told(4 + i)[0] for i in range(12)] == [False] * 10 + [True] * 2
 
 
 def test_refusals_are_those_of_all_channels(module: Kernels, memory: Floats) -> None:
