@@ -11,9 +11,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.identification.recording.drawn import check_same, recordings
 from vegrip.errors import RecordingError
-from vegrip.identification.recording import Fingertip, Kind, Recording, read_recording, write_recording
-from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
+from vegrip.identification.recording import Kind, Recording, read_recording, write_recording
 
 HIDDEN = (
     "adhesion",
@@ -35,30 +35,6 @@ def folder_with(tmp_path: Path, rows: str, toml: str = TOML, header: str = HEADE
     return folder
 
 
-text = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
-value = st.floats(allow_infinity=False)  # NaN is a missing value
-
-
-@st.composite
-def recordings(draw: st.DrawFn) -> Recording:
-    t = sorted(draw(st.sets(st.floats(-1e6, 1e6), min_size=1, max_size=6)))
-    n = len(t)
-    channels = draw(st.lists(st.sampled_from(list(CHANNELS)), min_size=1, unique=True))
-    columns = {name: np.array(draw(st.lists(value, min_size=n, max_size=n))) for name in channels}
-    for values in columns.values():
-        values[0] = draw(st.floats(allow_nan=False, allow_infinity=False))  # all NaN: not measured
-    return Recording(
-        draw(text),
-        np.array(t),
-        np.array(draw(st.lists(st.integers(0, 2**50), min_size=n, max_size=n)), dtype=np.int64),
-        columns,
-        Fingertip(draw(st.floats(1e-9, 1.0) | st.just(math.nan)), draw(text)),
-        draw(st.dictionaries(st.sampled_from(NOISE_NAMES), st.floats(1e-300, 1e300))),
-        draw(st.dictionaries(text, text | st.integers() | st.booleans() | st.floats(allow_nan=False))),
-        draw(st.integers(0, 2**62)),
-    )
-
-
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(recording=recordings(), compressed=st.booleans())
 def test_what_is_written_is_read_back_bit_for_bit(
@@ -66,19 +42,7 @@ def test_what_is_written_is_read_back_bit_for_bit(
 ) -> None:
     write_recording(recording, tmp_path / "r", compressed=compressed)
     again = read_recording(tmp_path / "r")
-    assert again.name == recording.name
-    assert again.t.tobytes() == recording.t.tobytes()
-    assert again.episode.tobytes() == recording.episode.tobytes()
-    assert list(again.columns) == list(recording.columns)
-    for name, values in recording.columns.items():
-        np.testing.assert_array_equal(again.columns[name], values)
-    assert (again.sensors, again.source, again.start) == (
-        dict(recording.sensors),
-        dict(recording.source),
-        recording.start,
-    )
-    np.testing.assert_equal(again.fingertip.radius, recording.fingertip.radius)
-    assert again.fingertip.name == recording.fingertip.name
+    check_same(again, recording)
     assert again.report.rows_lost == 0
 
 

@@ -12,10 +12,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.identification.recording.drawn import check_same, recordings
 from vegrip.cli import main
 from vegrip.errors import RecordingError, UsageError
-from vegrip.identification.recording import Fingertip, Recording, read_recording, write_recording
-from vegrip.identification.recording.channels import CHANNELS
+from vegrip.identification.recording import Recording, read_recording, write_recording
 from vegrip.identification.recording.mcap import from_json, properties, read_mcap, to_json, write_mcap
 from vegrip.identification.recording.writer import FILE_OF_MESSAGE, RecordingWriter, csv_header
 from vegrip.messages import (
@@ -37,23 +37,7 @@ mcap_writer = pytest.importorskip("mcap.writer", reason="the extra `bags` is not
 
 START = 10**12
 Capsys = pytest.CaptureFixture[str]
-text = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
 value = st.floats(allow_infinity=False)  # NaN is a missing value
-
-
-@st.composite
-def recordings(draw: st.DrawFn) -> Recording:
-    t = sorted(draw(st.sets(st.floats(-1e6, 1e6), min_size=1, max_size=6)))
-    n = len(t)
-    channels = draw(st.lists(st.sampled_from(list(CHANNELS)), min_size=1, unique=True))
-    columns = {name: np.array(draw(st.lists(value, min_size=n, max_size=n))) for name in channels}
-    for values in columns.values():
-        values[0] = draw(st.floats(allow_nan=False, allow_infinity=False))  # all NaN: not measured
-    episode = np.array(draw(st.lists(st.integers(0, 2**50), min_size=n, max_size=n)), dtype=np.int64)
-    fingertip = Fingertip(draw(st.floats(1e-9, 1.0) | st.just(math.nan)), draw(text))
-    source = draw(st.dictionaries(text, text | st.integers() | st.booleans() | st.floats(allow_nan=False)))
-    start = draw(st.integers(0, 2**61))
-    return Recording(draw(text), np.array(t), episode, columns, fingertip, {"slip_speed": 0.1}, source, start)
 
 
 @given(recordings())
@@ -64,19 +48,7 @@ def test_a_recording_comes_back_from_mcap_bit_for_bit(recording: Recording) -> N
         write_recording(recording, there)
         write_mcap(there, between)
         (read,) = read_mcap(between, back).values()
-    assert read.t.tobytes() == recording.t.tobytes()
-    assert read.episode.tolist() == recording.episode.tolist()
-    assert list(read.columns) == list(recording.columns)
-    for name, values in recording.columns.items():
-        np.testing.assert_array_equal(read.columns[name], values)
-        assert np.signbit(read.columns[name][0]) == np.signbit(values[0])
-    assert repr(read.fingertip) == repr(recording.fingertip)  # NaN is not itself
-    assert (read.name, read.sensors, read.source, read.start) == (
-        recording.name,
-        recording.sensors,
-        recording.source,
-        recording.start,
-    )
+    check_same(read, recording)
 
 
 def everything(i: int) -> list[Message]:

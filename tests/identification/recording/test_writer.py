@@ -182,8 +182,8 @@ def test_a_disk_that_stays_full_costs_the_oldest_rows_and_they_are_counted(
     assert table.give_up() == 0
 
 
-def test_a_recorder_on_a_full_disk_goes_on_and_counts(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_recorder_on_a_full_disk_goes_on_counts_and_tells_at_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(TableFile, "_open", lambda _: Disk(room=0))
     writer = RecordingWriter(tmp_path / "s")
@@ -192,6 +192,8 @@ def test_a_recorder_on_a_full_disk_goes_on_and_counts(
         writer.flush()
     writer.close()
     assert writer.lost["thumb/recording.csv"] == 3
+    assert "3 rows are lost at the end (No space left on device)" in caplog.text
+    assert "3 of 3 rows are lost (No space left on device)" in writer.problem
     assert tomllib.loads((tmp_path / "s" / "session.toml").read_text())["lost"] == 3
 
 
@@ -202,6 +204,7 @@ def test_the_queue_drops_the_oldest_and_counts(tmp_path: Path) -> None:
     assert recorder.dropped == 15
     recorder.close()
     assert recorder.dropped == 15
+    assert "15 messages came faster" in recorder.writer.problem
     np.testing.assert_allclose(
         read_recording(tmp_path / "s" / "thumb").columns["normal_force"], 0.1 * np.arange(15, 25)
     )
@@ -316,25 +319,6 @@ def test_a_full_disk_is_told_when_it_begins_and_when_it_is_over(
     writer.close()
     assert "can be written again" in caplog.text
     assert writer.problem == ""
-
-
-def test_a_disk_that_is_full_at_the_end_is_told_and_is_a_problem(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setattr(TableFile, "_open", lambda _: Disk(room=0))
-    writer = RecordingWriter(tmp_path / "s")
-    writer.write(state(0))
-    writer.close()
-    assert "1 rows are lost at the end (No space left on device)" in caplog.text
-    assert "1 of 1 rows are lost (No space left on device)" in writer.problem
-
-
-def test_what_the_queue_dropped_is_a_problem(tmp_path: Path) -> None:
-    recorder = BackgroundWriter(RecordingWriter(tmp_path / "s"), capacity=10, period=60.0)
-    for i in range(25):
-        recorder.offer(state(i))
-    recorder.close()
-    assert "15 messages came faster" in recorder.writer.problem
 
 
 def test_made_up_fingers_do_not_use_up_the_descriptors(
