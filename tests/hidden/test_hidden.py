@@ -26,11 +26,12 @@ def test_two_hidden_both_named(hide) -> None:
     assert found.error["after"] == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "given", "variable"),
     [
         ("cogging", {"force": 0.04, "period": 5e-4}, "displacement"),
-        pytest.param("day_and_night", {"share": 0.04, "period": 150.0}, "time", marks=pytest.mark.long),
+        ("day_and_night", {"share": 0.04, "period": 150.0}, "time"),
     ],
 )
 def test_what_no_catalogue_has_is_unexplained_and_its_variable_told(hide, name, given, variable) -> None:

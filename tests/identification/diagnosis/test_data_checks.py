@@ -123,7 +123,7 @@ def test_a_force_that_is_early_has_a_wrong_clock_and_no_effect_is_named(tip, sec
         ("displacement", "displacement_lag", "tau_d"),
     ],
 )
-@pytest.mark.parametrize("seconds", [0.016, 0.04])
+@pytest.mark.parametrize("seconds", [0.016, pytest.param(0.04, marks=pytest.mark.long)])
 def test_a_slow_sensor_is_named_by_the_shape_of_what_it_shows(tip, kind, name, symbol, seconds) -> None:
     found = diagnose(tip(23, kinds=KINDS, late=(kind, seconds)))
     assert found.named == [name]

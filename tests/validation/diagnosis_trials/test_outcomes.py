@@ -108,6 +108,7 @@ def test_cases_hold_every_kind_and_every_effect_and_no_seed_twice() -> None:
     assert {one.hidden for one in draw_cases(20, kinds=["one"], only=["adhesion"])} == {("adhesion",)}
 
 
+@pytest.mark.long
 def test_the_same_case_is_the_same_recording() -> None:
     one, again = (make_recording(Case(("sensor_lag",), "weak", 5)) for _ in range(2))
     other = make_recording(Case(("sensor_lag",), "strong", 5))
