@@ -96,10 +96,15 @@ def test_who_ends_a_program_that_runs_until_then_is_told_nothing(capsys: Capsys,
     assert capsys.readouterr().err == ""
 
 
-def test_a_table_as_recording_is_sent_to_import(tmp_path: Path, capsys: Capsys, monkeypatch) -> None:
+@pytest.mark.parametrize(
+    "command", ["fit", "diagnose", "refine -o m.toml", "replay --through", "fleet", "report"]
+)
+def test_a_table_as_recording_is_sent_to_import(
+    command: str, tmp_path: Path, capsys: Capsys, monkeypatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     Path("my press.csv.gz").write_text("t,normal_force\n")
-    assert main(["fit", "my press.csv.gz"]) == 3
+    assert main([*command.split(), "my press.csv.gz"]) == 3
     assert "make one with `vegrip import 'my press.csv.gz' -o 'my press'`" in capsys.readouterr().err
 
 

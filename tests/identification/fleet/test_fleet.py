@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vegrip.cli import main
-from vegrip.errors import DeviceError, UsageError
+from vegrip.errors import DeviceError, RecordingError
 from vegrip.identification.fleet import Found, Row, examine_recording, find_recordings, run, summarize_rows
 from vegrip.identification.fleet.row import Ledger, write_csv
 from vegrip.identification.recording import Recording, write_recording
@@ -70,9 +70,9 @@ def test_recordings_that_say_nothing_of_their_pad_are_not_put_together(tmp_path,
 
 
 def test_an_empty_folder_is_refused(tmp_path) -> None:
-    with pytest.raises(UsageError, match="no recording in it"):
+    with pytest.raises(RecordingError, match="no recording in it"):
         find_recordings(tmp_path)
-    with pytest.raises(UsageError, match="no such folder"):
+    with pytest.raises(RecordingError, match="no such folder"):
         find_recordings(tmp_path / "absent")
 
 

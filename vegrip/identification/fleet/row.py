@@ -14,8 +14,8 @@ from typing import Any
 
 from vegrip import __version__
 from vegrip.config import read_toml
-from vegrip.errors import ConfigError, DeviceError, InputError, UsageError, VegripError
-from vegrip.identification.recording.folder import CSV, TOML
+from vegrip.errors import ConfigError, DeviceError, InputError, RecordingError, VegripError
+from vegrip.identification.recording.folder import CSV, TOML, existing_folder
 
 DATES = ("date", "began", "recorded")
 FAILED = "failed"
@@ -43,14 +43,12 @@ def find_recordings(folder: Path) -> list[Found]:
     below that folder and says neither may be of any pad: it is not put together with others.
 
     Raises:
-        UsageError: there is no such folder, or no recording in it.
+        RecordingError: there is no such folder, or no recording in it.
 
     """
-    if not folder.is_dir():
-        raise UsageError(f"{folder}: there is no such folder")
-    paths = sorted(path.parent for path in folder.rglob(TOML))
+    paths = sorted(path.parent for path in existing_folder(folder).rglob(TOML))
     if not paths:
-        raise UsageError(f"{folder}: no recording in it; a recording is a folder with {TOML} and {CSV}")
+        raise RecordingError(f"{folder}: no recording in it; a recording is a folder with {TOML} and {CSV}")
     return sorted((_found(path, folder) for path in paths), key=lambda one: (one.date, one.path))
 
 

@@ -151,8 +151,8 @@ def with_columns(
     for name, column in map(_pair, columns):
         base = _changed(base, name, "column", column)
     for name, unit in map(_pair, units):
-        if name == "episode" or (name != "t" and name not in base.channels):
-            raise UsageError(f"--unit {name}={unit}: {name} is not mapped; add --map {name}=COLUMN")
+        if name == "episode":
+            raise UsageError(f"--unit {name}={unit}: an episode has no unit")
         base = _changed(base, name, "unit", unit)
     for name in negated:
         if name not in CHANNELS:
@@ -206,7 +206,7 @@ def _changed(base: ColumnMap, name: str, key: str, value: str) -> ColumnMap:
         return dataclasses.replace(base, episode=replace(base.episode, key, value))
     if name not in CHANNELS:
         raise UsageError(f"there is no channel {name!r}; {suggestion(name, ['t', 'episode', *CHANNELS])}")
-    channel = replace(base.channels.get(name, ChannelMap(column=value)), key, value)
+    channel = replace(base.channels.get(name, ChannelMap(name)), key, value)
     return dataclasses.replace(base, channels={**base.channels, name: channel})
 
 

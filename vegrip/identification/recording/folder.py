@@ -30,6 +30,20 @@ HEADING = "# All columns of recording.csv are SI units; temperature is in degree
 log = logging.getLogger(__name__)
 
 
+def existing_folder(folder: Path) -> Path:
+    """Return ``folder``; what is none raises a :class:`RecordingError` with the remedy."""
+    if folder.is_file():
+        raise RecordingError(
+            f"{folder}: is a file; a recording is a folder: make one with "
+            f"`vegrip import {shlex.quote(str(folder))} -o {shlex.quote(folder.name.partition('.')[0])}`"
+        )
+    if not folder.is_dir():
+        raise RecordingError(
+            f"{folder}: there is no such folder; a recording is a folder with {TOML} and {CSV}"
+        )
+    return folder
+
+
 def read_recording(
     folder: Path | str, *, announce: bool = True, progress: Progress = lambda _: None
 ) -> Recording:
@@ -44,16 +58,7 @@ def read_recording(
         RecordingError: missing, damaged or without a usable row; names file, line and remedy.
 
     """
-    folder = Path(folder)
-    if folder.is_file():
-        raise RecordingError(
-            f"{folder}: is a file; a recording is a folder: make one with "
-            f"`vegrip import {shlex.quote(str(folder))} -o {shlex.quote(folder.name.partition('.')[0])}`"
-        )
-    if not folder.is_dir():
-        raise RecordingError(
-            f"{folder}: there is no such folder; a recording is a folder with {TOML} and {CSV}"
-        )
+    folder = existing_folder(Path(folder))
     about = _about(folder / TOML)
     report = LoadReport()
     fingertip, sensors = _fingertip(folder, about, report), _sensors(folder, about)

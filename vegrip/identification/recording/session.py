@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vegrip.config import read_toml
 from vegrip.errors import ConfigError, RecordingError
 from vegrip.identification.recording.data import Recording
-from vegrip.identification.recording.folder import CSV, TOML, read_recording
+from vegrip.identification.recording.folder import CSV, TOML, existing_folder, read_recording
 from vegrip.identification.recording.report import LoadReport
 from vegrip.identification.recording.table import Layout, read_header, read_table
 from vegrip.identification.recording.writer import FILE_OF_MESSAGE, SESSION
@@ -35,7 +35,7 @@ def finger_folders(folder: Path) -> list[Path]:
     """
     if (folder / TOML).exists():
         return [folder]
-    found = sorted(path.parent for path in folder.glob(f"*/{TOML}"))
+    found = sorted(path.parent for path in existing_folder(folder).glob(f"*/{TOML}"))
     if not found:
         raise RecordingError(f"{folder}: holds no recording; a recording is a folder with {TOML}")
     return found

@@ -12,7 +12,7 @@ from vegrip.identification.diagnosis.account import account, described, versions
 from vegrip.identification.experiment.design import next_experiment
 from vegrip.identification.fit import noise_of
 from vegrip.identification.recording import read_recording
-from vegrip.identification.recording.folder import TOML
+from vegrip.identification.recording.folder import TOML, existing_folder
 from vegrip.identification.recording.session import is_run, summarise_run
 from vegrip.model import ContactModel
 from vegrip.web.axes import Axes, extent
@@ -160,7 +160,7 @@ def make_report(
         UsageError: a model was given for something that has its own.
 
     """
-    if (what / TOML).is_file():
+    if (existing_folder(what) / TOML).is_file():
         return _of_recording(what, model, model_file, report)
     if model is not None:
         raise UsageError(f"{what} has a model of its own; --model goes with a recording")
