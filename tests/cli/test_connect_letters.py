@@ -16,29 +16,36 @@ from vegrip.transport.mapped.database import read_dbc
 from vegrip.transport.mapped.guess import all_signals
 
 STATE = """BO_ {identifier} {f}_State: 12 Hand
- SG_ {f}_Fn : 0|16@1- (0.5,0) [-3000|3000] "gf" PC
- SG_ {f}_Fs1 : 16|16@1- (0.5,0) [-3000|3000] "gf" PC
- SG_ {f}_Fs2 : 32|16@1- (0.5,0) [-3000|3000] "gf" PC
- SG_ {f}_Enc : 48|16@1- (1,0) [0|0] "cnt" PC
- SG_ {f}_Level : 64|8@1+ (1,0) [0|255] "" PC
- SG_ {f}_Roll : 72|4@1+ (1,0) [0|15] "" PC
- SG_ {f}_Crc : 80|8@1+ (1,0) [0|255] "" PC
+ SG_ {own}_{normal}" PC
+ SG_ {own}_Fs1 : 16|16@1- (0.5,0) [-3000|3000] "gf" PC
+ SG_ {own}_Fs2 : 32|16@1- (0.5,0) [-3000|3000] "gf" PC
+ SG_ {own}_Enc : 48|16@1- (1,0) [0|0] "cnt" PC
+ SG_ {own}_Level : 64|8@1+ (1,0) [0|255] "" PC
+ SG_ {own}_Roll : 72|4@1+ (1,0) [0|15] "" PC
+ SG_ {own}_Crc : 80|8@1+ (1,0) [0|255] "" PC
 """
-TARGET = ' SG_ {f}_Tgt : {bit}|16@1+ (1,0) [0|1000] "permille" Hand\n'
+TARGET = ' SG_ {own}_Tgt : {bit}|16@1+ (1,0) [0|1000] "permille" Hand\n'
 WINDOWS = ["--rest", "0..1", "--press", "1..4", "--shear", "4..8"]
 COUNT = 1e-6  # [m] of a count of the encoder
 GRAM = 9.80665e-3  # [N]
 
 
-def dbc(fingers):
-    states = "".join(STATE.format(identifier=528 + n, f=f) for n, f in enumerate(fingers))
-    targets = "".join(TARGET.format(f=f, bit=16 * n) for n, f in enumerate(fingers))
+def own(finger):
+    """Return how the signals of a finger begin: as its message, or shorter."""
+    return finger.replace("Pad", "P")
+
+
+def dbc(fingers, normal):
+    states = "".join(
+        STATE.format(identifier=528 + n, f=f, own=own(f), normal=normal) for n, f in enumerate(fingers)
+    )
+    targets = "".join(TARGET.format(own=own(f), bit=16 * n) for n, f in enumerate(fingers))
     return f'VERSION ""\nBU_: Hand PC\n{states}BO_ 768 Cmd: 8 PC\n{targets}'
 
 
-def written(fingers):
+def written(fingers, normal='Fn : 0|16@1- (0.5,0) [-3000|3000] "gf'):
     """Write the database and a log in which all fingers rest, press and are sheared along their x."""
-    text = dbc(fingers)
+    text = dbc(fingers, normal)
     Path("own.dbc").write_text(text)
     database, rng = cantools.database.load_string(text, "dbc"), np.random.default_rng(5)
     with can.CanutilsLogWriter("own.log", channel="own") as log:
@@ -53,10 +60,17 @@ def written(fingers):
                     round((value / GRAM + rng.normal(0.0, 0.6)) / 0.5) * 0.5
                     for value in (-force + 14 * GRAM, 5 * GRAM, -shear)
                 )
-                values = {"Fn": fn, "Fs1": fs1, "Fs2": fs2, "Enc": round(1200 - depth / COUNT)}
+                values = {
+                    normal.partition(" ")[0]: fn,
+                    "Fs1": fs1,
+                    "Fs2": fs2,
+                    "Enc": round(1200 - depth / COUNT),
+                }
                 values |= {"Level": i % 7 * 3, "Roll": i % 16, "Crc": 0}
                 message = database.get_message_by_name(f"{f}_State")
-                data = bytearray(message.encode({f"{f}_{k}": v for k, v in values.items()}, strict=False))
+                data = bytearray(
+                    message.encode({f"{own(f)}_{k}": v for k, v in values.items()}, strict=False)
+                )
                 data[10] = sum(data[:10]) & 0xFF
                 log.on_message_received(
                     can.Message(
@@ -80,16 +94,18 @@ def connected(capsys, *options):
     return tomllib.loads(Path("h.toml").read_text()), json.loads(capsys.readouterr().out)
 
 
-@pytest.mark.parametrize("fingers", [("FA", "FB", "FC"), ("F1", "F2", "F3"), ("TipL", "TipM", "TipR")])
+@pytest.mark.parametrize(
+    "fingers", [("FA", "FB", "FC"), ("F1", "F2", "F3"), ("TipL", "TipM", "TipR"), ("PadK", "PadL", "PadM")]
+)
 def test_every_finger_of_one_letter_or_number_is_proposed_with_its_own_signals(folder, capsys, fingers):
     written(fingers)
     hand, told = connected(capsys, "--fingers", "thumb,index,middle")
     assert list(hand["fingers"]) == ["thumb", "index", "middle"]
     for f, mapped in zip(fingers, hand["fingers"].values(), strict=True):
         assert {name: mapped[name]["signal"] for name in list(mapped) if "force" in name} == {
-            "normal_force": f"{f}_State.{f}_Fn",
-            "tangential_force_x": f"{f}_State.{f}_Fs2",
-            "tangential_force_y": f"{f}_State.{f}_Fs1",
+            "normal_force": f"{f}_State.{own(f)}_Fn",
+            "tangential_force_x": f"{f}_State.{own(f)}_Fs2",
+            "tangential_force_y": f"{f}_State.{own(f)}_Fs1",
         }
     assert not any("no further finger" in sentence for sentence in told["open"])
 
@@ -116,6 +132,21 @@ def test_every_signal_without_a_unit_of_force_is_named_with_the_option_that_answ
         assert mapped["displacement"]["signal"] == f"{f}_State.{f}_Enc"
         assert mapped["displacement"]["sign"] == -1
         assert mapped["command"]["signal"] == f"Cmd.{f}_Tgt"
+
+
+def test_a_force_of_no_known_name_is_found_by_the_press_and_said_once_for_all_fingers(folder, capsys):
+    written(("FA", "FB", "FC"), 'Nrm : 0|16@1- (0.5,0) [-3000|3000] "cnt')
+    assert main(["connect", "own.dbc", "--log", "own.log", *WINDOWS, "-o", "h.toml"]) == 3
+    said = capsys.readouterr().err
+    assert "FA_State.FA_Nrm answers to the press most" in said
+    assert not Path("h.toml").exists()
+    (_, option) = shlex.split(said[said.index("--set") :].rpartition(", with")[0])
+    hand, _ = connected(capsys, "--set", option)
+    for f, mapped in zip(("FA", "FB", "FC"), hand["fingers"].values(), strict=True):
+        force = mapped["normal_force"]
+        assert (force["signal"], force["sign"]) == (f"{f}_State.{f}_Nrm", -1)
+        assert force["zero"] == pytest.approx(14.0, abs=0.3)
+        assert force["noise"] > 0.0
 
 
 def test_a_finger_that_no_name_tells_is_not_denied(folder, capsys):

@@ -107,7 +107,7 @@ def connect(
     from vegrip.transport.mapped.open import open_plan
     from vegrip.transport.mapped.traffic import MappedNow, SignalsNow, traces
 
-    said = [_setting(each) for each in settings or []]
+    said = [each for text in settings or [] for each in _settings(text)]
     if lists or hand:
         from vegrip.cli import _products
 
@@ -370,11 +370,15 @@ def _checked(text: str, path: Path, settings: "list[Setting]") -> "tuple[Plan, s
     return plan, text
 
 
-def _setting(text: str) -> "Setting":
+def _settings(text: str) -> "list[Setting]":
+    """Return the key and its value; of a table that names a signal, each of its keys, the signal first."""
     key, equals, value = text.partition("=")
     if not equals or not key.strip():
         raise UsageError(f"--set is {text!r}; write KEY=VALUE, as in fingers.thumb.normal_force.sign=-1")
-    return [part.strip() for part in key.split(".")], parsed(value.strip())
+    path, found = [part.strip() for part in key.split(".")], parsed(value.strip())
+    if not isinstance(found, dict) or "signal" not in found:
+        return [(path, found)]
+    return [([*path, each], found[each]) for each in ("signal", *(found.keys() - {"signal"}))]
 
 
 def _print_result(

@@ -160,7 +160,9 @@ def _print_result(found: "Mapping[Path, Recording]", *, as_json: bool) -> None:
     for folder, recording in found.items():
         print_recording(recording, folder)
     folder, recording = next(iter(found.items()))
-    is_suspect = any(finding.kind in {Kind.SUSPECT, Kind.IMPLAUSIBLE} for finding in recording.report.findings)
+    is_suspect = any(
+        finding.kind in {Kind.SUSPECT, Kind.IMPLAUSIBLE} for finding in recording.report.findings
+    )
     if folder.is_dir() and not is_suspect:
         is_fit = {
             "displacement",

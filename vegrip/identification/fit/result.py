@@ -286,7 +286,7 @@ def _about_unknown(fit: Fit, j: int, name: str) -> Iterator[str]:
         if not (math.isfinite(bound) and abs(fit.optimum.u[j] - bound) < AT_BOUND * span):
             continue
         if side == "lower" and bound == 0.0 and parameter.transform != "log":
-            yield f"this recording shows no {effect.name}: {name} sits at 0"
+            yield f"{described} sits at 0: this recording shows nothing of it"
         else:
             yield f"{described} sits on its {side} bound; its standard error is meaningless"
 

@@ -58,6 +58,7 @@ class FingerDraft:
     trigger: str = ""
     max_age: float = 0.0
     others: list[Guess] = field(default_factory=list)  # forces that no name tells apart
+    alike: Mapping[str, str] = field(default_factory=dict)  # signal of any finger -> its own of that name
 
 
 def for_each_finger(settings: Sequence[Setting], fingers: Mapping[str, "FingerDraft"]) -> list[Setting]:
@@ -68,7 +69,10 @@ def for_each_finger(settings: Sequence[Setting], fingers: Mapping[str, "FingerDr
             found.append((path, value))
             continue
         found += [
-            (["fingers", name, *path[2:]], value)
+            (
+                ["fingers", name, *path[2:]],
+                finger.alike.get(value, value) if path[3:] == ["signal"] else value,
+            )
             for name, finger in fingers.items()
             if len(path) < 4 or path[3] in BEGIN or _has(finger, path[2])
         ]

@@ -2,7 +2,7 @@
 
 import itertools
 import re
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, NamedTuple
@@ -234,13 +234,20 @@ def _force(words: set[str], axis: str, *, is_sure: bool) -> tuple[str, float, st
 
 Words = tuple[str, ...]
 Pattern = tuple[Words, Words]
-"""The words of a message and of a signal, with ``*`` for the finger."""
+"""The words of a message and of a signal, with ``*`` for the letter or number of the finger."""
 
 FINGER: Final = "*"
-NUMBERED: Final = "#"
 AXES: Final = frozenset("xyz")
 MIN_ALIKE: Final = 2  # names that two fingers must have in common
 MOST_NUMBERED: Final = 5  # fingers; what is numbered further are joints or taxels
+
+
+class Masked(NamedTuple):
+    """A name with a letter or number taken out of its message, its signal or both."""
+
+    mark: str
+    words: frozenset[str]  # that the letter or number was taken out of
+    pattern: Pattern
 
 
 class Member(NamedTuple):
@@ -261,50 +268,60 @@ class Family:
 
     def __init__(self, names: Mapping[Pattern, bool], all_fingers: frozenset[str]) -> None:
         self._others = all_fingers
-        users: dict[tuple[str, Pattern], set[str]] = defaultdict(set)
-        scalar: set[tuple[str, Pattern]] = set()
+        users: dict[Pattern, list[Masked]] = defaultdict(list)
+        proven: set[Pattern] = set()
         for name, is_scalar in names.items():
-            for kind, word, pattern in _patterns(name):
-                users[kind, pattern].add(word)
-                scalar |= {(kind, pattern)} if is_scalar else set()
-        support: Counter[tuple[str, frozenset[str]]] = Counter()
-        proven: set[tuple[str, frozenset[str]]] = set()
-        for (kind, pattern), words in users.items():
-            family = kind, frozenset(words)
-            support[family] += 1
-            if FINGER in pattern[0] or (kind, pattern) in scalar:
-                proven.add(family)
-        possible = [one for one in proven if support[one] >= MIN_ALIKE and self._are_fingers(*one)]
-        best = max(possible, key=lambda one: (support[one], sorted(one[1])), default=("", frozenset()))
-        self._kind, self._words = best
-        self._alike = {
-            pattern for (kind, pattern), words in users.items() if (kind, frozenset(words)) == best
+            for one in _masked(name):
+                users[one.pattern].append(one)
+                if is_scalar or FINGER in "".join(one.pattern[0]):
+                    proven.add(one.pattern)
+        alike: dict[frozenset[str], set[Pattern]] = defaultdict(set)
+        for pattern, found in users.items():
+            alike[frozenset(one.mark for one in found)].add(pattern)
+        words = {
+            marks: frozenset().union(*(one.words for pattern in patterns for one in users[pattern]))
+            for marks, patterns in alike.items()
         }
-        self._numbers = {word: n for n, word in enumerate(sorted(self._words), start=1)}
+        possible = [
+            marks
+            for marks, patterns in alike.items()
+            if len(patterns) >= MIN_ALIKE and patterns & proven and self._are_fingers(marks, words[marks])
+        ]
+        best = max(possible, key=lambda marks: (len(alike[marks]), sorted(marks)), default=frozenset())
+        self._alike, self._words = alike[best], words.get(best, frozenset())
+        self._numbers = {mark: n for n, mark in enumerate(sorted(best), start=1)}
 
     def member(self, name: Pattern) -> Member | None:
         """Return the finger of a name, None where it has none."""
-        own = [(word, p) for kind, word, p in _patterns(name) if kind == self._kind and word in self._words]
-        alike = [one for one in own if one[1] in self._alike] or own * (self._kind != NUMBERED)
+        own = [one for one in _masked(name) if one.mark in self._numbers and one.words <= self._words]
+        alike = [one for one in own if one.pattern in self._alike] or [
+            one for one in own if not one.mark.isdecimal()
+        ]
         if not alike or (self._others - self._words) & {*name[0], *name[1]}:
             return None
-        word, pattern = max(alike, key=lambda one: (FINGER in one[1][0], FINGER in one[1][1]))
-        return Member(int(word) if word.isdecimal() else self._numbers[word], pattern)
+        best = max(alike, key=lambda one: [FINGER in "".join(part) for part in one.pattern])
+        return Member(int(best.mark) if best.mark.isdecimal() else self._numbers[best.mark], best.pattern)
 
-    def _are_fingers(self, kind: str, words: frozenset[str]) -> bool:
-        if len(words) == 1 or words <= self._others:
+    def _are_fingers(self, marks: frozenset[str], words: frozenset[str]) -> bool:
+        if len(marks) == 1 or words <= self._others or marks <= AXES:
             return False
-        if kind == NUMBERED:
-            return max(map(int, words)) <= MOST_NUMBERED
-        place = 0 if kind.startswith(FINGER) else -1
-        return not {word[place] for word in words} <= AXES
+        numbers = [int(mark) for mark in marks if mark.isdecimal()]
+        return not numbers or (len(numbers) == len(marks) and max(numbers) <= MOST_NUMBERED)
 
 
-def _patterns(name: Pattern) -> Iterator[tuple[str, str, Pattern]]:
-    """Yield what is alike of the words in question, the word, and the name with the finger in its place."""
-    message, signal = name
-    for word in dict.fromkeys((*message, *signal)):
-        kinds = [NUMBERED] if word.isdecimal() else dict.fromkeys([FINGER + word[1:], word[:-1] + FINGER])
-        masked = [tuple(FINGER if each == word else each for each in part) for part in name]
-        ways = {(masked[0], signal), (message, masked[1]), (masked[0], masked[1])} - {name}
-        yield from ((kind, word, way) for kind in kinds for way in ways)
+def _masked(name: Pattern) -> Iterator[Masked]:
+    """Yield the name without each number in it, and without each letter that begins or ends a word."""
+    places: dict[str, tuple[list[tuple[str, Words]], ...]] = defaultdict(lambda: ([], []))
+    for side, part in enumerate(name):
+        for i, word in enumerate(part):
+            ends = ((word, FINGER),)
+            if not word.isdecimal():
+                ends = tuple({word[0]: FINGER + word[1:], word[-1]: word[:-1] + FINGER}.items())
+            for mark, left in ends:
+                places[mark][side].append((word, (*part[:i], left, *part[i + 1 :])))
+    for mark, (messages, signals) in places.items():
+        for (one, message), (other, signal) in itertools.product(
+            [("", name[0]), *messages], [("", name[1]), *signals]
+        ):
+            if words := frozenset((one, other)) - {""}:
+                yield Masked(mark, words, (message, signal))

@@ -80,6 +80,11 @@ def propose(
         found = [one for one in found if one.message in spoken or one.channel not in MAPPED_CHANNELS]
     fingers = _by_finger(found, tuple(names))
     drafts = {name: _finger(own, database) for name, own in fingers.items()}
+    guessed = all_signals(database, tuple(names) or USUAL)
+    for name, draft in drafts.items():
+        places = {one.finger for one in fingers[name]} - {""}
+        own = {one.own: one.name for one in guessed if one.finger in places}
+        draft.alike = {one.name: own[one.own] for one in guessed if one.own in own}
     apply_settings(drafts, settings)
     _take_units(drafts, database)
     drafts = {name: draft for name, draft in drafts.items() if draft.channels or draft.taxels is not None}
@@ -318,6 +323,7 @@ def _doubt_command(proposal: Proposal, command: Draft, where: str) -> None:
 ONE_IS_WORTH: Final = {"N": "0.25 N", "N*m": "2 mN*m", "m": "0.01 mm", "degC": "0.1 degC", "m/s": "1 mm/s"}
 """Examples of what one count may be."""
 
+ASKED: Final = ("normal_force", "tangential_force_x", "tangential_force_y", "displacement", "torque_z")
 MOST_NAMED: Final = 8  # signals of no known use, counted without those alike
 
 
@@ -380,17 +386,23 @@ def name_unused(proposal: Proposal, database: Database, heard: Mapping[str, Trac
     if not alike:
         return
     first = next(iter(alike.values()))[0]
-    message, _, signal = first.partition(".")
-    unit = database.messages[message].signals[signal].unit or "count"
-    finger = next(iter(proposal.fingers))
     named = [f"{one[0]} (and {len(one) - 1} alike)" if len(one) > 1 else one[0] for one in alike.values()]
     if len(named) > MOST_NAMED:
         named[MOST_NAMED:] = [f"{len(named) - MOST_NAMED} more"]
     proposal.doubts.append(
         f"not used, as neither name nor unit says for what: {', '.join(named)}; one that is a channel is "
-        f'said with what one count is worth: --set \'fingers.{finger}.displacement={{ signal = "{first}", '
-        f'gain = "0.01 mm/{unit}" }}\''
+        f"said with what one count is worth: {option_of(first, proposal, database)}"
     )
+
+
+def option_of(signal: str, proposal: Proposal, database: Database) -> str:
+    """Return the option that makes ``signal``, of a unit that does not tell, the first channel that lacks."""
+    fingers = [finger for finger in proposal.fingers.values() if finger.taxels is None]
+    lacking = (one for one in ASKED if any(one not in finger.channels for finger in fingers))
+    channel = next(lacking, "displacement")
+    message, _, name = signal.partition(".")
+    worth = f"{ONE_IS_WORTH[SI[channel]]}/{database.messages[message].signals[name].unit or 'count'}"
+    return f'--set \'fingers.*.{channel}={{ signal = "{signal}", gain = "{worth}" }}\''
 
 
 def _forget_trigger(finger: FingerDraft) -> None:

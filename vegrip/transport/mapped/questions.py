@@ -13,6 +13,7 @@ from typing import Final
 
 import numpy as np
 
+from vegrip.errors import InputError
 from vegrip.transport.mapped.database import Database
 from vegrip.transport.mapped.drafts import (
     Draft,
@@ -22,8 +23,7 @@ from vegrip.transport.mapped.drafts import (
     factor,
     is_of_unknown_unit,
 )
-from vegrip.transport.mapped.guess import all_signals
-from vegrip.transport.mapped.proposal import USUAL, Proposal
+from vegrip.transport.mapped.proposal import Proposal, option_of, signals_of
 from vegrip.transport.mapped.traffic import Trace, rate_of
 from vegrip.transport.mapped.units import SI
 from vegrip.types import Floats
@@ -68,11 +68,14 @@ def learn(
             f"rest is taken to be {fingers[0].rest[0]:.1f}..{fingers[0].rest[1]:.1f} s, the first quiet "
             "second; --rest A..B says another"
         )
-    _inherit_places(proposal, findings, database)
+    _inherit_places(proposal, findings)
     apply_settings(proposal.fingers, settings)
     for finger in fingers:
         finger.learn()
     _inherit(proposal, findings)
+    has_force = any("normal_force" in f.channels or f.taxels for f in proposal.fingers.values())
+    if "press" in windows and not has_force:
+        raise InputError(fingers[0].without_force(proposal))
     if "press" in windows and not any("presses" in text for text in findings.learned):
         findings.implausible.append(
             "no finger answers to the press: nothing mapped as normal force moves in that "
@@ -94,6 +97,21 @@ class _Finger:
         self.name, self.finger, self.heard, self.windows = name, finger, heard, windows
         self.findings, self.database = findings, database
         self.rest = windows.get("rest") or _quietest(finger, heard)
+
+    def without_force(self, proposal: Proposal) -> str:
+        """Say that no normal force is mapped, and which signal of no known use answers to the press."""
+        left = self.heard.keys() - set(signals_of(proposal)) if self.rest is not None else ()
+        answers = {
+            name: abs(self._response(name, self.windows["press"])) / self._spread(name) for name in left
+        }
+        best = max(sorted(answers), key=lambda name: answers[name], default="")
+        if not best or not answers[best]:
+            return f"{self.database.name}: no signal is mapped as normal force, and none answers to the press"
+        option = option_of(best, proposal, self.database)
+        return (
+            f"{self.database.name}: no signal is mapped as normal force and nothing is written; {best} answers "
+            f"to the press most: {option}, with what one count is worth"
+        )
 
     def find_places(self) -> None:
         if self.rest is None:
@@ -428,9 +446,8 @@ def _inherit(proposal: Proposal, findings: Findings) -> None:
             findings.learned.append(f"{name}: {channel} turned round as at {found[0]}")
 
 
-def _inherit_places(proposal: Proposal, findings: Findings, database: Database) -> None:
+def _inherit_places(proposal: Proposal, findings: Findings) -> None:
     """Place forces as at the finger that showed which is which, where the signals bear the same names."""
-    own_name = {one.name: one.own for one in all_signals(database, USUAL)}
     shown = {
         name
         for name, f in proposal.fingers.items()
@@ -442,9 +459,8 @@ def _inherit_places(proposal: Proposal, findings: Findings, database: Database) 
         model = proposal.fingers[min(shown)]
         own = {d.signal: d for c, d in finger.channels.items() if c in FORCES}
         own |= {one.name: Draft({"signal": one.name}, {"signal": one.why}) for one in finger.others}
-        by_name = {own_name.get(signal, signal): signal for signal in own}
         places = {
-            c: by_name.get(own_name.get(d.signal, d.signal), "")
+            c: s if (s := finger.alike.get(d.signal, "")) in own else ""
             for c, d in model.channels.items()
             if c in FORCES
         }
