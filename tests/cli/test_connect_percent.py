@@ -180,11 +180,14 @@ def test_the_noise_of_a_held_value_covers_what_it_is_late_by(log, folder):
     assert noise < 3.0 * np.sqrt(5.0) * np.hypot(late, 0.0005 * INCH / np.sqrt(12.0))
 
 
-def test_a_finger_that_was_not_pressed_has_no_zero_of_its_indentation_and_that_is_told(log, capsys):
+def test_a_finger_that_was_not_pressed_has_no_zero_of_its_indentation_and_that_is_told(log, folder, capsys):
     connect(log, *WINDOWS, *GAINS, "--json")
-    assert any(
-        "index was not pressed from the air" in each for each in json.loads(capsys.readouterr().out)["open"]
-    )
+    (told,) = [
+        each for each in json.loads(capsys.readouterr().out)["open"] if "not pressed from the air" in each
+    ]
+    assert "where MOTOR_FB" in told
+    assert told.startswith("index")
+    assert "displacement" not in tomllib.loads((folder / "hand.toml").read_text())["fingers"]["index"]
 
 
 def test_what_is_said_stands_against_what_is_found(log, folder):

@@ -75,7 +75,11 @@ def diagnose(
         else:
             _print(found, draws)
             if words := _next(found, recording, model):
-                options = error_options(zeros_each_episode, tolerance) if words[0] in ("add", "fit") else []
+                options = (
+                    error_options(zeros_each_episode, tolerance)
+                    if words[0] in ("add", "fit", "refine")
+                    else []
+                )
                 print_next("vegrip", *words, *options)
 
 
@@ -86,7 +90,9 @@ def _next(found: "Diagnosis", recording: Path, model: Path | None) -> list[objec
     name = recording.resolve().name
     base = ["--model", model] if model is not None else []
     if found.verdict == "named":
-        first = found.named[0]
+        first, *more = found.named
+        if more:
+            return ["refine", recording, *base, "-o", f"{name}-refined.toml"]
         return ["add", first, recording, *base, "-o", f"{name}-{first}.toml"]
     if found.verdict == "ambiguous":
         return ["experiment", recording, *base, "-o", f"{name}-next.toml"]
@@ -143,8 +149,8 @@ def _print(found: "Diagnosis", draws: int) -> None:
     if added and told["verdict"] == "unexplained":
         misfit = told["misfit"]
         console.print(
-            f"not enough: {added} leave {error['after']:.3f} times the noise, and a chi-square by regime of "
-            f"{misfit['after']:.3g} (noise: up to {misfit['noise']:.3g})"
+            f"not enough: with {added} {error['after']:.3f} times the noise is left, and depends on depth, "
+            f"motion or time (chi-square by regime {misfit['after']:.3g}; noise: up to {misfit['noise']:.3g})"
         )
     for name, si in told["si"].items():
         console.print(f"{name} is {si['value']:.3g} {si['unit']}")

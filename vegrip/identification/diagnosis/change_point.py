@@ -18,7 +18,7 @@ import numpy as np
 
 from vegrip.compiled import njit
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
-from vegrip.identification.diagnosis.thresholds import CONTENDER_SHARE, MIN_POINTING_NATS
+from vegrip.identification.diagnosis.thresholds import CONTENDER_SHARE, MAX_ERROR, MIN_POINTING_NATS
 from vegrip.identification.fit.problem import AT, Problem
 from vegrip.identification.fit.result import overall_error
 from vegrip.identification.fit.solve import refine_optimum
@@ -61,7 +61,8 @@ class Change:
             at, low, high = (f"{1e3 * one:.4g}" for one in (self.at, *self.interval))
             stiffer, std = 1e-3 * abs(self.change), 1e-3 * self.std
             told = f"{goes} by {stiffer:.3g} +- {std:.1g} N/mm from {at} mm on ({low} to {high} mm with 95 %)"
-        return f"the stiffness {told}; with that {self.error:.2f} times the noise is left"
+        left = f"the stiffness {told}; with that {self.error:.2f} times the noise is left"
+        return left + ", so more is missing, and the interval may miss the place" * (self.error > MAX_ERROR)
 
 
 class Changed(Problem):

@@ -16,6 +16,7 @@ import numpy as np
 from vegrip.errors import InputError
 from vegrip.transport.mapped.database import Database
 from vegrip.transport.mapped.drafts import (
+    BY_USER,
     Draft,
     FingerDraft,
     Setting,
@@ -109,8 +110,8 @@ class _Finger:
             return f"{self.database.name}: no signal is mapped as normal force, and none answers to the press"
         option = option_of(best, proposal, self.database)
         return (
-            f"{self.database.name}: no signal is mapped as normal force and nothing is written; {best} answers "
-            f"to the press most: {option}, with what one count is worth"
+            f"{self.database.name}: no signal is mapped as normal force and nothing is written; {best} "
+            f"answers to the press most: {option}, with what one count is worth"
         )
 
     def find_places(self) -> None:
@@ -358,15 +359,17 @@ class _Finger:
         displacement, normal = self._draft("displacement"), self._draft("normal_force")
         if displacement is None or normal is None or displacement.is_set_by_user("zero"):
             return
-        force = self._si("normal_force", normal)
-        t = self.heard[normal.signal].t
-        window = self.windows.get("press") or (float(t[0]), float(t[-1]))
-        inside = (t >= window[0]) & (t <= window[1])
-        highest = float(np.max(force[inside])) if np.any(inside) else 0.0
-        level = max(MIN_RESPONSE_STD * float(normal.keys.get("noise", 0.0)), 0.03 * highest)
-        above = np.flatnonzero(inside & (force > level))
-        before = np.flatnonzero(inside & (force < level))
-        if not len(above) or not len(before) or before[0] > above[0]:
+        force, t = self._si("normal_force", normal), self.heard[normal.signal].t
+        noise = MIN_RESPONSE_STD * float(normal.keys.get("noise", 0.0))
+        for first, last in (self.windows.get("press", (t[0], t[-1])), (t[0], t[-1])):
+            inside = (t >= first) & (t <= last)
+            highest = float(np.max(force[inside])) if np.any(inside) else 0.0
+            level = max(noise, 0.03 * highest)
+            above = np.flatnonzero(inside & (force > level))
+            before = np.flatnonzero(inside & (force < level))
+            if len(above) and len(before) and before[0] < above[0]:
+                break
+        else:
             self._doubt_touch(displacement)
             return
         trace = self._trace(displacement)
@@ -380,10 +383,14 @@ class _Finger:
             displacement.set("zero", float(f"{zero:.6g}"), why)
 
     def _doubt_touch(self, displacement: Draft) -> None:
+        left_out = ""
+        if BY_USER not in displacement.notes.values():
+            left_out = ", and the channel is left out"
+            del self.finger.channels["displacement"]
         self.findings.open.append(
-            f"{self.name} was not pressed from the air, so where {displacement.signal} touches is not known: "
-            f"press it too, or say it: --set fingers.{self.name}.displacement.zero=VALUE "
-            f"[{displacement.keys.get('unit') or 'm'}]"
+            f"{self.name} was not pressed from the air, so where {displacement.signal} touches is not "
+            f"known{left_out}: press it too, or say it: --set 'fingers.{self.name}.displacement={{ signal = "
+            f'"{displacement.signal}", zero = VALUE }}\' [{displacement.keys.get("unit") or "m"}]'
         )
 
     def _check(self) -> None:
