@@ -10,7 +10,7 @@ from scipy.stats import multivariate_normal
 from vegrip.effects import BUILT_IN, Effect, effect
 from vegrip.identification.diagnosis import candidate_fit, score_tests, search
 from vegrip.identification.diagnosis.acceptance import amount_std, is_resolved, misfit_by_regime
-from vegrip.identification.diagnosis.candidate_fit import HELD_OUT, _is_astray, evaluate_candidate, scores
+from vegrip.identification.diagnosis.candidate_fit import HELD_OUT, _is_astray, scores
 from vegrip.identification.diagnosis.discrepancy import LENGTHS, _curve, _knots, _tents, _variables
 from vegrip.identification.diagnosis.score_tests import (
     Candidate,
@@ -22,8 +22,6 @@ from vegrip.identification.diagnosis.score_tests import (
     why_unseen,
 )
 from vegrip.identification.diagnosis.search import EvidenceThreshold, shortlist
-from vegrip.identification.fit.problem import Problem, Unknowns
-from vegrip.identification.fit.solve import Optimum
 from vegrip.model import BASE, paper_model
 
 RNG = np.random.default_rng(5)
@@ -191,74 +189,55 @@ X = np.random.default_rng(8).normal(size=(60, 3))
 PRIOR = np.array([0.7, 2.0, 0.3])
 
 
-def linear(y, prior=PRIOR[:2], columns=X[:, :2]):
-    """Return a linear model with unit noise and a prior around 0 at its optimum, and what it knows."""
-    A = columns.T @ columns + np.diag(prior**-2.0)
-    u = np.linalg.solve(A, columns.T @ y)
-    w = y - columns @ u
-    unknowns = SimpleNamespace(
-        std=prior, names=[f"u{i}" for i in range(prior.size)], log=[False] * prior.size
-    )
-    cost = 0.5 * float(w @ w + np.sum((u / prior) ** 2))
-    problem = SimpleNamespace(unknowns=unknowns, log_scale=np.zeros(y.size), counted=np.ones(y.size, bool))
-    covariance = np.eye(y.size) + (columns * prior**2) @ columns.T
-    return problem, Optimum(u, w, -columns, cost), covariance, A
-
-
-def test_evidence_of_a_linear_model_is_that_of_the_gaussian_that_it_is() -> None:
+def test_evidence_of_a_linear_model_is_that_of_the_gaussian_that_it_is(linear) -> None:
     y = RNG.standard_normal(60)
     groups = np.repeat(np.arange(3.0), 20)
-    problem, optimum, covariance, _ = linear(y)
-    found = evaluate_candidate(problem, optimum, groups)
+    problem = linear(y, X[:, :2], PRIOR[:2])
+    found = problem.fitted(groups)
+    covariance = np.eye(60) + (X[:, :2] * PRIOR[:2] ** 2) @ X[:, :2].T
     exact = multivariate_normal(cov=covariance).logpdf(y) + 30.0 * np.log(2.0 * np.pi)
     assert found.evidence == pytest.approx(exact, rel=1e-12)
     assert found.heldout_error == pytest.approx(np.sqrt(-2.0 * found.heldout.sum() / 60))
     # in other units of the residual all of it is the same, but for the width that one row has less
-    scaled = evaluate_candidate(
-        SimpleNamespace(**vars(problem) | {"log_scale": np.full(60, 0.1)}), optimum, groups
-    )
+    problem.whitener.log_scale[:] = 0.1
+    scaled = problem.fitted(groups)
     assert scaled.evidence == pytest.approx(found.evidence - 6.0)
     assert scaled.heldout == pytest.approx(found.heldout - 2.0)
 
 
 @pytest.mark.parametrize("misfit", [1.0, 3.0])
-def test_what_is_held_out_is_scored_by_the_fit_that_hardly_knows_it(misfit) -> None:
+def test_what_is_held_out_is_scored_by_the_fit_that_hardly_knows_it(linear, misfit) -> None:
     """Foretold by one step where the model is nearly right, fitted where it is not; both exact if linear."""
     y = misfit * RNG.standard_normal(60)
     groups = np.repeat(np.arange(3.0), 20)
-    plain, optimum, _, A = linear(y)
-    problem = Problem.__new__(Problem)
-    none = np.zeros(0)
-    problem.__dict__.update(vars(plain), whitener=lambda raw: raw, slip_std=none, radius_std=none)
-    problem.__dict__.update(table=lambda u: y - X[:, :2] @ u, raw=lambda table: (table, none, none))
-    problem.measured, problem.doubtful = SimpleNamespace(force=y), np.zeros(60, bool)
-    problem.unknowns = Unknowns(
-        names=("a", "b"), log=np.zeros(2, bool), place=np.arange(2), start=np.zeros(2),
-        low=np.full(2, -9.0), high=np.full(2, 9.0), prior=np.zeros(2), std=PRIOR[:2],
-    )  # fmt: skip
-    for number, score in enumerate(scores(problem, optimum, A, groups)):
+    problem = linear(y, X[:, :2], PRIOR[:2])
+    A = X[:, :2].T @ X[:, :2] + np.diag(PRIOR[:2] ** -2.0)
+    for number, score in enumerate(scores(problem, problem.solved(), A, groups)):
         rows = groups == number
         root = np.where(rows, np.sqrt(1.0 - HELD_OUT), 1.0)
-        _, other, *_ = linear(root * y, columns=root[:, None] * X[:, :2])
+        other = linear(root * y, root[:, None] * X[:, :2], PRIOR[:2]).solved()
         assert score == pytest.approx(-0.5 * np.sum((y - X[:, :2] @ other.u)[rows] ** 2), rel=1e-4)
 
 
-def test_the_gain_that_the_screen_foretells_is_that_of_the_refit_of_a_linear_model(monkeypatch) -> None:
+def test_the_gain_that_the_screen_foretells_is_that_of_the_refit_of_a_linear_model(
+    linear, monkeypatch
+) -> None:
     one = effect("adhesion")
     trial = {p.symbol: p.default if p.null is None else p.null for p in one.parameters} | {"pull": 0.15}
     amount = next(p for p in one.parameters if p.symbol == "pull")
     y = 0.4 * X[:, 2] + RNG.standard_normal(60)
-    problem, optimum, _, A = linear(y)
+    A = X[:, :2].T @ X[:, :2] + np.diag(PRIOR[:2] ** -2.0)
     # the screen takes the optimum's gradient as nothing, which is so with the prior around the optimum
-    y = optimum.residual - X[:, :2] @ np.linalg.lstsq(X[:, :2], optimum.residual, rcond=None)[0]
-    problem, optimum, *_ = linear(y)
+    y = y - X[:, :2] @ np.linalg.lstsq(X[:, :2], y, rcond=None)[0]
+    problem = linear(y, X[:, :2], PRIOR[:2])
+    optimum = problem.solved()
     candidate = Candidate(one, null(one), (trial,))
     changed = optimum.residual - X[:, 2]
     tried = SimpleNamespace(table=lambda *_: 0.0, raw=lambda table: table, white=lambda _: changed)
     monkeypatch.setattr(score_tests, "_groups", lambda *_: [(tried, [candidate])])
     (hint,) = screen_candidates(problem, optimum, [candidate])
     wide = np.append(PRIOR[:2], amount.std / 0.15)
-    _, refit, *_ = linear(y, wide, X)
+    refit = linear(y, X, wide).solved()
     assert hint.gain == pytest.approx(optimum.cost - refit.cost, rel=1e-9)
     assert hint.multiple == pytest.approx(refit.u[2], rel=1e-9)
     imitated = X[:, 2] @ X[:, :2] @ np.linalg.solve(A, X[:, :2].T @ X[:, 2])

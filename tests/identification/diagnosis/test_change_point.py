@@ -5,11 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from vegrip.identification.diagnosis import diagnose
+from vegrip.identification.diagnosis import change_point, diagnose
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit, evaluate_candidate, held_out_groups
-from vegrip.identification.diagnosis.change_point import find_change
+from vegrip.identification.diagnosis.change_point import Change, Changed, find_change, relaxed
 from vegrip.identification.diagnosis.discrepancy import find_discrepancy
 from vegrip.identification.fit import fit
+from vegrip.identification.fit.problem import AT
 from vegrip.identification.recording import Recording
 
 SEEDS = range(20)
@@ -73,3 +74,123 @@ def test_a_diagnosis_says_when_and_by_how_much(tip) -> None:
     assert "the stiffness falls by 18." in left["note"]
     assert {one["round"] for one in told["rounds"]} == {1}
     assert all(one["outcome"].startswith(("fails: ", "passes, ")) for one in told["rounds"])
+
+
+TOUCHES = ("hold", "ramp")
+
+
+@pytest.fixture(scope="module")
+def cracked(tip):
+    """Give the fit to two touches of a tip whose stiffness falls by 2 % within the hold."""
+    return fitted(tip(13, kinds=TOUCHES, crack=(3.1, -0.02)))
+
+
+@pytest.mark.parametrize(
+    ("fault", "variable", "at", "amount"),
+    [({"crack": (3.1, -0.18)}, "time", 3.1, -0.18), ({"second": (0.7, 1.5)}, "displacement", 7e-4, 1500.0)],
+)
+def test_the_term_is_what_the_change_does_to_the_force_through_the_relaxation(
+    tip, fault, variable, at, amount
+) -> None:
+    clean, changed = tip(13, kinds=TOUCHES), tip(13, kinds=TOUCHES, **fault)
+    found = fitted(clean)
+    problem, u = Changed(found.problem, variable, is_relaxing=True), np.append(found.optimum.u, 0.0)
+    table, zero = problem.table(u), problem.parts(u)[1][1]
+    added = problem.term(u, table, np.array([at]), 0.0)[:, 0] * amount / problem.scale
+    more = changed.columns["normal_force"] - clean.columns["normal_force"]
+    assert np.ptp(more) > 0.3
+    loaded = changed.columns["normal_force"] > 0.2  # whose contact the change does not break
+    assert added[loaded] == pytest.approx(more[loaded], abs=0.02 * np.ptp(more))
+    at_once = Changed(found.problem, variable, is_relaxing=False)
+    plain = at_once.term(u, table, np.array([at]), 0.0)[:, 0]
+    force, deeper = table[:, AT["normal_force"]] - zero, problem.places - at
+    expected = force if variable == "time" else deeper * at_once.scale * (force != 0.0)
+    assert plain == pytest.approx(np.where(deeper >= 0.0, expected, 0.0))
+    assert at_once.scale == (1.0 if variable == "time" else found.problem.stiffness.max())
+
+
+@pytest.mark.parametrize("amount", [-0.9, 3.0])
+def test_no_change_makes_a_force_that_pulls(cracked, amount) -> None:
+    problem = Changed(cracked.problem, "displacement", is_relaxing=True)
+    u = np.append(cracked.optimum.u, amount)
+    problem.at = 2e-4
+    force = problem.table(u)[:, AT["normal_force"]] - problem.parts(u)[1][1]
+    before = cracked.problem.table(cracked.optimum.u)[:, AT["normal_force"]] - problem.parts(u)[1][1]
+    assert force.min() > -1e-12
+    assert np.all((force - before)[before > 0.1] * amount >= 0.0)
+    assert np.all(force[before == 0.0] == 0.0)
+
+
+@pytest.mark.parametrize("variable", ["time", "displacement"])
+@pytest.mark.parametrize("is_relaxing", [False, True])
+def test_the_evidence_of_a_change_is_that_of_one_column_more(cracked, variable, is_relaxing) -> None:
+    """Fitted beside all others, with the prior of its amount, by least squares and determinants."""
+    problem, u = Changed(cracked.problem, variable, is_relaxing=is_relaxing), cracked.optimum.u
+    places, gains = problem.look(np.append(u, 0.0))
+    assert np.all(np.diff(places) > 0.0)
+    assert 48 < places.size <= 5 * 48
+    w = cracked.problem.residual(u)
+    J, std = cracked.problem.jacobian(u, w), cracked.problem.unknowns.std
+    for i in (np.argmax(gains), 5):
+        column = np.zeros(w.size)
+        term = problem.term(np.append(u, 0.0), cracked.problem.table(u), places[i : i + 1], 0.0)
+        column[: term.size] = -problem.whitener(term)[:, 0]
+        wide = np.vstack([np.column_stack([J, column]), np.diag(1.0 / np.append(std, 1.0))])
+        padded = np.append(w, np.zeros(std.size + 1))
+        plain = np.delete(wide, -1, axis=1)
+        costs = [np.sum((padded - A @ np.linalg.lstsq(A, padded, rcond=None)[0]) ** 2) for A in (plain, wide)]
+        sizes = [np.linalg.slogdet(A.T @ A)[1] for A in (plain, wide)]
+        assert gains[i] == pytest.approx(0.5 * (costs[0] - costs[1] - sizes[1] + sizes[0]), rel=1e-5)
+
+
+def test_a_small_crack_is_found_with_its_evidence_and_size(cracked, monkeypatch) -> None:
+    """The evidence of a change somewhere is the mean of that over all places."""
+    found = find_change(cracked)
+    assert (found.variable, found.at) == ("time", pytest.approx(3.1, abs=0.03))
+    assert found.interval[0] <= 3.1 <= found.interval[1] < found.interval[0] + 0.2
+    assert found.change == pytest.approx(-0.02, abs=3.0 * found.std)
+    assert found.error == pytest.approx(1.0, abs=0.02)
+    looks = [
+        Changed(cracked.problem, "time", is_relaxing=so).look(np.append(cracked.optimum.u, 0.0))
+        for so in (False, True)
+    ]
+    places, gains = max(looks, key=lambda look: look[1].max())
+    mean = gains.max() + np.log(np.sum(np.gradient(places) * np.exp(gains - gains.max())) / np.ptp(places))
+    assert found.gain == pytest.approx(mean, abs=1.5)
+    # it is fitted where it comes near what a curve has beside it, from four tenths on
+    monkeypatch.setattr(change_point, "_refit", lambda *_: dataclasses.replace(found, gain=1.0))
+    assert find_change(cracked, gains.max() / 0.42) is not None
+    assert find_change(cracked, gains.max() / 0.38) is None
+
+
+def test_no_change_is_told_of_a_sound_tip(tip) -> None:
+    assert find_change(fitted(tip(13, kinds=TOUCHES))) is None
+
+
+@pytest.mark.parametrize(
+    ("variable", "at", "interval", "change", "std", "told"),
+    [
+        ("time", 50.1, (50.05, 50.25), -0.182, 0.004,
+         "falls by 18.2 +- 0.4 % at 50.1 s (50.05 to 50.25 s with 95 %)"),
+        ("displacement", 7e-4, (6.5e-4, 7.2e-4), 1520.0, 30.0,
+         "rises by 1.52 +- 0.03 N/mm from 0.7 mm on (0.65 to 0.72 mm with 95 %)"),
+    ],
+)  # fmt: skip
+def test_a_change_is_told_in_a_sentence(variable, at, interval, change, std, told) -> None:
+    note = Change(variable, at, interval, change, std, 90.0, 1.234).note
+    assert note == f"the stiffness {told}; with that 1.23 times the noise is left"
+
+
+def test_a_branch_remembers_every_step_as_an_exponential_from_its_middle() -> None:
+    t = np.cumsum([0.1, 0.2, 0.1, 0.3, 0.1, 0.1])
+    added, first = (
+        np.array([[2.0], [0.0], [1.0], [4.0], [1.0], [3.0]]),
+        np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0]),
+    )
+    out = relaxed(t, first, added, 0.3, 2.0)[:, 0]
+    for begin, end in ((0, 4), (4, 6)):
+        for i in range(begin, end):
+            steps = np.diff(added[begin : i + 1, 0])
+            middles = 0.5 * (t[begin + 1 : i + 1] + t[begin:i])
+            start = added[begin, 0] * np.exp(-2.0 * (t[i] - t[begin]))
+            assert out[i] == pytest.approx(0.3 * (start + np.sum(steps * np.exp(-2.0 * (t[i] - middles)))))

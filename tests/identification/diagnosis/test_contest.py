@@ -1,13 +1,27 @@
 """What is accepted holds its place against whatever resembles it, on a fingertip of a few lines."""
 
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
-from vegrip.identification.diagnosis import diagnose
+from vegrip.effects import effect
+from vegrip.identification.diagnosis import diagnose, search
+from vegrip.identification.diagnosis.acceptance import Verdict
+from vegrip.identification.diagnosis.score_tests import Candidate, Hint, null
+from vegrip.identification.diagnosis.search import (
+    Search,
+    Step,
+    hold_contests,
+    left,
+    resembling,
+    search_effects,
+)
 
-pytestmark = pytest.mark.slow
 KINDS = ("hold", "ramp", "hold", "ramp", "hold", "ramp")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "second", "pull", "verdict"),
     [
@@ -23,3 +37,170 @@ def test_a_second_relaxation_beside_adhesion_is_not_called_a_power_law(
     assert found.verdict == verdict
     sets = found.indistinguishable or [[name] for name in found.named]
     assert any("second_relaxation" in one for one in sets)
+
+
+def candidate(name):
+    one = effect(name)
+    return Candidate(one, null(one), ())
+
+
+@pytest.mark.parametrize(
+    ("name", "gain", "cosine", "resembles"),
+    [
+        ("inertia", 40.1, 0.0, True),
+        ("inertia", 39.9, 0.0, False),
+        ("inertia", 8.1, 0.71, True),
+        ("inertia", 8.1, -0.71, True),
+        ("inertia", 8.1, 0.69, False),
+        ("inertia", 7.9, 0.99, False),
+        ("fast_damping", 8.1, 0.0, True),  # known to be confounded
+        ("sensor_delay", 8.1, 0.0, True),
+        ("sensor_lag", 99.0, 1.0, False),  # itself
+    ],
+)
+def test_what_resembles_an_effect_may_take_its_place(name, gain, cosine, resembles) -> None:
+    own = Hint(candidate("sensor_lag"), 90.0, {}, 1.0, 1.0, np.array([1.0, 0.0]))
+    other = Hint(candidate(name), gain, {}, 1.0, 1.0, np.array([cosine, np.sqrt(1.0 - cosine**2)]))
+    assert resembling(own.candidate, 100.0, [other, own]) == ([other] if resembles else [])
+    assert resembling(own.candidate, 100.0, [other] * 7) == (
+        [other] * 5 if abs(cosine) < 0.5 and resembles else []
+    )
+
+
+def only(power, n=200, more=0.0):
+    """Return a fit with so much misfit."""
+    residual = np.sqrt(power) * np.tile([1.0, -1.0], n // 2)
+    residual = np.append(residual, more)
+    return SimpleNamespace(
+        optimum=SimpleNamespace(residual=residual),
+        problem=SimpleNamespace(counted=np.append(np.ones(n, bool), False)),
+        error=float(np.sqrt(power)),
+        evidence=0.0,
+    )
+
+
+@pytest.mark.parametrize(("power", "nats"), [(0.5, 0.0), (1.1, 0.0), (1.19, 0.0), (1.3, 10.0), (3.0, 180.0)])
+def test_what_is_left_is_what_exceeds_two_standard_deviations_of_noise(power, nats) -> None:
+    assert left(only(power, more=9.0)) == pytest.approx(nats)
+
+
+def tried(name, gain, failed=()):
+    fitted = SimpleNamespace(evidence=gain, error=1.0, name=name)
+    return SimpleNamespace(candidate=candidate(name), fitted=fitted, verdict=Verdict(gain, gain, failed))
+
+
+@pytest.fixture
+def scripted(monkeypatch):
+    """Let the steps and contests of a search be those of a list; give what it reports."""
+
+    def run(steps, contests=(), most=4):
+        left, said, contested = list(steps), [], list(contests)
+        start = SimpleNamespace(evidence=0.0, name="start")
+        monkeypatch.setattr(search, "held_out_groups", lambda _: None)
+        monkeypatch.setattr(search, "regime_map", lambda *_: np.zeros(0))
+        monkeypatch.setattr(search, "evaluate_candidate", lambda *_: start)
+        monkeypatch.setattr(search, "drop_unneeded", lambda fitted, _: fitted)
+        monkeypatch.setattr(
+            search, "_step", lambda base, *_: Step(base, ["some"], left.pop(0) if left else [])
+        )
+        monkeypatch.setattr(
+            search, "contest_place", lambda _, one, *__: contested.pop(0)(one) if contested else holds(one)
+        )
+        problem, optimum = None, SimpleNamespace(u=None)
+        found = search_effects(problem, optimum, most=most, report=said.append)
+        return found, said
+
+    return run
+
+
+def holds(one):
+    """Return a contest that the one in place wins."""
+    return Step(SimpleNamespace(name="rest"), [], [one], one)
+
+
+def names(found):
+    return [one.candidate.name for one in found.accepted]
+
+
+def test_a_search_takes_what_gains_most_of_what_passes_until_nothing_does(scripted) -> None:
+    first = [tried("adhesion", 90.0, ("error",)), tried("inertia", 50.0), tried("rolling", 60.0)]
+    second = [tried("sensor_lag", 30.0), tried("saturation", 20.0)]
+    found, said = scripted([first, second, [tried("inertia", 3.0, ("evidence",))]])
+    assert names(found) == ["rolling", "sensor_lag"]
+    assert said == ["takes rolling", "takes sensor_lag"]
+    assert [step.base.name for step in found.steps] == ["start", "rolling", "sensor_lag"]
+    assert set(found.contests) == {"rolling", "sensor_lag"}
+    assert scripted([[tried("inertia", 3.0, ("evidence",))]])[0].accepted == []
+    found, _ = scripted([first], most=0)
+    assert (names(found), found.contests, len(found.steps)) == ([], {}, 1)
+    found, _ = scripted([first, second], most=1)
+    assert names(found) == ["rolling"]
+    assert set(found.contests) == {"rolling"}
+    assert found.untaken.accepted == []
+    assert len(found.untaken.steps) == 1
+
+
+def test_an_effect_that_is_not_needed_beside_the_others_is_dropped_and_one_that_is_better_takes_its_place(
+    scripted,
+) -> None:
+    steps = [[tried("rolling", 60.0)], [tried("sensor_lag", 30.0)]]
+    weak = lambda one: Step(SimpleNamespace(name="rest"), [], [tried(one.candidate.name, 7.9)], None)  # noqa: E731
+
+    def needless(one):
+        step = weak(one)
+        return Step(step.base, [], step.tried, step.tried[0])
+
+    found, said = scripted(steps, [needless])
+    assert names(found) == ["sensor_lag"]
+    assert said == ["takes rolling", "takes sensor_lag", "drops rolling"]
+    assert found.dropped == ["rolling"]
+    assert found.last.name == "rest"
+
+    def better(one):
+        rival = tried("inertia", 70.0)
+        return Step(SimpleNamespace(name="rest"), [], [tried(one.candidate.name, 20.0), rival], rival)
+
+    found, said = scripted(steps, [better])
+    assert names(found) == ["sensor_lag", "inertia"]
+    assert found.last.name == "inertia"
+    assert said[-1] == "drops rolling"
+    # not for ever: three exchanges at most
+    found, said = scripted(steps, [better] * 9)
+    assert said.count("drops rolling") + said.count("drops sensor_lag") + said.count("drops inertia") == 3
+
+
+def test_the_only_effect_is_kept_however_little_it_gains(monkeypatch) -> None:
+    one = tried("rolling", 5.0)
+    found = Search([Step(SimpleNamespace(name="start"), [], [one], one)])
+    monkeypatch.setattr(search, "contest_place", lambda _, one, *__: holds(one))
+    hold_contests(found, None, 1, [].append)
+    assert set(found.contests) == {"rolling"}
+
+
+def test_the_rivals_of_the_only_effect_are_judged_by_the_model_without_it(small) -> None:
+    """Its gain is what the evidence falls by without it, and all gains are measured from there."""
+    contest = small.search.contests["adhesion"]
+    own, *rivals = contest.tried
+    assert own.candidate.name == "adhesion"
+    assert contest.taken is own
+    assert own.verdict.gain == pytest.approx(
+        small.search.last.evidence - small.search.first.evidence, abs=2.0
+    )
+    assert own.change == pytest.approx(
+        contest.base.whitened(own.fitted) - contest.base.optimum.residual, rel=1e-12
+    )
+    for one in rivals:
+        assert one.verdict.gain == pytest.approx(one.fitted.evidence - contest.base.evidence)
+    problem = search._without(small.search.last, own.candidate)
+    u = search._shared(small.search.last, problem)
+    assert "pull" not in problem.unknowns.names
+    assert set(problem.unknowns.names) == set(small.search.last.problem.unknowns.names) - {
+        "pull",
+        "neck",
+        "g_v",
+        "n_v",
+    }
+    at = search._at(contest.base, u).optimum
+    assert at.residual == pytest.approx(contest.base.problem.residual(u))
+    k = contest.base.problem.unknowns
+    assert at.cost == pytest.approx(0.5 * (at.residual @ at.residual + np.sum(((u - k.prior) / k.std) ** 2)))

@@ -7,8 +7,17 @@ import numpy as np
 import pytest
 
 from vegrip.errors import RecordingError
-from vegrip.identification.diagnosis import diagnose
-from vegrip.identification.diagnosis.data_checks import check_before_search, shift
+from vegrip.identification.diagnosis import data_checks, diagnose
+from vegrip.identification.diagnosis.candidate_fit import evaluate_candidate, held_out_groups
+from vegrip.identification.diagnosis.data_checks import (
+    apart,
+    check_before_search,
+    check_clocks,
+    check_lookalikes,
+    refuse_unusable,
+    shift,
+)
+from vegrip.identification.fit import fit
 from vegrip.identification.recording import Fingertip, Recording
 
 KINDS = ("hold", "ramp", "hold", "ramp", "hold", "ramp")
@@ -103,6 +112,56 @@ def test_without_contact_it_is_refused_in_a_sentence() -> None:
     air = Recording("air", t, np.zeros(t.size, dtype=int), columns, Fingertip(0.01), {"normal_force": 0.01})
     with pytest.raises(RecordingError, match="without contact"):
         diagnose(air)
+
+
+@pytest.mark.parametrize("noises", [7.9, 8.1])
+def test_a_force_within_eight_times_its_noise_touches_nothing(noises) -> None:
+    force = 0.3 + 0.01 * np.r_[np.zeros(500), np.full(500, noises), np.nan]
+    measured = SimpleNamespace(force=force, noise=SimpleNamespace(normal_force=0.01))
+    if noises > 8.0:
+        refuse_unusable(SimpleNamespace(name="air"), measured)
+        return
+    with pytest.raises(RecordingError, match=r"air is without contact.*\(0.3 N, \+-0.01 N\)"):
+        refuse_unusable(SimpleNamespace(name="air"), measured)
+
+
+@pytest.mark.parametrize("seconds", [0.012, -0.012])
+def test_the_clock_of_a_force_that_is_late_or_early_is_fitted(tip, seconds) -> None:
+    found = fit(tip(13, kinds=("hold", "ramp"), late=("delay", seconds)))
+    base = evaluate_candidate(found.problem, found.optimum, held_out_groups(found.problem))
+    late, gain = apart(base)
+    assert late == pytest.approx(seconds, abs=1e-4)
+    n = found.problem.counted.sum()  # nearly all of the misfit goes
+    assert gain == pytest.approx(0.5 * n * (base.error**2 - 1.0), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("late", "gain", "best", "said"),
+    [
+        (0.01, 19.9, 0.0, ""),
+        (0.01, 20.1, -5.0, "10 ms late"),
+        (0.01, 1121.0, 1000.0, "10 ms late"),
+        (0.01, 1119.0, 1000.0, ""),
+        (-0.02, 1022.0, 1000.0, "20 ms early"),
+        (-0.02, 1020.0, 1000.0, ""),
+        (0.0, 1022.0, 1000.0, "0 ms early"),
+    ],
+)
+def test_clocks_are_doubted_where_they_explain_more_than_any_effect(
+    monkeypatch, late, gain, best, said
+) -> None:
+    """By 20 nats, and a late one, which may be a slow sensor, by a tenth more."""
+    monkeypatch.setattr(data_checks, "apart", lambda _: (late, gain))
+    found = check_clocks(None, best)
+    assert [one.is_grave for one in found] == [True] * bool(said)
+    assert all(f"a force that is {said} explains more" in one.text for one in found)
+
+
+def test_what_else_would_look_like_an_effect_is_told_with_its_values() -> None:
+    told = check_lookalikes(["adhesion", "sensor_lag"], {"tau": 0.0123}, 0.01)
+    assert len(told) == 1
+    assert "12" in told[0].text
+    assert not told[0].is_grave
 
 
 @pytest.mark.slow
