@@ -8,10 +8,17 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from vegrip.effects import BUILT_IN, Effect, effect
-from vegrip.identification.diagnosis import candidate_fit, score_tests, search
+from vegrip.identification.diagnosis import candidate_fit, discrepancy, score_tests, search
 from vegrip.identification.diagnosis.acceptance import amount_std, is_resolved, misfit_by_regime
 from vegrip.identification.diagnosis.candidate_fit import HELD_OUT, _is_astray, scores
-from vegrip.identification.diagnosis.discrepancy import LENGTHS, _curve, _knots, _tents, _variables
+from vegrip.identification.diagnosis.discrepancy import (
+    LENGTHS,
+    _curve,
+    _knots,
+    _tents,
+    _variables,
+    find_discrepancy,
+)
 from vegrip.identification.diagnosis.score_tests import (
     Candidate,
     Hint,
@@ -23,6 +30,7 @@ from vegrip.identification.diagnosis.score_tests import (
 )
 from vegrip.identification.diagnosis.search import EvidenceThreshold, shortlist
 from vegrip.model import BASE, paper_model
+from vegrip.parameters import Parameter
 
 RNG = np.random.default_rng(5)
 ADDED = [name for name in BUILT_IN if name not in BASE]
@@ -99,6 +107,15 @@ def test_discrepancy_has_evidence_only_where_there_is_a_curve() -> None:
     assert np.ptp(curve) > 1.0
 
 
+def share_taken(w, J, prior, B, knots) -> None:
+    """The share that a curve takes of the misfit is what it leaves less, the model fitted beside it."""
+    _, share, curve = _curve(w, J, prior, B, knots)
+    wide, none = np.vstack([J, np.diag(1.0 / prior)]), np.zeros(prior.size)
+    left = [np.append(r, none) for r in (w, w - B @ curve)]
+    costs = [np.sum((r - wide @ np.linalg.lstsq(wide, r, rcond=None)[0]) ** 2) for r in left]
+    assert share == pytest.approx((costs[0] - costs[1]) / (w @ w), rel=1e-6)
+
+
 def test_evidence_of_a_curve_is_that_of_the_gaussian_it_is() -> None:
     """``ln N(w; 0, 1 + B C B' + J S J')`` less the same without the curve, by dense covariances."""
     n = 80
@@ -108,6 +125,7 @@ def test_evidence_of_a_curve_is_that_of_the_gaussian_it_is() -> None:
     w = RNG.standard_normal(n) + np.sin(20.0 * x)
     B = _tents(x, knots)
     gain, _, _ = _curve(w, J, prior, B, knots)
+    share_taken(w, J, prior, B, knots)
     dense = []
     plain = np.eye(n) + (J * prior**2) @ J.T
     without = multivariate_normal(cov=plain).logpdf(w)
@@ -335,3 +353,250 @@ def test_the_prior_counts_how_far_an_amount_is_from_nothing(name, amounts) -> No
     ]
     expected = sum((one / p.std) ** 2 for one, p in zip(far, known.values(), strict=True))
     assert score_tests._prior(Candidate(one, null(one), ()), trial) == pytest.approx(expected)
+
+
+def test_a_step_of_the_screen_starts_a_refit_within_the_bounds_and_from_what_is_there() -> None:
+    """From the multiple that the screen asks for, no less than a fiftieth and no more than thirty times."""
+    one = effect("adhesion")
+    names = ("K", *(p.symbol for p in one.parameters))
+    k = SimpleNamespace(names=names, start=np.full(len(names), 9.0))
+    known = SimpleNamespace(problem=SimpleNamespace(unknowns=SimpleNamespace(names=("p", "K"))),
+                            optimum=SimpleNamespace(u=np.array([1.0, 0.7])))  # fmt: skip
+    trial = null(one) | {"pull": 0.05, "neck": 0.3}
+    for multiple, factor, pull in [
+        (2.0, 1.0, 0.1),
+        (2.0, 0.3, 0.03),
+        (1e-9, 1.0, 0.001),
+        (99.0, 1.0, 1.5),
+        (-2.0, 1.0, 1e-3 * 0.1),  # as near to its bound as a thousandth of two standard deviations
+    ]:
+        hint = Hint(Candidate(one, null(one), (trial,)), 9.0, trial, multiple, 1.0, np.zeros(1))
+        u = candidate_fit._start(SimpleNamespace(unknowns=k), known, hint, factor)
+        told = dict(zip(names, u, strict=True))
+        assert told["K"] == 0.7
+        assert told["pull"] == pytest.approx(pull)
+        assert told["neck"] == pytest.approx(np.log(0.3))
+    assert u[names.index("n_v")] == pytest.approx(0.5)
+    declared = candidate_fit._as_declared(hint)
+    assert (declared.multiple, declared.trial["neck"], declared.trial["pull"]) == (1.0, 0.2, 0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "astray", "costs", "starts", "best"),
+    [
+        ("inertia", False, [50.0], [1.0], 50.0),  # half of what is foretold is there
+        ("inertia", False, [56.0, 54.0], [1.0, 0.3], 54.0),
+        ("inertia", False, [54.0, 56.0], [1.0], 54.0),
+        ("inertia", False, [70.0, 60.0], [1.0, 0.3], 60.0),
+        ("inertia", False, [101.0, 102.0, 99.0], [1.0, 0.3, 0.01], 99.0),  # led astray
+        ("inertia", True, [50.0, 40.0], [1.0, "unshifted"], 40.0),
+        ("adhesion", False, [50.0, 45.0], [1.0, "declared"], 45.0),  # its shape may have a better place
+        ("adhesion", False, [50.0, 55.0], [1.0, "declared"], 50.0),
+    ],
+)
+def test_a_refit_is_tried_from_other_starts_where_the_first_leads_nowhere(
+    monkeypatch, name, astray, costs, starts, best
+) -> None:
+    """The base costs 100 and the screen foretells a gain of 90."""
+    one, left, seen = effect(name), list(costs), []
+    trial = null(one)
+    hint = Hint(Candidate(one, trial, (trial,)), 90.0, trial, 3.0, 1.0, np.zeros(1))
+    base = SimpleNamespace(
+        problem=SimpleNamespace(unknowns=SimpleNamespace(names=("K",))),
+        optimum=SimpleNamespace(cost=100.0, jacobian=np.ones((3, 1))),
+    )
+
+    def refine(_problem, start, evaluations, known=None, near=None):
+        seen.append(start)
+        assert near == pytest.approx(0.02)
+        assert evaluations == (40 if start in ("unshifted", 0.01) else 20)
+        assert (known is None) == (start == "unshifted")
+        return SimpleNamespace(cost=left.pop(0), u=start)
+
+    monkeypatch.setattr(candidate_fit, "_problem", lambda *_: SimpleNamespace(model=None))
+    monkeypatch.setattr(
+        candidate_fit, "_start", lambda _, __, h, factor: "declared" if h.multiple == 1.0 else factor
+    )
+    monkeypatch.setattr(candidate_fit, "_unshifted", lambda *_: "unshifted")
+    monkeypatch.setattr(candidate_fit, "_is_astray", lambda _: astray)
+    monkeypatch.setattr(candidate_fit, "has_play", lambda _: False)
+    monkeypatch.setattr(candidate_fit, "refine_optimum", refine)
+    monkeypatch.setattr(candidate_fit, "evaluate_candidate", lambda _, optimum, __: optimum)
+    assert candidate_fit.extend_problem(base, hint, None).cost == best
+    assert seen == starts
+
+
+@pytest.mark.parametrize(
+    ("episodes", "groups"),
+    [
+        (np.repeat([0, 1, 2], 20), np.repeat([0.0, 1.0, 2.0], 20)),
+        (np.repeat([0, 1], 30), np.repeat(np.arange(10.0), 6)),
+        (np.zeros(60, int), np.repeat(np.arange(10.0), 6)),
+    ],
+)
+def test_episodes_are_held_out_or_tenths_of_what_has_too_few(episodes, groups) -> None:
+    rows = np.r_[np.arange(60), 7, 59]
+    told = candidate_fit.held_out_groups(SimpleNamespace(episodes=episodes, rows=rows))
+    assert told.tolist() == groups[rows].tolist()
+
+
+def test_a_regime_is_a_phase_a_depth_a_time_in_contact_a_half_and_a_channel(monkeypatch) -> None:
+    rng, n = np.random.default_rng(3), 400
+    depth, contact = rng.uniform(0.0, 1e-3, n), rng.choice([0.1, 0.29, 0.31, 1.4, 1.6, 9.0], n)
+    depth[0], phase, episodes = 1e-3, rng.integers(0, 6, n), np.arange(n) // 100
+    features = SimpleNamespace(phase=phase, values={"indentation": depth, "time_in_contact": contact})
+    monkeypatch.setattr(candidate_fit, "features_of", lambda *_: features)
+    sliding, seen = np.arange(0, n, 4), np.arange(0, n, 5)
+    counted = np.ones(n + 180, bool)
+    counted[::7] = False
+    problem = SimpleNamespace(
+        table=lambda _: None,
+        episodes=episodes,
+        rows=np.r_[np.arange(n), sliding, seen],
+        measured=SimpleNamespace(recording=range(n), sliding=sliding, seen=seen),
+        counted=counted,
+    )
+    told = candidate_fit.regime_map(problem, None)
+    assert np.all((told == -1.0) == ~counted)
+    edges = np.array([0.25, 0.5, 0.75]) * 0.93e-3
+    rows, block = problem.rows, np.repeat([0, 1, 2], [n, 100, 80])
+    late = (contact[:, None] > [0.3, 1.5]).sum(axis=1)
+    deep = (depth[:, None] > edges).sum(axis=1)
+    expected = list(zip(phase[rows], deep[rows], late[rows], episodes[rows] >= 2, block, strict=True))
+    by_number = {}
+    for number, one, is_counted in zip(told, expected, counted, strict=True):
+        if is_counted:
+            by_number.setdefault(number, set()).add(one)
+    assert all(len(ones) == 1 for ones in by_number.values())
+    assert len(by_number) == len({one for one, kept in zip(expected, counted, strict=True) if kept})
+
+
+@pytest.mark.parametrize(
+    ("columns", "name", "reason"),
+    [
+        ({}, "temperature_shift", "no temperature was recorded"),
+        ({"temperature": 20.0 + 0.29 * np.tile([1.0, -1.0], 9)}, "temperature_shift", "hardly changed"),
+        ({"temperature": 20.0 + 0.31 * np.tile([1.0, -1.0], 9)}, "temperature_shift", ""),
+        ({}, "cross_talk", "no tangential force was recorded"),
+        ({"tangential_force_y": np.ones(18)}, "cross_talk", ""),
+    ],
+)
+def test_an_effect_needs_the_channel_it_takes(columns, name, reason) -> None:
+    measured = SimpleNamespace(
+        recording=SimpleNamespace(columns=columns), sliding=np.ones(1), seen=np.ones(1)
+    )
+    told = why_unseen(effect(name), measured)
+    assert reason in told
+    assert bool(told) == bool(reason)
+
+
+def declared_as(**given):
+    return Parameter(
+        **{"symbol": "a", "unit": "1", "default": 0.2, "std": 0.5, "low": 0.0, "high": 9.0, "doc": ""} | given
+    )
+
+
+def test_an_effect_is_tried_at_each_amount_and_over_its_shapes() -> None:
+    amount = declared_as(null=0.0)
+    rate = declared_as(symbol="r", default=2.0, low=0.1, transform="log")
+    other = declared_as(symbol="q", default=3.0, low=0.1, transform="log")
+    plain = declared_as(symbol="s", default=1.0)
+
+    def tried(*parameters, **more):
+        return list(trials(Effect("mine", "", (), (), parameters=parameters, **more)))
+
+    assert tried(amount) == [{"a": 0.2}]
+    assert tried(amount, trial_sizes=(1.0, 60.0)) == [{"a": 0.2}, {"a": 9.0}]
+    assert tried(declared_as(null=0.2, default=0.2)) == [{"a": 0.7}]  # a deviation from nothing
+    assert tried(declared_as(null=0.2, default=0.2, high=0.5)) == [{"a": 0.5}]
+    five = [one["r"] for one in tried(amount, rate)]
+    assert five == pytest.approx(2.0 * np.exp(0.5 * np.array([-3.0, -1.5, 0.0, 1.5, 3.0])))
+    nine = {(one["r"], one["q"]) for one in tried(amount, rate, other, plain)}
+    assert len(nine) == 9
+    assert max(nine) == pytest.approx((2.0 * np.e, 3.0 * np.e))
+    assert [one["s"] for one in tried(amount, plain)] == pytest.approx([0.0, 0.25, 1.0, 1.75, 2.5])
+    assert [one["s"] for one in tried(amount, plain, trial_shapes=(("s", (4.0, 5.0)),))] == [4.0, 5.0]
+
+
+def test_the_screen_points_where_a_refit_ends(small) -> None:
+    """Its gain is half the fall of the squares by one column more, the prior of its amount beside it."""
+    step = small.search.steps[0]
+    hint = next(one for one in step.hints if one.candidate.name == "adhesion")
+    base, rows = step.base, step.base.optimum.residual.size
+    J, std = base.optimum.jacobian, base.problem.unknowns.std
+    wide = np.vstack([J, np.diag(1.0 / std)])
+    within = score_tests.widened(base.problem, [hint.candidate])
+    s = within.white(within.raw(within.table(base.optimum.u, hint.trial))) - base.optimum.residual
+    padded = np.append(s, np.zeros(std.size))
+    p = padded - wide @ np.linalg.lstsq(wide, padded, rcond=None)[0]
+    asked = sum(
+        (hint.trial[q.symbol] / q.std) ** 2 for q in hint.candidate.effect.parameters if q.null is not None
+    )
+    along = p[:rows] @ base.optimum.residual
+    assert hint.multiple == pytest.approx(-along / (p @ p + asked), rel=1e-6)
+    assert hint.gain == pytest.approx(0.5 * along**2 / (p @ p + asked), rel=1e-6)
+    assert hint.visible == pytest.approx((p @ p) / (s @ s), rel=1e-6)
+    assert hint.signature == pytest.approx(p[:rows] / np.sqrt(p @ p), abs=1e-6)
+    assert [one.gain for one in step.hints] == sorted((one.gain for one in step.hints), reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("gains", "change", "told"),
+    [
+        ({}, None, None),
+        ({"time": 20.0}, None, None),
+        ({"time": 20.5, "speed": 12.0}, None, ("time", "normal_force", 20.5, "")),
+        ({"time": 21.0, "times": 22.0}, None, ("time", "normal_force", 22.0, "normal_force")),
+        ({"time": 21.0, "speed": 30.0}, 30.0, ("speed", "normal_force", 30.0, "")),
+        ({"time": 21.0, "speed": 30.0}, 31.0, ("time", "normal_force", 31.0, "")),
+        ({"time": 21.0, "slip": 30.0}, None, ("speed", "tangential_force", 30.0, "")),
+    ],
+)
+def test_the_variable_with_most_evidence_is_told_and_a_change_where_it_has_more(
+    monkeypatch, gains, change, told
+) -> None:
+    """A stiffness that changes is looked for over what is slow, on rows of which there are enough."""
+    n, values = 100, {"time": np.arange(120.0), "speed": np.arange(120.0)[::-1], "contact": np.ones(120)}
+    loads = np.full(120, 3.0)
+    rows = {"normal_force": np.arange(n), "tangential_force": np.arange(20), "contact_radius": np.arange(19)}
+    looked = []
+
+    def curve(w, _J, _prior, B, knots):
+        assert w.size == B.shape[0] == (n if w[0] == 0.0 else 20)
+        assert knots.size <= (w.size // 5) + 2
+        name = "time" if B[0, 0] > 0.0 else "speed"
+        if w[0] != 0.0:
+            name = "slip" if name == "speed" else "none"
+        name += "s" if B.max() == 3.0 else ""
+        looked.append(name)
+        return gains.get(name, -1.0), 0.5, np.zeros(knots.size)
+
+    def blocks(_):
+        yield "normal_force", rows["normal_force"], slice(0, 100)
+        yield "tangential_force", rows["tangential_force"], slice(100, 120)
+        yield "contact_radius", rows["contact_radius"], slice(120, 139)
+
+    residual = np.repeat([0.0, 1.0, 2.0], [100, 20, 19])
+    fitted = SimpleNamespace(
+        problem=SimpleNamespace(table=lambda _: None, unknowns=SimpleNamespace(std=None)),
+        optimum=SimpleNamespace(u=None, residual=residual, jacobian=np.ones((139, 1))),
+    )
+    monkeypatch.setattr(
+        discrepancy, "features_of", lambda *_: SimpleNamespace(values={"normal_force": loads[:100]})
+    )
+    monkeypatch.setattr(discrepancy, "_blocks", blocks)
+    monkeypatch.setattr(
+        discrepancy, "_variables", lambda _, __, ___, at, ____: [(k, v[at]) for k, v in values.items()]
+    )
+    monkeypatch.setattr(discrepancy, "_whitened", lambda _, B, *__: B)
+    monkeypatch.setattr(discrepancy, "_curve", curve)
+    place = None if change is None else SimpleNamespace(gain=change, variable="time")
+    monkeypatch.setattr(discrepancy, "find_change", lambda *_: place)
+    found = find_discrepancy(fitted, with_changes=True)
+    assert looked == ["time", "times", "speed", "none", "slip"]
+    if told is None:
+        assert found is None
+        return
+    assert (found.variable, found.channel, found.gain, found.times) == told
+    assert (found.change is None) == (change is None or change == 30.0)
+    assert set(found.others) == {"time", "speed"} - {found.variable}

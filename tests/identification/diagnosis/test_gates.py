@@ -247,3 +247,90 @@ def test_beyond_the_upper_bound_only_the_other_way_is_refused() -> None:
     trial = {p.symbol: p.default if p.null is None else p.null for p in one.parameters} | {"r_mu": 0.5}
     assert not _is_allowed(SimpleNamespace(effect=one), trial, -3.0)
     assert _is_allowed(SimpleNamespace(effect=one), trial | {"r_mu": 1.9}, 3.0)
+
+
+def told(steps, *, dropped=(), doubts=(), **figures):
+    """Return what a diagnosis tells of each candidate, round by round."""
+    search = Found(steps, **figures)
+    search.dropped = list(dropped)
+    for one in [one for each in steps for one in each.tried]:
+        one.fitted = SimpleNamespace(error=1.25, value=lambda _: 3.0)
+        one.candidate.effect = SimpleNamespace(parameters=())
+    found = Diagnosis(SimpleNamespace(), search, list(doubts))
+    vars(found).update(_rest=None)
+    return found
+
+
+def test_of_those_that_pass_each_is_as_probable_as_its_evidence_and_one_that_fails_is_not() -> None:
+    first = step(tried("a", 3.0), tried("b", 2.0), tried("c", 9.0, failed=("error",)))
+    second = step(tried("d", -1.0, failed=("evidence", "regimes")), taken=None)
+    found = told([first, second])
+    total = math.exp(3.0) + math.exp(2.0) + 1.0
+    rows = {one["name"]: one for one in found.rounds}
+    assert rows["a"]["probability"] == pytest.approx(math.exp(3.0) / total)
+    assert rows["b"]["probability"] == pytest.approx(math.exp(2.0) / total)
+    assert rows["c"]["probability"] == rows["d"]["probability"] == 0.0
+    assert [one["round"] for one in found.rounds] == [1, 1, 1, 2]
+    assert [one["taken"] for one in found.rounds] == [True, False, False, False]
+    assert (rows["a"]["error_after"], rows["a"]["evidence_gain"], rows["a"]["heldout_gain"]) == (
+        1.25,
+        3.0,
+        3.0,
+    )
+    assert [rows[name]["outcome"] for name in "abcd"] == [
+        "taken",
+        "passes, a gains more",
+        "fails: error",
+        "fails: evidence, regimes",
+    ]
+    assert [one["name"] for one in found.effects()] == ["a", "b", "c", "d"]
+
+
+def test_what_became_of_a_candidate_that_passes_is_told() -> None:
+    two = [step(tried("a", 30.0), tried("b", 20.0), taken=1), step(tried("a", 25.0), taken=0)]
+    assert [one["name"] for one in told(two).effects()] == ["b", "a"]  # the taken ones first
+    assert told(ONE, dropped=["adhesion"]).rounds[0]["outcome"] == "taken, and not needed beside the others"
+    assert told(ONE, error=1.3).rounds[0]["outcome"] == "taken, not enough"
+    spare = [step(tried("a", 30.0)), step(tried("b", 20.0), taken=None)]
+    assert told(spare).rounds[1]["outcome"] == "passes, 1 are taken already"
+    grave, slight = SimpleNamespace(is_grave=True), SimpleNamespace(is_grave=False)
+    assert told(spare, doubts=[slight, grave]).rounds[1]["outcome"] == "passes, the recording is in doubt"
+    assert told(spare, doubts=[slight]).rounds[1]["outcome"] == "passes, 1 are taken already"
+
+
+@pytest.mark.parametrize(
+    ("doubts", "accepted", "misfit", "asked", "named"),
+    [
+        ([False], ["adhesion"], 1.0, True, True),
+        ([], [], 1.6, True, False),
+        ([], [], 1.4, False, False),
+        ([True], ["adhesion"], 9.0, False, False),
+    ],
+)
+def test_clocks_are_looked_at_where_something_is_left_or_named_and_a_doubtful_recording_names_nothing(
+    monkeypatch, doubts, accepted, misfit, asked, named
+) -> None:
+    seen = []
+    start = SimpleNamespace(
+        problem=SimpleNamespace(measured=None, model=SimpleNamespace(tip_radius=0.01)), optimum=None
+    )
+    steps = [step(*(tried(name, 30.0) for name in accepted), tried("b", 20.0), taken=0 if accepted else None)]
+
+    def search(*_, most, **__):
+        seen.append(most)
+        found = Found(steps, misfit=misfit)
+        found.last.problem, found.untaken = SimpleNamespace(symbols=()), Found([])
+        return found
+
+    monkeypatch.setattr(diagnosis, "fit", lambda *_, **__: start)
+    monkeypatch.setattr(diagnosis, "refuse_unusable", lambda *_: None)
+    monkeypatch.setattr(
+        diagnosis, "check_before_search", lambda _: [SimpleNamespace(is_grave=grave) for grave in doubts]
+    )
+    monkeypatch.setattr(diagnosis, "search_effects", search)
+    monkeypatch.setattr(diagnosis, "check_clocks", lambda _, best: seen.append(best) or [])
+    found = diagnosis.diagnose(None)
+    is_grave = True in doubts
+    assert seen == [0 if is_grave else 4] + [30.0 if accepted else 20.0] * asked
+    assert len(found.doubts) == len(doubts)
+    assert [one.candidate.name for one in found.search.accepted] == (accepted if named else [])
