@@ -2,12 +2,17 @@
 
 import math
 
+import numpy as np
 import pytest
 
+from vegrip.grip import slip_trust
 from vegrip.grip.felt_slip import (
     FELT_BY_LOAD,
     FELT_DEAF,
     FELT_FLAG,
+    FELT_OFF,
+    FELT_QUIET,
+    FELT_SPEED,
     FELT_WHY,
     FELT_WIDTH,
     believed_flag,
@@ -26,18 +31,27 @@ from vegrip.grip.friction_onset import begin_onsets
 from vegrip.grip.friction_probe import PROBE_SHIFT, begin_probing, feel_slip, watch_load
 from vegrip.grip.late_slip import begin_late_slip
 from vegrip.grip.slip_trust import (
+    TRUST_AHEAD,
     TRUST_BLIND,
     TRUST_CLEAN_TIME,
     TRUST_FALSE,
+    TRUST_FELL,
+    TRUST_GRIP,
     TRUST_HELD,
     TRUST_KEPT,
     TRUST_LASTS,
     TRUST_LIVELY,
+    TRUST_LOAD,
+    TRUST_MISSED,
     TRUST_NOISY,
     TRUST_PROOF,
+    TRUST_PULL,
+    TRUST_RATIO,
     TRUST_RETREAT,
     TRUST_SIZE,
     TRUST_STILL,
+    TRUST_TOP,
+    TRUST_WAIT,
     begin_trust,
     counted_shift,
     counts_as_known,
@@ -316,3 +330,216 @@ def test_a_load_that_is_lost_in_its_noise_is_not_let_go_of() -> None:
     for _ in range(20):
         let_go(grasp.g, grasp.g, 0, DT, LAG, 0.15, 0.3, loud, True, False)
     assert grasp.g[PROBE_SHIFT] == 0.0
+
+
+def until(says, most: int = 10_000) -> int:
+    """Return how often ``says`` is asked until it says yes."""
+    return next(k for k in range(1, most) if says())
+
+
+def test_a_slide_that_the_slip_speed_alone_tells_ends_a_probe_when_a_flag_would_be_late() -> None:
+    q = Grasp().g  # whose slip channel is 20 ms late
+    assert ends_probe(q, 1, 0.004, True, False)
+    assert until(lambda: ends_probe(q, 1, 0.004, False, True)) == 13  # 50 ms
+    assert not ends_probe(q, 1, 0.004, False, False)
+    assert until(lambda: ends_probe(q, 1, 0.004, False, True)) == 13
+    assert not ends_probe(q, 0, 0.004, False, True)
+
+
+@pytest.mark.parametrize(
+    ("fingers", "i", "noisy", "shifts", "seeks"),
+    [
+        (2, 1, 49.0, (0.0, 0.0, 0.0), False),
+        (2, 0, 50.0, (0.0, 0.3, 0.0), True),
+        (3, 0, 0.0, (0.0, 0.0, 0.0), False),
+        (3, 1, 0.0, (0.0, 0.2, 0.0), True),
+        (3, 1, 0.0, (0.0, 0.2, 0.1), False),
+        (3, 1, 0.0, (0.1, 0.2, 0.0), False),
+    ],
+)
+def test_a_finger_that_is_not_the_thumb_is_let_go_of_for_proof_alone(
+    fingers: int, i: int, noisy: float, shifts: tuple[float, ...], seeks: bool
+) -> None:
+    q = [0.0] * TRUST_SIZE
+    begin_belief(q, fingers, 0.0, 0.08)
+    q[TRUST_NOISY + i] = noisy
+    q[PROBE_SHIFT : PROBE_SHIFT + 3] = shifts
+    assert slip_trust.seeks_proof(q, q, i) == seeks
+
+
+def test_the_rise_that_noise_does_not_make_is_five_deviations_of_the_smoothed_sum() -> None:
+    q, noise, rng = Grasp().g, 0.05, np.random.default_rng(2)
+    q[TRUST_PULL], q[TRUST_PULL + 1] = 0.6, 0.9
+    keep = math.exp(-0.001 / 0.01)
+    smooth = np.zeros((2, 2000))
+    for _ in range(200):
+        smooth = keep * smooth + (1.0 - keep) * noise * rng.standard_normal((2, 2000))
+    expected = 5.0 * np.std(smooth.sum(axis=0)) / 1.5
+    assert slip_trust.rise_of_slide(q, q, 0.001, noise) == pytest.approx(expected, rel=0.05)
+    assert slip_trust.rise_of_slide(q, q, DT, 1e-9) == 0.03
+    assert slip_trust.rise_of_slide(q, q, 0.0, noise) == math.inf
+    q[TRUST_PULL] = q[TRUST_PULL + 1] = 0.0
+    assert slip_trust.rise_of_slide(q, q, DT, noise) == math.inf
+
+
+def test_friction_has_torn_where_it_is_less_than_of_late_by_the_rise() -> None:
+    q = Grasp().g
+    for below, torn in ((0.099, False), (0.101, True)):
+        q[TRUST_RATIO] = 0.5
+        assert slip_trust.has_torn(q, 0.5 * math.exp(-below), 1e-9, 0.1) == torn
+    q[TRUST_RATIO] = 0.5
+    for _ in range(100):
+        slip_trust.has_torn(q, 0.2, 0.0005, 0.1)  # 50 ms
+    assert q[TRUST_RATIO] == pytest.approx(0.2 + 0.3 / math.e)
+
+
+@pytest.mark.parametrize(("rate", "slow"), [(0.22, True), (0.28, False)])
+def test_a_fall_of_less_than_a_quarter_a_second_shows_no_slide_in_time(rate: float, slow: bool) -> None:
+    q, force = Grasp().g, 4.0
+    q[slip_trust.TRUST_FIRST] = q[slip_trust.TRUST_LATER] = force
+    told = []
+    while force > 4.0 * 0.955:
+        force *= math.exp(-rate * DT)
+        told.append(slip_trust.is_slow(q, force, DT))
+    assert not any(told)  # not before it has fallen by a twentieth
+    for _ in range(300):
+        force *= math.exp(-rate * DT)
+        told.append(slip_trust.is_slow(q, force, DT))
+    assert told[-1] == slow
+
+
+def test_what_a_fall_has_held_is_kept_but_for_a_part_and_never_less_than_before() -> None:
+    q = Grasp().g
+    q[TRUST_PROOF] = 1.0
+    for shift, kept in ((0.5, 0.38), (0.3, 0.38), (0.7, 0.58)):
+        q[PROBE_SHIFT] = shift
+        slip_trust.keep_held(q, q)
+        assert q[TRUST_KEPT] == pytest.approx(kept)
+    slip_trust.take_back(q, q)
+    assert q[PROBE_SHIFT] == q[TRUST_KEPT] == pytest.approx(0.58)
+    q[TRUST_PROOF] = 0.0
+    slip_trust.take_back(q, q)  # what is not trusted holds nothing
+    assert q[PROBE_SHIFT] == q[TRUST_KEPT] == 0.0
+
+
+@pytest.mark.parametrize("channel", [FELT_FLAG, FELT_FLAG + FELT_WIDTH, FELT_SPEED, FELT_SPEED + FELT_WIDTH])
+def test_a_slide_that_no_channel_told_makes_all_deaf_for_longer_each_time(channel: int) -> None:
+    """What was told up to a tenth of a second before the fall, and since, is told of it."""
+    q = Grasp().g
+    places = [first + FELT_WIDTH * i for first in (FELT_FLAG, FELT_SPEED) for i in (0, 1)]
+    for at in places:
+        q[at + FELT_QUIET] = 9.0
+    q[TRUST_PROOF] = 1.0
+    q[channel + FELT_QUIET] = 0.235
+    slip_trust.judge_slide(q, q)
+    assert (q[TRUST_MISSED], q[TRUST_PROOF], q[channel + FELT_OFF]) == (0.0, 1.0, 0.0)
+    q[channel + FELT_QUIET] = 0.245
+    for missed, lasts in ((1.0, 10.0), (2.0, 300.0), (3.0, 300.0)):
+        slip_trust.judge_slide(q, q)
+        assert (q[TRUST_MISSED], q[TRUST_PROOF]) == (missed, 0.0)
+        assert [q[at + FELT_OFF] for at in places] == [lasts] * 4
+        assert [q[at + FELT_WHY] for at in places] == [FELT_DEAF] * 4
+
+
+@pytest.mark.parametrize(
+    ("silent", "let", "u", "proves", "false"),
+    [
+        (0.51, 0.1, 0.72, True, 1.0),
+        (0.51, 0.1, 0.81, True, 0.0),
+        (0.49, 0.1, 0.81, False, 0.0),
+        (0.51, 0.1, 0.69, False, 1.0),
+        (0.51, 0.0011, 0.81, True, 0.0),
+        (0.51, 0.0009, 0.81, False, 0.0),
+        (0.0, 0.1, 0.69, False, 0.0),  # it has said so already
+        (0.51, 0.1, 0.0, False, 0.0),  # not known
+    ],
+)
+def test_a_flag_is_proven_by_slip_near_what_was_held_and_told_wrong_far_below(
+    silent: float, let: float, u: float, proves: bool, false: float
+) -> None:
+    q = Grasp().g
+    q[TRUST_TOP + 1], q[PROBE_SHIFT + 1], q[TRUST_KEPT + 1], q[TRUST_MISSED] = 1.0, 0.4 + let, 0.4, 1.0
+    q[FELT_FLAG + FELT_WIDTH + FELT_QUIET] = silent
+    slip_trust.hear_slide(q, 1, u)
+    assert q[TRUST_PROOF + 1] == (TRUST_LASTS if proves else 0.0)
+    assert q[TRUST_MISSED] == (0.0 if proves else 1.0)
+    assert q[TRUST_FALSE + 1] == false
+
+
+@pytest.mark.parametrize(("before", "distrusted"), [(1.4, False), (1.6, True)])
+def test_slip_that_is_told_far_below_what_was_held_more_than_twice_of_late_is_not_believed(
+    before: float, distrusted: bool
+) -> None:
+    q = Grasp().g
+    q[TRUST_TOP], q[TRUST_FALSE], q[FELT_FLAG + FELT_QUIET] = 1.0, before, 1.0
+    slip_trust.hear_slide(q, 0, 0.5)
+    assert (q[FELT_FLAG + FELT_OFF] > 0.0) == distrusted
+    grasp = Grasp()
+    grasp.feel(4.0, 2.0)
+    grasp.g[TRUST_FALSE] = 1.0
+    for _ in range(200):
+        grasp.feel(40.0, 0.5)
+    assert grasp.g[TRUST_FALSE] == pytest.approx(math.exp(-1.0 / 5.0))
+    assert grasp.g[TRUST_TOP] == pytest.approx(0.5 * math.exp(-1.0))
+
+
+def test_a_slip_speed_is_constant_after_forty_samples_and_noisy_after_fifty_changes() -> None:
+    q = Grasp().g
+    for k in range(50):
+        assert (q[TRUST_NOISY] >= TRUST_LIVELY) == (k == 50)
+        slip_trust.watch_constant(q, q, 0, 1e-5 * (k % 2 + 1))
+    q[TRUST_PROOF] = 1.0
+    same = until(lambda: slip_trust.watch_constant(q, q, 0, 2e-5) or q[TRUST_PROOF] == 0.0)
+    assert same == 41
+    assert q[TRUST_NOISY] == 0.0
+    q[TRUST_PROOF] = 1.0
+    for _ in range(100):  # whose slip speed is no noise tells by its flag
+        slip_trust.watch_constant(q, q, 0, math.nan)
+    assert q[TRUST_PROOF] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("u", "proven", "rate"), [(0.999, True, 2.0), (1.001, True, 2.0), (0.999, False, 5.0), (0.0, True, 0.0)]
+)
+def test_a_finger_is_let_go_of_no_farther_than_its_load_is_known_to_need(
+    u: float, proven: bool, rate: float
+) -> None:
+    grasp = Grasp()
+    grasp.hold(1.0)
+    q = grasp.g
+    q[TRUST_PROOF], q[TRUST_NOISY] = float(proven), TRUST_LIVELY
+    low = q[BELIEF_MEAN] - LAG * math.sqrt(believed_variance(q, 0)) + math.log(0.8)
+    ahead = math.exp(low - TRUST_AHEAD)  # of what it needs
+    let_go(q, q, 0, DT, LAG, 0.2, u * ahead, NOISE, True, False)
+    assert q[PROBE_SHIFT] == pytest.approx(rate * DT if u > 1.0 else 0.0)
+    let_go(q, q, 0, DT, LAG, 0.2, 2.0 * u * ahead, NOISE, True, True)
+    let_go(q, q, 0, DT, LAG, 0.2, 2.0 * u * ahead, NOISE, False, False)
+    shift = q[PROBE_SHIFT]
+    let_go(q, q, 0, DT, LAG, 0.2, 2.0 * u * ahead, NOISE, True, False)
+    assert q[PROBE_SHIFT] - shift == pytest.approx(rate * DT)
+
+
+@pytest.mark.parametrize(
+    ("grip", "pull", "missed"),
+    [
+        (1.16, 0.81, True),
+        (1.14, 0.81, False),
+        (1.16, 0.79, False),
+    ],
+)
+def test_a_slide_is_judged_when_grip_and_load_are_back(grip: float, pull: float, missed: bool) -> None:
+    """At 1.15 times the force at which it began, and with six tenths of what was lost of the load."""
+    grasp = Grasp()
+    grasp.prove()
+    grasp.hold(1.0)
+    q = grasp.g
+    for _ in range(40):
+        grasp.feel(grip, 0.5 * pull)
+    q[TRUST_GRIP], q[TRUST_LOAD], q[TRUST_FELL], q[TRUST_WAIT] = 2.0, 1.0, 0.5, 0.14
+    seen = until(lambda: grasp.feel(grip, 0.5 * pull) or q[TRUST_WAIT] <= 0.0)
+    for _ in range(20):
+        grasp.feel(grip, 0.5 * pull)
+    assert (q[TRUST_MISSED] == 1.0) == missed
+    assert seen == pytest.approx(
+        10 if grip > 1.15 else 28, abs=1
+    )  # 50 ms after the grip is back, or never before 140 ms

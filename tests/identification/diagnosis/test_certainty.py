@@ -24,9 +24,9 @@ from vegrip.identification.diagnosis.search import Search, Step, Tried
 from vegrip.identification.recording import write_recording
 
 KINDS = ("hold", "ramp", "hold", "ramp", "hold", "ramp")
-pytestmark = pytest.mark.slow
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pull", "answer", "least", "most"),
     [(0.0, "adequate", 19, 20), (0.03, "named: adhesion", 19, 20), (0.006, "named: adhesion", 2, 18)],
@@ -40,6 +40,7 @@ def test_what_is_plain_is_the_same_in_all_draws_and_what_is_at_the_limit_in_some
     assert next(iter(found.answers.values())) == found.same
 
 
+@pytest.mark.slow
 def test_with_even_weights_the_evidence_is_that_of_the_fit(tip) -> None:
     found = diagnose(tip(12, kinds=KINDS, pull=0.03))
     last = found.search.last
@@ -49,6 +50,7 @@ def test_with_even_weights_the_evidence_is_that_of_the_fit(tip) -> None:
     assert (misfit, error) == pytest.approx((found.search.misfit(last), last.error), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_command_says_it_when_asked(tip, tmp_path, capsys) -> None:
     write_recording(tip(12, kinds=KINDS, pull=0.03), tmp_path / "tip")
     assert main(["diagnose", str(tmp_path / "tip"), "--draws", "10", "--json"]) == 0
@@ -56,6 +58,7 @@ def test_the_command_says_it_when_asked(tip, tmp_path, capsys) -> None:
     assert (told["draws"], told["same"]) == (10, 10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "pull"), [(13, 0.03), (12, 0.012)])
 def test_an_effect_is_certified_by_episodes_that_did_not_tell_its_values(tip, seed, pull) -> None:
     assert certify(diagnose(tip(seed, kinds=KINDS, pull=pull)))["adhesion"] < 1e-6

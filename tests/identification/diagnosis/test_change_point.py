@@ -17,14 +17,13 @@ SEEDS = range(20)
 KINDS = ("hold", "ramp", "hold", "ramp")
 FEWEST_HELD = 17  # of 20 intervals of 95 %: fewer by chance are one in 60
 
-pytestmark = pytest.mark.slow
-
 
 def fitted(recording: Recording) -> CandidateFit:
     found = fit(recording)
     return evaluate_candidate(found.problem, found.optimum, held_out_groups(found.problem))
 
 
+@pytest.mark.slow
 def test_the_interval_holds_the_instant_of_a_crack_and_its_size_is_known(tip) -> None:
     held, off = 0, []
     for seed in SEEDS:
@@ -39,6 +38,7 @@ def test_the_interval_holds_the_instant_of_a_crack_and_its_size_is_known(tip) ->
     assert np.mean(np.abs(off) < 2.0) >= 0.8
 
 
+@pytest.mark.slow
 def test_the_interval_holds_the_depth_of_a_second_object_and_its_stiffness_is_known(tip) -> None:
     held, off = 0, []
     for seed in SEEDS:
@@ -52,6 +52,7 @@ def test_the_interval_holds_the_depth_of_a_second_object_and_its_stiffness_is_kn
     assert np.mean(np.abs(off) < 2.0) >= 0.8
 
 
+@pytest.mark.slow
 def test_a_slow_drift_has_no_instant(tip) -> None:
     drifting = tip(1, kinds=KINDS)
     drift = 1.0 + 0.2 * np.exp(-drifting.t / 25.0)
@@ -61,6 +62,7 @@ def test_a_slow_drift_has_no_instant(tip) -> None:
     assert found.change is None
 
 
+@pytest.mark.slow
 def test_a_diagnosis_says_when_and_by_how_much(tip) -> None:
     found = diagnose(tip(1, kinds=KINDS, crack=(50.1, -0.18)), most=0)
     told = found.as_dict()
