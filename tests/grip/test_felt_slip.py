@@ -9,6 +9,7 @@ from vegrip.grip.felt_slip import (
     FELT_BY_OTHER,
     FELT_DISTRUST,
     FELT_FLAG,
+    FELT_OFF,
     FELT_SILENT,
     FELT_SIZE,
     FELT_SPEED,
@@ -157,3 +158,85 @@ def test_a_load_that_is_not_known_contradicts_nothing() -> None:
     q = felt()
     feel(q, 1.0, 1.0, math.nan, math.nan)
     assert is_believed(q) == (True, True)
+
+
+def lasts(q: list[float], *felt: float, channel: int = FELT_FLAG) -> float:
+    """Return for how long [s] the same (slip, speed, u, twist) is felt until the channel is not believed."""
+    for k in range(1, 2000):
+        judge_felt_slip(q, 1, 0.001, *felt)
+        if q[channel + FELT_WIDTH + FELT_OFF] > 0.0:
+            return 0.001 * k
+    return math.inf
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.1])
+@pytest.mark.parametrize(
+    ("felt", "seconds"),
+    [
+        ((0.0, 5e-3, 0.7, 0.0), 0.15),
+        ((0.0, 5e-3, 0.7, 0.49), 0.15),
+        ((0.0, 5e-3, 0.7, 0.51), math.inf),
+        ((0.49, 5e-3, 0.7, 0.0), 0.15),
+        ((0.5, 5e-3, 0.7, 0.0), math.inf),
+        ((0.0, 0.99e-3, 0.7, 0.0), math.inf),
+        ((1.0, 0.99e-4, 0.7, 0.0), 0.05),
+        ((1.0, 1.01e-4, 0.7, 0.0), math.inf),
+        ((1.0, math.nan, 0.7, 0.0), math.inf),
+        ((math.nan, 5e-3, 0.7, 0.0), math.inf),
+    ],
+)
+def test_how_long_flag_and_slip_speed_may_contradict_each_other(delay, felt, seconds) -> None:
+    """Besides the delay that they are told to have; what a bad moment adds is forgotten in two seconds."""
+    q = felt_at(delay)
+    told = seconds + delay
+    assert lasts(q, *felt) == pytest.approx(
+        -2.0 * math.log(1.0 - 0.5 * told) if seconds == 0.05 else told, abs=2e-3
+    )
+    if seconds == 0.15:
+        q = felt_at(delay)
+        for _ in range(5):  # each time anew
+            feel(q, 0.1 + delay, *felt[:3], twist=felt[3])
+            feel(q, 0.02, 1.0, 5e-3, 0.7)
+        assert is_believed(q) == (True, True)
+    if seconds == 0.05:
+        q = felt_at(delay)
+        feel(q, 0.03, *felt[:3])
+        feel(q, 2.0, 0.0, 0.0, 0.5)
+        left = 0.05 + delay - 0.03 / math.e
+        assert lasts(q, *felt) == pytest.approx(left, abs=0.012)
+
+
+def felt_at(delay: float) -> list[float]:
+    q = felt(delay)
+    feel(q, 0.1, 0.0, 0.0, 0.5)
+    feel(q, DT, 1.0, 5e-3, 0.7)
+    return q
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.05])
+@pytest.mark.parametrize(
+    ("slip", "speed", "channel"), [(1.0, math.nan, FELT_FLAG), (math.nan, 2e-3, FELT_SPEED)]
+)
+def test_how_far_and_for_how_long_the_load_may_fall_under_a_slide(delay, slip, speed, channel) -> None:
+    """Below six tenths of the largest of the burst for 30 ms; a second of silence ends a burst."""
+    for share, seconds in ((0.59, 0.03), (0.61, math.inf)):
+        q = felt(delay)
+        feel(q, 0.1, slip, speed, 0.5)
+        assert lasts(q, slip, speed, share * 0.5, 0.0, channel=channel) == pytest.approx(
+            delay + seconds, abs=0.0021
+        )
+    silent = 0.0 if slip == 1.0 else math.nan, 0.0 if slip != 1.0 else math.nan
+    for pause, is_over in ((0.98, True), (1.02, False)):
+        q = felt(delay)
+        feel(q, 0.1, slip, speed, 0.5)
+        feel(q, pause, *silent, 0.5)
+        feel(q, 2 * DT, slip, speed, 0.2)
+        believed = believed_flag(q, 1, slip) if slip == 1.0 else believed_speed(q, 1, speed)
+        assert (believed == 0.0) == is_over
+
+
+def test_a_flag_teaches_after_half_a_second_of_silence() -> None:
+    for seconds, teaches in ((0.49, False), (0.51, True)):
+        q = felt()
+        feel(q, seconds, 0.0, math.nan, 0.5)
+        assert may_teach(q, 1) == teaches

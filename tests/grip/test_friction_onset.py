@@ -7,11 +7,21 @@ import pytest
 from vegrip.grip.friction_belief import (
     BELIEF_MEAN,
     BELIEF_SIZE,
+    absorb_factor,
     begin_belief,
     believed_variance,
     expect_finger,
 )
-from vegrip.grip.friction_onset import ONSET_SIZE, begin_onsets, feel_onset, is_doubted, is_heard
+from vegrip.grip.friction_onset import (
+    ONSET_HELD,
+    ONSET_QUIET,
+    ONSET_SIZE,
+    begin_onsets,
+    feel_onset,
+    has_taught,
+    is_doubted,
+    is_heard,
+)
 from vegrip.grip.friction_probe import (
     PROBE_NEED,
     PROBE_SHIFT,
@@ -192,3 +202,73 @@ def test_a_finger_in_the_air_is_not_probed() -> None:
     q[PROBE_SHIFT] = 0.3
     watch_load(q, 0, DT, math.nan, 0.01, touching=False)
     assert q[PROBE_SHIFT] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("given", "teaches"),
+    [
+        ({"relative": 0.099}, True),
+        ({"relative": 0.101}, False),
+        ({"quiet": 0.049}, False),
+        ({"quiet": 0.051}, True),
+        ({"speed": 0.99e-4}, False),
+        ({"speed": 1.01e-4}, True),
+        ({"held": 0.4 / 0.61}, True),
+        ({"held": 0.4 / 0.59}, False),
+        ({"slips": [1.0]}, False),
+        ({"slips": [0.49, 0.49]}, False),
+        ({"slips": [0.5, 0.5]}, True),
+        ({"slips": [1.0], "other": 0.097}, True),
+        ({"slips": [1.0], "other": 0.101}, False),
+        ({"slips": [1.0], "probed": 0.051, "u": 0.45}, True),
+        ({"slips": [1.0], "probed": 0.049, "u": 0.45}, False),
+    ],
+)
+def test_each_rule_of_an_onset_has_its_place(given: dict, teaches: bool) -> None:
+    """At 0.4, and 0.45 is not below what is expected by one and a half deviations."""
+    rules = {"relative": 0.02, "quiet": 1.0, "speed": math.nan, "held": 0.0, "slips": [1.0, 1.0], "u": 0.4,
+             "other": 1.0, "probed": 0.0} | given  # fmt: skip
+    g, q = grasp()
+    q[ONSET_QUIET], q[ONSET_QUIET + 1] = rules["quiet"], rules["other"]
+    q[ONSET_HELD] = rules["held"] * math.exp(len(rules["slips"]) * DT / 0.3)  # forgotten in 0.3 s
+    q[PROBE_SHIFT] = rules["probed"]
+    mean = feel(g, q, rules["u"], rules["slips"], rules["relative"], speed=rules["speed"])
+    assert (mean < LN_MU) == teaches
+    assert has_taught(q, 0) == teaches
+
+
+@pytest.mark.parametrize(("stds", "expected"), [(1.49, True), (1.51, False)])
+def test_slip_is_expected_in_a_probe_down_to_one_and_a_half_deviations(stds: float, expected: bool) -> None:
+    g, q = grasp()
+    q[PROBE_SHIFT] = 0.3
+    u = math.exp(LN_MU - stds * math.hypot(0.3, 0.05))
+    assert (feel(g, q, u, [0.0] * 50 + [1.0]) < LN_MU) == expected
+
+
+def test_an_onset_is_a_measurement_with_its_noise_and_that_of_the_load() -> None:
+    g, q = grasp()
+    feel(g, q, 0.6, [0.0] * 50 + [1.0, 1.0], 0.08)
+    noise, prior = 0.05**2 + 0.08**2, 0.3**2
+    assert believed_variance(g, 0) == pytest.approx(prior * noise / (prior + noise))
+    assert g[BELIEF_MEAN] == pytest.approx(LN_MU + prior / (prior + noise) * (math.log(0.6) - LN_MU))
+
+
+def test_an_onset_counts_the_mean_of_its_samples() -> None:
+    g, q = grasp()
+    feel(g, q, 0.6, [0.0] * 50 + [1.0])
+    feel(g, q, 0.5, [1.0])
+    h, r = grasp()
+    assert g[BELIEF_MEAN] == pytest.approx(feel(h, r, math.sqrt(0.3), [0.0] * 50 + [1.0, 1.0]))
+
+
+def test_what_is_far_below_is_a_shock_to_all_faces() -> None:
+    """From two and a half deviations on, and counted as two and a half."""
+    for stds, shock in ((2.4, 0.0), (2.6, 0.08)):
+        g, q = grasp()
+        absorb_factor(g, 0, 90.0, 90.0 * LN_MU)
+        noise, known = 0.05**2 + 0.02**2, believed_variance(g, 0)
+        spread, prior = math.sqrt(known + noise), known + shock**2
+        feel(g, q, math.exp(LN_MU - stds * spread), [0.0] * 50 + [1.0, 1.0])
+        off = min(stds * spread, 2.5 * math.sqrt(prior + noise))
+        assert g[BELIEF_MEAN] == pytest.approx(LN_MU - prior / (prior + noise) * off)
+        assert believed_variance(g, 0) == pytest.approx(prior * noise / (prior + noise))
