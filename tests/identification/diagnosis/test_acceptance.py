@@ -13,6 +13,7 @@ from vegrip.identification.diagnosis.acceptance import amount_std, is_resolved, 
 from vegrip.identification.diagnosis.candidate_fit import HELD_OUT, _is_astray, scores
 from vegrip.identification.diagnosis.discrepancy import (
     LENGTHS,
+    _blocks,
     _curve,
     _knots,
     _tents,
@@ -79,7 +80,7 @@ def test_misfit_by_regime_is_one_for_noise_and_grows_with_a_hidden_mean() -> Non
 def test_shortlist_keeps_what_is_worth_a_refit() -> None:
     def hint(name: str, gain: float) -> Hint:
         one = effect(name) if name in BUILT_IN else Effect(name, "", (), ())
-        return Hint(Candidate(one, {}, ()), gain, {}, 1.0, 1.0, np.zeros(1))
+        return Hint(Candidate(one, {}, ()), gain, {}, 1.0, np.zeros(1))
 
     hints = [hint("a", 1000.0), hint("b", 80.0), hint("c", 40.0), hint("displacement_backlash", 30.0)]
     names = [one.candidate.name for one in shortlist(hints)]
@@ -179,6 +180,15 @@ def test_what_a_recording_cannot_show_is_told_by_the_channel_that_would(
     assert why_unseen(Effect("mine", "", (), (), channels=channels), measured) == reason
 
 
+def test_the_residuals_of_every_channel_stand_one_after_the_other() -> None:
+    n, sliding, seen = 7, np.array([1, 4]), np.array([0, 3, 5])
+    measured = SimpleNamespace(recording=range(n), sliding=sliding, seen=seen)
+    blocks = list(_blocks(SimpleNamespace(measured=measured)))
+    assert [one[0] for one in blocks] == ["normal_force", "tangential_force", "contact_radius"]
+    assert np.concatenate([np.arange(12)[one[2]] for one in blocks]).tolist() == list(range(12))
+    assert [one[1].tolist() for one in blocks] == [list(range(n)), [1, 4], [0, 3, 5]]
+
+
 @pytest.mark.parametrize("stiffness", [1e-3, 1.0, 1e3])  # [N/m] of a cell, of foam, of rubber
 def test_over_which_variables_a_curve_is_looked_for(stiffness) -> None:
     t = np.arange(6.0)
@@ -244,7 +254,6 @@ def test_the_gain_that_the_screen_foretells_is_that_of_the_refit_of_a_linear_mod
     trial = {p.symbol: p.default if p.null is None else p.null for p in one.parameters} | {"pull": 0.15}
     amount = next(p for p in one.parameters if p.symbol == "pull")
     y = 0.4 * X[:, 2] + RNG.standard_normal(60)
-    A = X[:, :2].T @ X[:, :2] + np.diag(PRIOR[:2] ** -2.0)
     # the screen takes the optimum's gradient as nothing, which is so with the prior around the optimum
     y = y - X[:, :2] @ np.linalg.lstsq(X[:, :2], y, rcond=None)[0]
     problem = linear(y, X[:, :2], PRIOR[:2])
@@ -258,8 +267,6 @@ def test_the_gain_that_the_screen_foretells_is_that_of_the_refit_of_a_linear_mod
     refit = linear(y, X, wide).solved()
     assert hint.gain == pytest.approx(optimum.cost - refit.cost, rel=1e-9)
     assert hint.multiple == pytest.approx(refit.u[2], rel=1e-9)
-    imitated = X[:, 2] @ X[:, :2] @ np.linalg.solve(A, X[:, :2].T @ X[:, 2])
-    assert hint.visible == pytest.approx(1.0 - imitated / (X[:, 2] @ X[:, 2]), rel=1e-9)
     tried.white = lambda _: optimum.residual
     assert screen_candidates(problem, optimum, [candidate]) == []
 
@@ -370,7 +377,7 @@ def test_a_step_of_the_screen_starts_a_refit_within_the_bounds_and_from_what_is_
         (99.0, 1.0, 1.5),
         (-2.0, 1.0, 1e-3 * 0.1),  # as near to its bound as a thousandth of two standard deviations
     ]:
-        hint = Hint(Candidate(one, null(one), (trial,)), 9.0, trial, multiple, 1.0, np.zeros(1))
+        hint = Hint(Candidate(one, null(one), (trial,)), 9.0, trial, multiple, np.zeros(1))
         u = candidate_fit._start(SimpleNamespace(unknowns=k), known, hint, factor)
         told = dict(zip(names, u, strict=True))
         assert told["K"] == 0.7
@@ -400,7 +407,7 @@ def test_a_refit_is_tried_from_other_starts_where_the_first_leads_nowhere(
     """The base costs 100 and the screen foretells a gain of 90."""
     one, left, seen = effect(name), list(costs), []
     trial = null(one)
-    hint = Hint(Candidate(one, trial, (trial,)), 90.0, trial, 3.0, 1.0, np.zeros(1))
+    hint = Hint(Candidate(one, trial, (trial,)), 90.0, trial, 3.0, np.zeros(1))
     base = SimpleNamespace(
         problem=SimpleNamespace(unknowns=SimpleNamespace(names=("K",))),
         optimum=SimpleNamespace(cost=100.0, jacobian=np.ones((3, 1))),
@@ -535,7 +542,6 @@ def test_the_screen_points_where_a_refit_ends(small) -> None:
     along = p[:rows] @ base.optimum.residual
     assert hint.multiple == pytest.approx(-along / (p @ p + asked), rel=1e-6)
     assert hint.gain == pytest.approx(0.5 * along**2 / (p @ p + asked), rel=1e-6)
-    assert hint.visible == pytest.approx((p @ p) / (s @ s), rel=1e-6)
     assert hint.signature == pytest.approx(p[:rows] / np.sqrt(p @ p), abs=1e-6)
     assert [one.gain for one in step.hints] == sorted((one.gain for one in step.hints), reverse=True)
 

@@ -59,8 +59,8 @@ def candidate(name):
     ],
 )
 def test_what_resembles_an_effect_may_take_its_place(name, gain, cosine, resembles) -> None:
-    own = Hint(candidate("sensor_lag"), 90.0, {}, 1.0, 1.0, np.array([1.0, 0.0]))
-    other = Hint(candidate(name), gain, {}, 1.0, 1.0, np.array([cosine, np.sqrt(1.0 - cosine**2)]))
+    own = Hint(candidate("sensor_lag"), 90.0, {}, 1.0, np.array([1.0, 0.0]))
+    other = Hint(candidate(name), gain, {}, 1.0, np.array([cosine, np.sqrt(1.0 - cosine**2)]))
     assert resembling(own.candidate, 100.0, [other, own]) == ([other] if resembles else [])
     assert resembling(own.candidate, 100.0, [other] * 7) == (
         [other] * 5 if abs(cosine) < 0.5 and resembles else []

@@ -79,6 +79,11 @@ fd = st.tuples(
 ).map(lambda f: BusFrame(f[0], bytes(f[2][: f[1]]), fd=True, has_bit_rate_switch=True))
 
 
+@pytest.mark.parametrize(("length", "bits"), [(0, 55), (1, 65), (7, 125), (8, 135)])
+def test_the_longest_classic_frame_is_the_published_one(length, bits):
+    assert longest_duration(0x123, length, False, BitTiming()) == 1000 * bits
+
+
 @given(st.one_of(classic, fd))
 def test_no_frame_is_longer_than_the_longest(frame):
     timing = BitTiming()

@@ -98,7 +98,7 @@ def shift(t: Floats, first: Floats, displacement: Floats, force: Floats) -> floa
     push = np.where(same & np.isfinite(np.diff(force)), np.diff(np.nan_to_num(force)), 0.0)
     quick[displacement[1:] <= 0.0] = 0.0
     most = min(int(thresholds.MAX_CLOCK_SHIFT_S / step), quick.size // 4)
-    if most < 1 or not quick.any() or not push.any():
+    if not quick.any() or not push.any():
         return 0.0
     size = 2 ** math.ceil(math.log2(2 * quick.size))
     crossed = np.fft.irfft(np.fft.rfft(push, size) * np.conj(np.fft.rfft(quick, size)), size)

@@ -103,7 +103,7 @@ def _hint(base: CandidateFit, candidate: Candidate) -> Hint:
     hints = screen_candidates(base.problem, base.optimum, [candidate])
     if hints:
         return hints[0]
-    return Hint(candidate, 0.0, candidate.trials[0], 1.0, 0.0, np.zeros(base.optimum.residual.size))
+    return Hint(candidate, 0.0, candidate.trials[0], 1.0, np.zeros(base.optimum.residual.size))
 
 
 def draw_ladder(rungs: list[Rung], path: Path) -> None:

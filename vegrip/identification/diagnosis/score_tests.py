@@ -156,8 +156,7 @@ class Hint:
     gain: float
     trial: Trial
     multiple: float
-    visible: float  # share of the signature's power that the model cannot imitate
-    signature: Floats  # visible part, unit length
+    signature: Floats  # what the model cannot imitate, unit length
 
 
 def screen_candidates(
@@ -188,9 +187,7 @@ def screen_candidates(
         firm = left + _prior(candidate, trial)
         multiple = -along / firm
         gain = 0.5 * along * along / firm if _is_allowed(candidate, trial, multiple) else 0.0
-        return Hint(
-            candidate, gain, trial, multiple, left / power, (p / math.sqrt(left))[:rows].astype(np.float32)
-        )
+        return Hint(candidate, gain, trial, multiple, (p / math.sqrt(left))[:rows].astype(np.float32))
 
     best: dict[str, Hint] = {}
     with ThreadPoolExecutor(threads) as pool:

@@ -103,12 +103,11 @@ def _record(frame: BusFrame) -> Frame:
 def longest_duration(identifier: int, length: int, fd: bool, timing: BitTiming) -> int:
     """Return the duration [ns] that no standard data frame with this identifier and length exceeds.
 
-    Classic: the bound of [DavisBurnsBrilLukkien2007]_. FD with bit-rate switch: the bits up to BRS are known
-    from the identifier; after them a stuff bit follows at most every fourth bit.
+    Classic: 55 bits and 10 for each byte [DavisBurnsBrilLukkien2007]_. FD with bit-rate switch: the bits up
+    to BRS are known from the identifier; after them a stuff bit follows at most every fourth bit.
     """
     if not fd:
-        g = 34
-        return round(NS * (g + 8 * length + 13 + (g + 8 * length - 1) // 4) / timing.bitrate)
+        return round(NS * (55 + 10 * length) / timing.bitrate)
     header, run = text.header_bits(_record(BusFrame(identifier, fd=True, has_bit_rate_switch=True)))
     after = 5 + 8 * length  # ESI, length code, data
     free = LONGEST_RUN - 1 - run % RUNS  # bits that may follow before the first stuff bit
