@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from vegrip.identification.fit.motion import _shared, motion_of, straight
+from vegrip.identification.fit.motion import (
+    _bends,
+    _curvature,
+    _hinge,
+    _runs,
+    _shared,
+    motion_of,
+    smooth,
+    straight,
+)
 
 NOISE = 5e-6
 T = np.arange(0.0, 6.0, 5e-3)
@@ -134,3 +143,92 @@ def test_neighbours_share_what_is_theirs_within_an_episode_and_nothing_goes_roun
             for i in range(16)
         ]
         assert _shared(values, first) == pytest.approx(expected, abs=1e-12)
+
+
+RNG = np.random.default_rng(2)
+UNEVEN = np.cumsum(RNG.uniform(0.5, 1.5, 40))
+
+
+def test_a_hinge_is_the_coefficient_of_least_squares_with_its_information() -> None:
+    y = 3.0 + RNG.standard_normal(40)
+    y[[7, 20]] = np.nan
+    for low, i, high in ((3, 12, 25), (0, 20, 40)):
+        u = UNEVEN[low:high] - UNEVEN[i]
+        known = ~np.isnan(y[low:high])
+        A = np.stack([np.ones(u.size), u, np.abs(u)], axis=1)[known]
+        bend, information = _hinge.py_func(UNEVEN, y, low, i, high)
+        assert bend == pytest.approx(np.linalg.lstsq(A, y[low:high][known], rcond=None)[0][2])
+        assert information == pytest.approx(1.0 / np.linalg.inv(A.T @ A)[2, 2])
+    nothing = np.full(40, np.nan)
+    nothing[3] = 1.0
+    assert _hinge.py_func(UNEVEN, nothing, 0, 5, 10) == (0.0, 0.0)
+    nothing[5] = nothing[7] = 1.0
+    assert _hinge.py_func(UNEVEN, nothing, 0, 7, 8) == (0.0, 0.0)  # on one side alone
+
+
+def test_a_window_bends_from_so_many_standard_errors_on_and_none_that_holds_a_bend_or_a_beginning() -> None:
+    t, first, i = np.arange(60.0), np.zeros(60), 30
+    first[0] = 1.0
+    _, information = _hinge.py_func(t, np.zeros(60), i - 8, i, i + 9)
+    none = np.zeros(60, dtype=bool)
+    for stds, bends in ((3.9, False), (4.1, True)):
+        y = 0.5 * t + stds * 0.2 / np.sqrt(information) * np.abs(t - i)
+        found = _bends.py_func(t, first, y, 0.2, 8, 4.0, none)
+        assert found.any() == bends
+        assert found.sum() in (0, 17)
+    assert np.flatnonzero(found).tolist() == list(range(i - 8, i + 9))
+    for at, any_left in ((i - 9, True), (i - 8, False), (i + 8, False), (i + 9, True)):
+        known = none.copy()
+        known[at] = True
+        assert _bends.py_func(t, first, y, 0.2, 8, 4.0, known).any() == any_left
+    for at, any_left in ((i - 8, True), (i - 7, False), (i + 8, False), (i + 9, True)):
+        begins = first.copy()
+        begins[at] = 1.0
+        assert _bends.py_func(t, begins, y, 0.2, 8, 4.0, none).any() == any_left
+
+
+def test_what_square_and_cube_explain_is_the_fall_of_the_sum_of_squares() -> None:
+    t, y = np.linspace(5.0, 9.0, 30), 1e3 + RNG.standard_normal(30)
+    y[4] = np.nan
+    known = ~np.isnan(y)
+    rests = [np.polyfit(t[known] - 7.0, y[known], degree, full=True)[1][0] for degree in (1, 3)]
+    assert _curvature(t, y) == pytest.approx(rests[0] - rests[1], rel=1e-6)
+    for count, fits in ((3, False), (4, True)):
+        few = np.full(30, np.nan)
+        few[[3, 9, 20, 25][:count]] = [0.0, 5.0, -3.0, 8.0][:count]
+        assert (_curvature(t, few) > 1.0) == fits
+
+
+def test_runs_lie_within_an_episode_and_have_five_samples_at_least() -> None:
+    wanted, first = np.ones(40, dtype=bool), np.isin(np.arange(40), [0, 12]).astype(float)
+    wanted[[5, 20, 25, 31]] = False
+    assert _runs(wanted, first) == [(0, 5), (6, 12), (12, 20), (26, 31), (32, 40)]
+
+
+def test_the_smoother_is_the_mean_of_the_dense_posterior() -> None:
+    """Position and speed at first and an acceleration for every step, all measurements at once."""
+    n, R = 9, 0.3
+    t = UNEVEN[:n]
+    for begins in ([0], [0, 5]):
+        first = np.isin(np.arange(n), begins).astype(float)
+        y, q = RNG.standard_normal(n), RNG.uniform(0.1, 2.0, n)
+        y[[3, 6]] = np.nan
+        told = smooth.py_func(t, first, y, R, q)
+        for low, high in zip(begins, [*begins[1:], n], strict=True):
+            k, dt = high - low, np.diff(t[low:high])
+            prior = 1.0 / np.array([1e6 * R, 1e6 * R / dt[0] ** 2, *q[low : high - 1]])
+            H, speed = np.zeros((k, k + 1)), np.zeros(k + 1)
+            H[0, 0], speed[1] = 1.0, 1.0
+            for i in range(k - 1):
+                H[i + 1] = H[i] + dt[i] * speed
+                speed[2 + i] = dt[i]
+            known = ~np.isnan(y[low:high])
+            P = np.linalg.inv(np.diag(prior) + H[known].T @ H[known] / R)
+            mean = P @ H[known].T @ (y[low:high][known] - y[low]) / R
+            mean[0] += y[low]
+            assert told[0][low:high] == pytest.approx(H @ mean, rel=1e-6)
+            assert told[1][low:high] == pytest.approx(np.diag(H @ P @ H.T), rel=1e-3)
+            assert told[2][low : high - 1] == pytest.approx(mean[2:] ** 2, rel=1e-5, abs=1e-12)
+            share = 1.0 - np.diag(P)[2:] / q[low : high - 1]
+            assert told[3][low : high - 1] == pytest.approx(share, rel=1e-5, abs=1e-9)
+            assert told[2][high - 1] == told[3][high - 1] == 0.0
