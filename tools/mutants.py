@@ -6,7 +6,8 @@ what is changed, or load a text with it: the quickest and nearest first, until o
 mutant is over. A test that fails counts if it passes without the change. One that takes thirty seconds more
 than ten times as long as it did counts as noticed by time, if without the change it needs less than half of
 that. What numba would compile with the change runs in plain Python. Results and records are kept in
-``build/mutants``, and a further run goes on from there; ``--again`` runs what survived.
+``build/mutants``, and a further run goes on from there; ``--again`` runs what survived. Where time was over
+before every test had run, the mutant has no answer; it counts as not caught, like one that survived.
 """
 
 import argparse
@@ -43,7 +44,7 @@ LEFT_OUT = {".git", ".venv", "build", "out", "recordings", "__pycache__", ".hypo
 DRAWN = ("contact/paper/figures", "identification/diagnosis/picture.py")
 """How a figure looks is no behaviour: what it draws is computed elsewhere."""
 RESULTS = WORK / "results.jsonl"
-SURVIVED = "survived"
+SURVIVED, UNANSWERED = NOT_CAUGHT = "survived", "no answer"
 FAR = 5
 SLOWEST = 300  # [s] for what is not a test: imports and collection
 SLACK, SLACK_S = 10.0, 30.0  # times as long as it took, and so much more [s], may a test take with a change
@@ -461,6 +462,8 @@ class Round:
                     result = SURVIVED
                 if result != SURVIVED:
                     break
+            if result == SURVIVED and spent >= self.seconds:
+                result = UNANSWERED
         finally:
             self.trees.put(tree)
         keep(RESULTS, mutant.name, result)
@@ -493,10 +496,10 @@ class Round:
     def passes(self, test: str, tree: Tree, tests: list[Traced], result: str, *, plain: bool) -> bool:
         """Return whether a test passes without the change, far within its time.
 
-        The record of a quick one is proof enough.
+        The record of a quick one is proof enough, but not of how it fares in plain Python.
         """
         (one,) = (one for one in tests if one.name == test)
-        if one.seconds < QUICK_S and result != "timeout":
+        if one.seconds < QUICK_S and result != "timeout" and not plain:
             return True
         key = (test, plain)
         if key not in self.sound | self.unsound:
@@ -559,20 +562,21 @@ def main() -> int:
         one
         for row in zip_longest(*chosen.values())  # a round that is cut short has been in every folder
         for one in row
-        if one and (one.name not in results or (options.again and results[one.name] == SURVIVED))
+        if one and (one.name not in results or (options.again and results[one.name] in NOT_CAUGHT))
     ]
     if left:
         round_of = Round(options.jobs, options.seconds, options.reach, options.trace)
         with round_of as the_round, ThreadPoolExecutor(options.jobs) as pool:
             results |= dict(zip((one.name for one in left), pool.map(the_round.run, left), strict=True))
-    print("\nNo test has noticed:")
-    for one in (one for every in chosen.values() for one in every if results[one.name] == SURVIVED):
-        print(f"{one.path}:{one.line}: {one.before}  ->  {one.after}")
+    for said in NOT_CAUGHT:
+        print(f"\n{said}:")
+        for one in (one for every in chosen.values() for one in every if results[one.name] == said):
+            print(f"{one.path}:{one.line}: {one.before}  ->  {one.after}")
     print()
     for folder, every in {**chosen, "all": [one for some in chosen.values() for one in some]}.items():
         of = Counter(results[one.name] for one in every)
-        caught = len(every) - of[SURVIVED]
-        late = f"{of['timeout']} by time"
+        caught = len(every) - sum(of[said] for said in NOT_CAUGHT)
+        late = f"{of['timeout']} by time, {of[UNANSWERED]} without an answer"
         print(f"{folder:26}{caught:4} of {len(every):3} caught, {caught / len(every):4.0%}; {late}")
     return 0
 

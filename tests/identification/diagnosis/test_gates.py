@@ -303,7 +303,7 @@ def test_what_became_of_a_candidate_that_passes_is_told() -> None:
     [
         ([False], ["adhesion"], 1.0, True, True),
         ([], [], 1.6, True, False),
-        ([], [], 1.4, False, False),
+        ([], [], 1.5, False, False),
         ([True], ["adhesion"], 9.0, False, False),
     ],
 )

@@ -8,7 +8,16 @@ import pytest
 from scipy.stats import chi2
 
 from vegrip.identification.fit.problem import AT
-from vegrip.identification.fit.result import LAGS, Fit, _about_misfit, channel_errors, whiteness
+from vegrip.identification.fit.result import (
+    LAGS,
+    Fit,
+    _about_misfit,
+    _about_unknown,
+    _airless,
+    _missing,
+    channel_errors,
+    whiteness,
+)
 
 
 @pytest.mark.parametrize(
@@ -109,3 +118,95 @@ def test_what_hangs_together_is_not_white_and_episodes_do_not_hang_together() ->
     assert math.isnan(whiteness(values[: 3 * LAGS], one[: 3 * LAGS]))
     assert not math.isnan(whiteness(values[: 3 * LAGS + 1], one[: 3 * LAGS + 1]))
     assert math.isnan(whiteness(np.zeros(2000), one))
+
+
+@pytest.mark.parametrize(
+    ("at", "std", "transform", "said"),
+    [
+        (0.5, 0.71, "", "not determined"),
+        (0.5, 0.69, "", ""),
+        (0.0009, 0.1, "", "sits at 0"),
+        (0.0011, 0.1, "", ""),
+        (0.0009, 0.1, "log", "lower bound"),
+        (3.9991, 0.1, "", "upper bound"),
+        (3.9989, 0.1, "", ""),
+        (-0.0009, 0.1, "", "sits at 0"),
+    ],
+)
+def test_what_is_to_be_wary_of_in_a_value_is_said(at, std, transform, said) -> None:
+    """A prior of one, bounds at 0 and 4."""
+    k = SimpleNamespace(names=("pull",), std=np.ones(1), low=np.zeros(1), high=np.array([4.0]))
+    declared = SimpleNamespace(name="adhesion"), SimpleNamespace(transform=transform)
+    fit = SimpleNamespace(
+        problem=SimpleNamespace(unknowns=k), optimum=SimpleNamespace(u=np.array([at])), std={"pull": std},
+        declared=lambda _: declared,
+    )  # fmt: skip
+    told = list(_about_unknown(fit, 0, "pull"))
+    assert len(told) == bool(said)
+    assert all(said in text and "pull (adhesion)" in text for text in told)
+
+
+@pytest.mark.parametrize(("at", "said"), [(0.4996, True), (-0.4996, True), (0.4994, False)])
+def test_a_zero_on_its_bound_is_said(at, said) -> None:
+    k = SimpleNamespace(high=np.array([0.5]))
+    fit = SimpleNamespace(
+        problem=SimpleNamespace(unknowns=k),
+        optimum=SimpleNamespace(u=np.array([at])),
+        declared=lambda _: None,
+    )
+    assert bool(list(_about_unknown(fit, 0, "zero_force"))) == said
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({}, ""),
+        ({"sliding": 0}, "no row slides"),
+        ({"touching": 49}, "only 49 rows are in contact"),
+        ({"touching": 50}, ""),
+        ({"deepest": 0.199}, "under 2 %"),
+        ({"deepest": 0.201}, ""),
+        ({"flat": 21}, "may saturate"),
+        ({"flat": 20}, ""),
+        ({"flat": 21, "equal": 11}, "may saturate"),
+        ({"flat": 21, "equal": 10}, ""),
+        ({"flat": 23, "rows": 12000}, ""),
+        ({"flat": 25, "rows": 12000}, "may saturate"),
+    ],
+)
+def test_what_a_recording_lacks_is_said(given, said) -> None:
+    rows = {"sliding": 5, "touching": 500, "deepest": 0.5, "flat": 0, "equal": None, "rows": 2000} | given
+    force = np.linspace(0.0, 2.0, rows["rows"])
+    flat, equal = rows["flat"], rows["equal"]
+    if flat:
+        force[-flat:] = 2.1 - 0.0049
+        force[-(flat if equal is None else equal) :] = 2.1
+    measured = SimpleNamespace(
+        sliding=np.arange(rows["sliding"]),
+        motion=SimpleNamespace(displacement=1e-3 * np.linspace(0.0, rows["deepest"], 100)),
+        force=force,
+        noise=SimpleNamespace(normal_force=0.01),
+    )
+    stiffness = np.r_[np.zeros(10), np.ones(rows["touching"])]
+    problem = SimpleNamespace(measured=measured, stiffness=stiffness, depth=1e-3)
+    told = list(_missing(SimpleNamespace(problem=problem)))
+    assert len(told) == bool(said)
+    assert all(said in text for text in told)
+
+
+def test_a_tip_that_is_never_in_the_air_is_said() -> None:
+    table = np.ones((5, len(AT)))
+    fit = SimpleNamespace(problem=SimpleNamespace(table=lambda _: table), optimum=SimpleNamespace(u=None))
+    assert len(list(_airless(fit))) == 1
+    table[2, AT["contact_radius"]] = 0.0
+    assert list(_airless(fit)) == []
+
+
+def test_pairs_that_hang_together_are_told_strongest_first() -> None:
+    C = np.array([[4.0, 1.9, 0.0], [1.9, 1.0, -0.93], [0.0, -0.93, 1.0]])
+    problem = SimpleNamespace(unknowns=SimpleNamespace(names=("K", "p", "c1")))
+    fit = SimpleNamespace(problem=problem, covariance=C)
+    told = [("p", "K", pytest.approx(0.95)), ("c1", "p", pytest.approx(-0.93))]
+    assert Fit.correlations(fit) == told
+    assert Fit.correlations(fit, 0.94) == told[:1]
+    assert Fit.correlations(fit, 0.96) == []
