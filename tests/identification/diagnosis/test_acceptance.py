@@ -606,3 +606,25 @@ def test_the_variable_with_most_evidence_is_told_and_a_change_where_it_has_more(
     assert (found.variable, found.channel, found.gain, found.times) == told
     assert (found.change is None) == (change is None or change == 30.0)
     assert set(found.others) == {"time", "speed"} - {found.variable}
+
+
+@pytest.mark.parametrize(
+    ("plain", "expensive", "carried"),
+    [(True, False, False), (True, True, False), (False, True, False), (False, False, True)],
+)
+def test_a_candidate_runs_in_the_model_that_has_everything_beside_others_alone(
+    monkeypatch, plain, expensive, carried
+) -> None:
+    """What slows that down, or stands beside the plain model, runs in a model of its own."""
+    model = paper_model(8e-3) if plain else paper_model(8e-3).with_effect(effect("inertia"))
+    one = dataclasses.replace(effect("adhesion"), expensive=expensive)
+    problem = SimpleNamespace(model=model, measured=None, zeros="recording", symbols=("K", "p"))
+    monkeypatch.setattr(candidate_fit, "carrier", lambda *_: "carrier")
+    monkeypatch.setattr(
+        candidate_fit, "Problem", lambda model, _, **given: SimpleNamespace(model=model, **given)
+    )
+    made = candidate_fit._problem(SimpleNamespace(problem=problem), Candidate(one, null(one), ()))
+    assert made.within == ("carrier" if carried else None)
+    assert made.symbols == ("K", "p", *(p.symbol for p in one.parameters))
+    assert made.like is problem
+    assert "adhesion" in {each.name for each in made.model.effects}

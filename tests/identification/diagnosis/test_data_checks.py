@@ -77,6 +77,7 @@ def pressed(*, rows: int = 800, depth: float = 1e-3, late: int = 0, missing: int
         ({"depth": 7.3e-3}, "the deepest indentation is 7.3 mm, the radius of the tip is stated as 8 mm"),
         ({"depth": 7.1e-3}, ""),
         ({"late": 41}, "the force changes 205 ms after the displacement"),
+        ({"late": 40}, "the force changes 200 ms after the displacement: a slow sensor"),
         ({"late": -41}, "the force changes 205 ms before the displacement"),
         ({"late": 4}, "the force changes 20 ms after the displacement: a slow sensor"),
         ({"late": -4}, "the force changes 20 ms before the displacement: a slow sensor"),
