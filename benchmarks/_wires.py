@@ -1,4 +1,4 @@
-"""A state on every wire, from its bytes to those of its command: as messages, and as it comes.
+"""A state on every wire, from its bytes to those of its command: as messages, or as the frames that came.
 
 On both sides the codec and the node, without sockets, loop and reports; the same recorded states on all.
 """
@@ -28,7 +28,7 @@ from vegrip.trials.candidates import demo_parameters, make_node
 
 COMMAND_ROW = 24 + ROW_ID.size
 GRASP_NODE, FIRST_FINGER = 16, 32
-LONGEST_FRAME, VALUES = 64, 9
+LONGEST_FRAME = 64
 Given = tuple[Any, int]
 """What comes, and when [ns]."""
 
@@ -44,7 +44,7 @@ class Wire(Protocol):
         """Answer what came as messages."""
 
     def compiled(self, what: Any, now: int) -> None:
-        """Answer what came by the compiled step."""
+        """Answer what came as it comes, where that goes without messages."""
 
 
 def states_of(log: Log) -> list[tuple[FingertipState, int]]:
@@ -73,17 +73,13 @@ def commands(answers: Iterable[Message]) -> Iterable[ForceCommand]:
 
 
 class Frames:
-    """CAN FD or classic frames; ``mode`` says what runs the step, "" messages alone."""
+    """CAN FD frames, or classic ones, which are answered as messages."""
 
     def __init__(self, log: Log, mode: str, *, fd: bool) -> None:
         self.codec = CanCodec(log.fingers, fd=fd, use_sender_time=fd)
         lines = {finger: line for finger in log.fingers if (line := self.codec.line(finger)) is not None}
-        self._known = {
-            identifier: (finger, 0 if fd else part, line.command_id)
-            for finger, line in lines.items()
-            for part, identifier in enumerate(line.state_ids, 1)
-        }
-        self.node, self._fd = node_of(log, lines, mode), fd
+        self._known = {line.state_id: (finger, line.command_id) for finger, line in lines.items()}
+        self.node = node_of(log, lines, mode)
         self._bytes = bytearray(LONGEST_FRAME)
         self._array = np.frombuffer(self._bytes, dtype=np.uint8)
         sender = CanCodec(log.fingers, fd=fd)
@@ -101,12 +97,15 @@ class Frames:
                 self.codec.encode(command)
 
     def compiled(self, what: Frame, now: int) -> None:
-        """Answer a frame by the compiled step."""
-        finger, part, command = self._known[what.arbitration_id]
+        """Answer a frame as it comes."""
+        if what.arbitration_id not in self._known:
+            self.by_messages(what, now)
+            return
+        finger, command = self._known[what.arbitration_id]
         length = len(what.data)
         self._bytes[:length] = what.data
-        if self.node.on_frame(finger, self._array, length, what.stamp, now, part) & COMMANDED:
-            Frame(command, self.node.command_frame(finger).tobytes(), self._fd)
+        if self.node.on_frame(finger, self._array, length, what.stamp, now) & COMMANDED:
+            Frame(command, self.node.command_frame(finger).tobytes(), True)
 
 
 class Pdos(Frames):
@@ -129,28 +128,16 @@ class Pdos(Frames):
             for command in commands(self.node.on_message(message, now)):
                 self._pdos.encode(command)
 
-    def compiled(self, what: Frame, now: int) -> None:
-        """Answer a PDO by the compiled step."""
-        classic = self._pdos.classic(what)
-        if classic is None:
-            return
-        finger, part, command = self._known[classic.arbitration_id]
-        self._bytes[: len(classic.data)] = classic.data
-        length = len(classic.data)
-        if self.node.on_frame(finger, self._array, length, classic.stamp, now, part) & COMMANDED:
-            self._pdos.pdos([Frame(command, self.node.command_frame(finger).tobytes())])
+    compiled = by_messages
 
 
 class SingleTopics:
     """msgpack on single topics."""
 
     def __init__(self, log: Log, mode: str) -> None:
+        del mode
         self.codec = MsgpackCodec("", log.fingers)
-        lines = {finger: line for finger in log.fingers if (line := self.codec.line(finger)) is not None}
-        self._lines = {line.state_topic: (finger, line) for finger, line in lines.items()}
-        self.node = node_of(log, lines, mode)
-        self._bytes = bytearray(8 * VALUES)
-        self._values = np.frombuffer(self._bytes)
+        self.node = node_of(log, {}, "")
         sender = MsgpackCodec("", log.fingers)
         sent = [(sender.encode(state), now) for state, now in states_of(log)]
         self.given: list[Given] = [((one[0].encode(), one[1]), now) for one, now in sent if one is not None]
@@ -162,13 +149,7 @@ class SingleTopics:
             for command in commands(self.node.on_message(message, now)):
                 self.codec.encode(command)
 
-    def compiled(self, what: tuple[bytes, bytes], now: int) -> None:
-        """Answer a payload by the compiled step."""
-        finger, line = self._lines[what[0]]
-        found = line.unpack(what[1], now, self._bytes)
-        if found is not None and self.node.on_values(finger, self._values, *found, now, now) & COMMANDED:
-            seq, force, adjustment, reason, lifetime = self.node.command_numbers(finger)
-            line.pack(seq, now, force, adjustment, reason, now + lifetime)
+    compiled = by_messages
 
 
 class Batches:

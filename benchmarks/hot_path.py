@@ -10,8 +10,9 @@ All on the same recorded frames of a closed loop, in processor time, so that a b
 * ``loop_of_packets_vs_finger_step``: the same where the bus brings the five states in one packet;
 * ``object_report_vs_packed``: contact and slip margin as messages to frames, and packed by the step;
 * ``wire_fd``, ``wire_classic``, ``wire_canopen``, ``wire_topics``, ``wire_batch``: a state from its bytes to
-  those of its command on this wire, codec and node by messages against codec and node without them;
-* ``wire_map``: the same of a hand of another make behind a map, which gives messages, against ``wire_fd``;
+  those of its command on this wire, codec and node; by messages against as it comes on ``wire_fd`` and
+  ``wire_batch``, the others against ``wire_fd``;
+* ``wire_map``: the same of a hand of another make behind a map, against ``wire_fd``;
 * ``c_vs_numba``: the step by C against the step by numba; every byte and number they make is compared first.
 
 And as cores, on the wall clock, so that what else the machine does counts (with ``load``, the programs that
@@ -96,7 +97,8 @@ def run() -> dict[str, Timed]:
         "object_report_vs_packed": reports(log),
     }
     results |= {name: wire_row(name, log, mode) for name in WIRES}
-    results["wire_map"] = row(results["wire_fd"]["ours_us"] / 1e6, results["wire_map"]["ours_us"] / 1e6)
+    for name in ("wire_classic", "wire_canopen", "wire_topics", "wire_map"):
+        results[name] = row(results["wire_fd"]["ours_us"] / 1e6, results[name]["ours_us"] / 1e6)
     if WITH_NUMBA and host.compiler() is not None:
         require_equal(log)
         results["c_vs_numba"] = row(step, finger_step(log, "numba"))

@@ -15,7 +15,6 @@ from vegrip.grip.compiled import constants
 from vegrip.grip.layout import FingerLayout
 from vegrip.model import paper_model
 from vegrip.transport.codec.kernel_text import wire_text
-from vegrip.transport.codec.part_text import part_text
 
 ROOT = Path(vegrip.__file__).parent
 LAYOUT = layout_of(paper_model(1e-2))  # the names are the same for every model
@@ -34,14 +33,14 @@ Section = tuple[str, tuple[str, ...], int]
 
 def declarations() -> str:
     """Return the text for the kernels of the estimator and of the grip, which see one module."""
-    finger = FingerLayout(LAYOUT, late=1, history=1, is_shared=True, part_bytes=1)
+    finger = FingerLayout(LAYOUT, late=1, history=1, is_shared=True)
     parts = LAYOUT.sections().items()
     filters: list[Section] = [(name, NAMED[name][1] if name in NAMED else (), n) for name, n in parts]
     classes = [
         *_class("Floats", "np.float64", "float", [*filters, *finger.real_sections()]),
         *_class("Wholes", "np.int64", "int", finger.whole_sections()),
     ]
-    texts = [LAYOUT.constants(), finger.constants(), constants(), wire_text(), part_text()]
+    texts = [LAYOUT.constants(), finger.constants(), constants(), wire_text()]
     return "\n".join([HEAD, *classes, *(line for text in texts for line in _declared(text)), ""])
 
 

@@ -1,15 +1,14 @@
-"""The compiled finger step against the objects: the same frames into both, and every byte that comes out.
+"""States answered as CAN FD frames and as messages: the same into both, and every byte that comes out.
 
 ``python -m validation.compiled_finger`` records a hand in a closed loop, makes its states hostile, and
 records a pinch under the faults of :mod:`validation.faults`; ``--quick`` records less. ``--bits``
 compares C, numba and plain Python instead: every command and every number of all memories after 35 s of the
-hand, as recorded and with hostile states. ``--learning`` does so with friction that is shared and probed,
-``--classic`` with states in several classic frames, ``--topics`` on single topics of ZeroMQ.
+hand, as recorded and with hostile states. ``--learning`` does so with friction that is shared and probed.
 """
 
 import argparse
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -17,7 +16,7 @@ import numpy as np
 
 from validation.faults.table import CASES, FAULT_BEGIN_S, Case
 from validation.faults.testbed import Scene
-from validation.liars import DATA_IDS, Liar, PartLiar
+from validation.liars import Liar
 from vegrip.grip.batch_text import COMMANDED
 from vegrip.grip.finger import LEFT_ALONE, REPORT
 from vegrip.grip.node import GraspForce
@@ -39,16 +38,11 @@ CLIPPED = ("normal_force", "adjustment", "reason", "expires")  # of commands; re
 
 @dataclass
 class Event:
-    """A frame that arrived, or a tick, or news of broken frames of ``finger``; answered at ``now`` [ns].
-
-    In a log of topics a state is the ``payload`` of ``finger`` that came at ``arrival`` [ns].
-    """
+    """A frame that arrived, or a tick, or news of broken frames of ``finger``; answered at ``now`` [ns]."""
 
     now: int = 0
     frame: Frame | None = None
     finger: str = ""
-    payload: bytes = b""
-    arrival: int = 0
 
 
 @dataclass
@@ -59,16 +53,15 @@ class Log:
     sender_time: bool = False
     events: list[Event] = field(default_factory=list)
     parameters: GraspParameters | None = None  # of the node; None: those of the demonstration
-    fd: bool = True  # the frames are of CAN FD, else classic
 
     @property
     def frames(self) -> int:
         """How many frames there are."""
-        return sum(event.frame is not None or bool(event.payload) for event in self.events)
+        return sum(event.frame is not None for event in self.events)
 
     def codec(self) -> CanCodec:
         """Return a codec for the frames."""
-        return CanCodec(self.fingers, fd=self.fd, use_sender_time=self.sender_time)
+        return CanCodec(self.fingers, fd=True, use_sender_time=self.sender_time)
 
 
 @dataclass
@@ -88,7 +81,7 @@ class Answers:
 
 def listen(scene: Scene) -> Log:
     """Return a log that fills while ``scene`` runs, with what its present node meets."""
-    log = Log(tuple(scene.fingers), scene.sender_time, fd=scene.fd)
+    log = Log(tuple(scene.fingers), scene.sender_time)
     codec, node = scene.grip.endpoint._codec, scene.grip.node
     assert isinstance(node, GraspForce)  # noqa: S101 (the scene made it)
     pending: dict[int, Event] = {}
@@ -122,13 +115,11 @@ def listen(scene: Scene) -> Log:
     return log
 
 
-def record(
-    case: Case | None, duration: float, grasp: str = "pinch", controller: str = "vegrip", *, fd: bool = True
-) -> Log:
+def record(case: Case | None, duration: float, grasp: str = "pinch", controller: str = "vegrip") -> Log:
     """Return what the node of a scene meets under a fault, or for ``duration`` [s] without one."""
     settings = parameters(controller, KNOBS[grasp][controller])
     sender_time = case.sender_time if case is not None else True
-    scene = Scene(grasp, sender_time=sender_time, parameters=settings, fd=fd)
+    scene = Scene(grasp, sender_time=sender_time, parameters=settings)
     log = listen(scene)
     log.parameters = settings
     if case is None:
@@ -145,8 +136,6 @@ def record(
 
 def hostile(log: Log, seed: int) -> Log:
     """Return ``log`` with false states, and silences now and then."""
-    if not log.fd:
-        return hostile_parts(log, seed)
     lines = [line for finger in log.fingers if (line := log.codec().line(finger)) is not None]
     liars = {line.state_id: Liar((seed, line.state_id)) for line in lines}
     rng, later = np.random.default_rng(seed), 0  # [ns]
@@ -160,25 +149,6 @@ def hostile(log: Log, seed: int) -> Log:
             later += int(10 ** rng.uniform(6.0, 9.5))
         frame = frame._replace(stamp=frame.stamp + later) if frame is not None else None
         found.events.append(Event(event.now + later, frame, event.finger))
-    return found
-
-
-def hostile_parts(log: Log, seed: int) -> Log:
-    """Return a ``log`` of classic frames with false states, and silences now and then."""
-    liars = {number: PartLiar((seed, number)) for number in range(len(log.fingers))}
-    rng, later = np.random.default_rng(seed), 0  # [ns]
-    found = replace(log, events=[])
-    for event in log.events:
-        if rng.random() < SILENCES:
-            later += int(10 ** rng.uniform(6.0, 9.5))
-        frame = event.frame
-        if frame is None or frame.arbitration_id not in DATA_IDS:
-            shifted = frame._replace(stamp=frame.stamp + later) if frame is not None else None
-            found.events.append(Event(event.now + later, shifted, event.finger))
-            continue
-        for delay, sent in liars[frame.arbitration_id & 7].falsified(frame):
-            later += delay
-            found.events.append(Event(event.now + later, sent._replace(stamp=sent.stamp + later)))
     return found
 
 
@@ -198,15 +168,11 @@ class Replay:
         self.node.configure()
         self.node.activate()
         self.answers = Answers()
-        self.lines: dict[int, tuple[str, int, Line | None]] = {}  # finger, part of a state (0: all), line
+        self.lines: dict[int, tuple[str, Line]] = {}  # by identifier of a state: finger, line
         if mode:
             lines = {finger: line for finger in log.fingers if (line := self.codec.line(finger))}
             self.node.run_compiled(lines, mode)
-            self.lines = {
-                identifier: (finger, 0 if log.fd else number, line)
-                for finger, line in lines.items()
-                for number, identifier in enumerate(line.state_ids, 1)
-            }
+            self.lines = {line.state_id: (finger, line) for finger, line in lines.items()}
 
     def run(self) -> Answers:
         """Meet all of the log."""
@@ -234,11 +200,12 @@ class Replay:
         return answers
 
     def _frame(self, frame: Frame, now: int) -> None:
-        finger, part, line = self.lines.get(frame.arbitration_id, ("", 0, None))
-        if line is not None and frame.fd == self.log.fd:
+        known = self.lines.get(frame.arbitration_id)
+        if known is not None and frame.fd:
+            finger, line = known
             data = np.zeros(64, dtype=np.uint8)
             data[: len(frame.data)] = np.frombuffer(frame.data, dtype=np.uint8)
-            done = self.node.on_frame(finger, data, len(frame.data), frame.stamp, now, part)
+            done = self.node.on_frame(finger, data, len(frame.data), frame.stamp, now)
             if done & COMMANDED:
                 self.answers.commands.append((line.command_id, self.node.command_frame(finger).tobytes()))
             if done & REPORT:
@@ -302,56 +269,36 @@ def bits_left(replay: Replay) -> tuple[int, dict[str, bytes]]:
     return answers.compiled_frames, left
 
 
-@dataclass(frozen=True)
-class Way:
-    """How states travel: what a recorded log becomes, how it is made hostile, and how a node meets it."""
-
-    fd: bool = True
-    converted: Callable[[Log], Log] = lambda log: log
-    hostile: Callable[[Log, int], Log] = hostile
-    replay: Callable[[Log, str], Replay] = Replay
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Compare on the table of faults and print a line for each case; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="few and short recordings")
     parser.add_argument("--mode", default="c", choices=MODES, help="what runs the step")
     parser.add_argument("--bits", action="store_true", help="compare C, numba and Python instead")
-    parser.add_argument("--classic", action="store_true", help="with states in several classic frames")
-    parser.add_argument("--topics", action="store_true", help="with states on single topics of ZeroMQ")
     parser.add_argument("--learning", action="store_true", help="with friction shared and probed, loads led")
     chosen = parser.parse_args(arguments)
     controller = "learning" if chosen.learning else "vegrip"
-    way = _topics() if chosen.topics else Way(fd=not chosen.classic)
     seconds = 2.0 if chosen.quick else BITS_DURATION_S if chosen.bits else 10.0
-    hand = way.converted(record(None, seconds, "hand", controller, fd=way.fd))
+    hand = record(None, seconds, "hand", controller)
     if chosen.bits:
-        return 4 if _compare_bits(way, hand) else 0
+        return 4 if _compare_bits(hand) else 0
     cases = [case for case in CASES if not case.slow]
     cases = cases[:: max(1, len(cases) // QUICK_CASES)] if chosen.quick else cases
-    failed = _compare(way, "a hand, undisturbed", hand, chosen.mode)
+    failed = _compare("a hand, undisturbed", hand, chosen.mode)
     for seed in range(2 if chosen.quick else HOSTILE_SEEDS):
         name = f"a hand, hostile states, seed {seed}"
-        failed += _compare(way, name, way.hostile(hand, seed), chosen.mode)
+        failed += _compare(name, hostile(hand, seed), chosen.mode)
     for case in cases:
-        met = way.converted(record(case, 0.0, controller=controller, fd=way.fd))
-        failed += _compare(way, case.name, met, chosen.mode)
+        failed += _compare(case.name, record(case, 0.0, controller=controller), chosen.mode)
     sys.stdout.write(f"{failed} differ\n")
     return 4 if failed else 0
 
 
-def _topics() -> Way:
-    from validation import compiled_topics as topics  # noqa: PLC0415 (it is built on this module)
-
-    return Way(True, topics.on_topics, topics.hostile_topics, topics.TopicReplay)
-
-
-def _compare_bits(way: Way, hand: Log) -> int:
+def _compare_bits(hand: Log) -> int:
     """Print for a log and its hostile form what C, numba and Python left differently; return how much."""
     failed = 0
-    for name, log in {"a hand, undisturbed": hand, "a hand, hostile states": way.hostile(hand, 0)}.items():
-        left = {mode: bits_left(way.replay(log, mode)) for mode in MODES}
+    for name, log in {"a hand, undisturbed": hand, "a hand, hostile states": hostile(hand, 0)}.items():
+        left = {mode: bits_left(Replay(log, mode)) for mode in MODES}
         frames, expected = left["c"]
         unequal = [
             f"{mode}: {key}" for mode in MODES for key in expected if left[mode][1][key] != expected[key]
@@ -362,8 +309,8 @@ def _compare_bits(way: Way, hand: Log) -> int:
     return failed
 
 
-def _compare(way: Way, name: str, log: Log, mode: str) -> int:
-    objects, compiled = way.replay(log, "").run(), way.replay(log, mode).run()
+def _compare(name: str, log: Log, mode: str) -> int:
+    objects, compiled = Replay(log).run(), Replay(log, mode).run()
     found = differences(objects, compiled)
     share = f"{compiled.compiled_frames} of {log.frames} frames compiled"
     told = f"{compiled.packed_reports} of {len(objects.reports)} frames of reports packed by it"

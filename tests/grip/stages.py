@@ -22,10 +22,9 @@ from vegrip.grip.safety.watchdog import WatchdogSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Condition, FingertipState, Reason
 from vegrip.model import paper_model
-from vegrip.transport.codec.part_text import payload_bytes
 
 MODEL = paper_model(8e-3)
-FINGER = FingerLayout(layout_of(MODEL), late=3, history=5, is_shared=True, part_bytes=payload_bytes())
+FINGER = FingerLayout(layout_of(MODEL), late=3, history=5, is_shared=True)
 KERNELS: ModuleType = finger_module(MODEL, FINGER, mode="python")
 
 

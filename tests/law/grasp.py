@@ -12,10 +12,10 @@ import numpy as np
 
 from vegrip import FingertipState, GripController
 from vegrip.config import build
+from vegrip.grip.finger import COMMANDED
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters, estimator_factory
 from vegrip.messages import Condition, ModelHealth
-from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 
 from .channels import FAULTS, FLICKER_S, Said, Sound
 from .plant import DEPTH, FORCE, FORCE_X, FORCE_Y, SPEED, Array, Make, Plant
@@ -139,9 +139,6 @@ class Hand:
         self.node = GraspForce("law", self.names, estimator_factory(settings, self.names, "law"), settings)
         self.node.configure()
         self.node.activate()
-        codec = MsgpackCodec("", self.names, use_sender_time=True)
-        lines = {name: line for name in self.names if (line := codec.line(name)) is not None}
-        self.node.run_compiled(lines)
         assert self.node.controller is not None
         self.controller = self.node.controller
 
@@ -156,13 +153,9 @@ class Hand:
                 commands[self.names.index(command.finger)] = command.normal_force
             return
         node = self.node
-        for i, name in enumerate(self.names):
-            if node.on_values(name, values[i], seq, now, now, now):
-                commands[i] = node.command_numbers(name)[1]
-            else:
-                self._listen(
-                    node.on_message(FingertipState(now, name, seq, *values[i].tolist()), now), commands
-                )
+        for i, (name, row) in enumerate(zip(self.names, values.tolist(), strict=True)):
+            if self.controller.answer(FingertipState(now, name, seq, *row), now) & COMMANDED:
+                commands[i] = node.fingers[name].held
         self._listen(node.on_tick(now), commands)
 
     def _listen(self, answers: Any, commands: Array) -> None:

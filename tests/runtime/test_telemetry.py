@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vegrip.messages import FingertipState
-from vegrip.runtime.telemetry import Direction, Telemetry, Unmade
+from vegrip.runtime.telemetry import Direction, Telemetry
 
 
 class ListSink:
@@ -98,10 +98,6 @@ def test_what_the_sink_does_not_take_is_neither_queued_nor_dropped():
     assert (sink.counted, sink.got, telemetry.dropped) == (8, [0, 3, 6], 0)
 
 
-def unmade(seq):
-    return Unmade(FingertipState, "thumb", 10 * seq, (seq, float(seq)))
-
-
 def test_what_travelled_unmade_is_a_message_among_the_others_where_it_is_wanted():
     sink = ListSink()
     telemetry = Telemetry(sink)
@@ -109,10 +105,9 @@ def test_what_travelled_unmade_is_a_message_among_the_others_where_it_is_wanted(
         if seq % 2:
             telemetry.offer(FingertipState(0, "thumb", seq), Direction.IN)
         elif telemetry.count(FingertipState, "thumb", Direction.IN):
-            telemetry.show(unmade(seq), Direction.IN)
+            telemetry.show(FingertipState(0, "thumb", seq), Direction.IN)
     telemetry.drain()
     assert (sink.counted, sink.got) == (6, list(range(6)))
-    assert unmade(3).made() == FingertipState(30, "thumb", 3, normal_force=3.0)
 
 
 def test_what_is_not_wanted_need_not_be_shown():

@@ -10,7 +10,7 @@ import zmq
 from vegrip.messages import FingertipState, Lifecycle, NodeStatus
 from vegrip.runtime import telemetry_socket
 from vegrip.runtime.registry import Entry
-from vegrip.runtime.telemetry import Direction, Unmade
+from vegrip.runtime.telemetry import Direction
 from vegrip.runtime.telemetry_socket import (
     MOST_PREFIXES,
     MOST_STREAMS,
@@ -201,11 +201,11 @@ def test_of_a_stream_whose_newest_suffices_one_is_wanted_in_a_period_and_newer_o
     thumb = FingertipState, "thumb", Direction.IN
     sink._newest_due = math.inf
     assert sink.wants(*thumb)
-    assert not sink.takes(Unmade(FingertipState, "thumb", 5, (5, 5.0)), Direction.IN)
+    assert not sink.takes(FingertipState(5, "thumb", 5, 5.0), Direction.IN)
     assert not sink.wants(*thumb), "there is one"
     sink._newest_due = 0.0
     assert sink.wants(*thumb), "the period ends"
-    assert not sink.takes(Unmade(FingertipState, "thumb", 6, (6, 6.0)), Direction.IN)
+    assert not sink.takes(FingertipState(6, "thumb", 6, 6.0), Direction.IN)
     sink.listen()
     assert until(lambda: [m.normal_force for _, _, _, m in reader.read(0.1)] == [6.0])
     reader.close()

@@ -99,8 +99,7 @@ class _Session:
         world.stands = True
         self.endpoint: Any = self.wire.open()
         if self._way == "objects":
-            for line in ("line", "topic_line"):
-                setattr(self.endpoint, line, lambda _: None)
+            self.endpoint.line = lambda _: None
         self.node = make_node(self._setting, self.wire.fingers)
         if self._way in ("c", "numba", "python"):
             run, way = self.node.run_compiled, self._way

@@ -5,11 +5,10 @@ from collections.abc import Callable, Mapping
 
 from vegrip.messages import Message
 from vegrip.transport.codec import CanCodec, Frame
-from vegrip.transport.codec.line import Line
 
 Service = Callable[[Frame], None]
 Gate = Callable[[int], bool]
-Keep = Callable[[Message | None, list[Frame]], None]
+Keep = Callable[[Message, list[Frame]], None]
 
 
 class CanopenCodec:
@@ -58,29 +57,17 @@ class CanopenCodec:
 
     def decode(self, frame: Frame) -> Message | None:
         """Return the message that a PDO completes; hand any other frame to the services."""
-        if frame.arbitration_id not in self._identifier:
+        identifier = self._identifier.get(frame.arbitration_id)
+        if identifier is None:
             self._service(frame)
             return None
-        classic = self.classic(frame)
-        return None if classic is None else self._codec.decode(classic)
-
-    def classic(self, frame: Frame) -> Frame | None:
-        """Return a PDO as the classic frame that it is; None for other frames, and while it is not heard."""
-        identifier = self._identifier.get(frame.arbitration_id)
-        if identifier is None or not self._hears(frame.arbitration_id):
+        if not self._hears(frame.arbitration_id):
             return None
-        return Frame(identifier, frame.data, frame.fd, frame.stamp)  # a third of the time of _replace
-
-    def line(self, finger: str) -> Line | None:
-        return self._codec.line(finger)
+        return self._codec.decode(Frame(identifier, frame.data, frame.fd, frame.stamp))
 
     def encode(self, message: Message) -> list[Frame]:
         """Return the PDOs of ``message`` that may be sent; messages without a PDO have none."""
         frames = [] if isinstance(message, self._without_pdo) else self._codec.encode(message)
-        return self.pdos(frames, message)
-
-    def pdos(self, frames: list[Frame], message: Message | None = None) -> list[Frame]:
-        """Return classic ``frames``, of a ``message`` if it is known, as the PDOs that may be sent."""
         self._keep(message, frames)
         cob_ids = [(self._cob_id.get(frame.arbitration_id), frame) for frame in frames]
         return [

@@ -15,8 +15,7 @@ from vegrip.messages import ContactEstimate, Message
 from vegrip.transport.can_endpoint import CanEndpoint, Open
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec import CanCodec, Frame
-from vegrip.transport.codec.line import Line
-from vegrip.transport.endpoint import ClosedByWith, Intercept
+from vegrip.transport.endpoint import ClosedByWith
 from vegrip.transport.sender_clock import ClockEstimate, SenderClock
 
 
@@ -51,8 +50,6 @@ class CanopenEndpoint(ClosedByWith):
             codec, identifiers, self.service, self.hears, self.speaks, self.keep, (ContactEstimate,)
         )
         self.can = CanEndpoint(bus, self.pdos, reopen, timing)
-        self._intercept: Intercept | None = None
-        self._is_dealt_with = False  # a frame was answered past the messages
         self._clock = SenderClock()
         self.network.subscribe(TIME_COB_ID, self._on_time)
 
@@ -80,44 +77,20 @@ class CanopenEndpoint(ClosedByWith):
         else:
             self._clock.hear(told, round(stamp * NS))
 
-    @property
-    def intercept(self) -> Intercept | None:
-        return self._intercept
-
-    @intercept.setter
-    def intercept(self, intercept: Intercept | None) -> None:
-        self._intercept = intercept
-        self.can.intercept = self._offer if intercept is not None else None
-
-    def _offer(self, frame: Frame) -> bool:
-        classic = self.pdos.classic(frame)
-        if classic is None or self._intercept is None or not self._intercept(classic):
-            return False
-        self._is_dealt_with = True
-        return True
-
-    def line(self, finger: str) -> Line | None:
-        return self.pdos.line(finger)
-
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a message; meanwhile serve what is due."""
         end = self.now() + round(timeout * NS)
-        self._is_dealt_with = False
         while True:
             now = self.now()
             self.serve(now)
             wait = max(min(end, self.due) - now, 0) / NS
             messages = self.can.receive(wait)
-            if messages or self._is_dealt_with or self.now() >= end:
+            if messages or self.now() >= end:
                 self.arrivals = self.can.arrivals
                 return messages
 
     def send(self, message: Message) -> None:
         self.can.send(message)
-
-    def send_frame(self, frame: Frame) -> None:
-        for pdo in self.pdos.pdos([frame]):
-            self.can.send_frame(pdo)
 
     def put(self, cob_id: int, data: bytes) -> None:
         self.can.send_frame(Frame(cob_id, data))
@@ -147,5 +120,5 @@ class CanopenEndpoint(ClosedByWith):
     def speaks(self, cob_id: int) -> bool:  # noqa: ARG002
         return False
 
-    def keep(self, message: Message | None, frames: list[Frame]) -> None:
+    def keep(self, message: Message, frames: list[Frame]) -> None:
         """Keep what is sent, to be read by SDO."""

@@ -26,19 +26,17 @@ from vegrip.grip import packet_text
 from vegrip.grip.batch_text import REPORT_ARGUMENTS, STEP_ARGUMENTS, batch_text
 from vegrip.grip.layout import MECHANICAL_CHANNELS, WINDOW_SLOTS, FingerLayout
 from vegrip.grip.slip_trust import TRUST_SIZE
-from vegrip.grip.wires import ENTRIES, MESSAGE_ENTRIES, NODE_ENTRIES, NODE_KERNELS, WIRES
+from vegrip.grip.wires import ENTRIES, FRAME_ENTRIES, MESSAGE_ENTRIES, NODE_ENTRIES
 from vegrip.model import ContactModel, cache, native, writer
 from vegrip.model.composer import compose
 from vegrip.transport.codec.kernel_text import wire_text
-from vegrip.transport.codec.part_text import part_text
 
 HERE: Final = Path(__file__).parent / "kernels"
 INPUT_KERNELS: Final = ("bits", "words", "protection", "receive", "stillness", "noise", "watchdog")
 GRIP_KERNELS: Final = (
     "demand", "takeover", "usual_need", "margin_grip", "fail_safe", "limits", "share", "control",
-    "finger_step",
+    "finger_step", "reports",
 )  # fmt: skip
-ALONE_KERNELS: Final[tuple[str, ...]] = ("reports",)
 SHARED_FRICTION: Final = (
     "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip", "late_slip",
     "friction_change", "slip_trust",
@@ -50,8 +48,8 @@ SUFFICIENT_CHANNELS: Final = ("normal_force", "displacement")
 FingerKernels = Any
 """A generated module, or what stands for it: :class:`FingerKernelsC`."""
 
-Step = Callable[..., int]
-"""A frame or values, and what its wire has besides (:mod:`vegrip.grip.wires`) -> what was done, in bits."""
+Step = Callable[[Any, int, int, int], int]
+"""Frame, its length, arrival and present time [ns] -> what was done, in bits."""
 
 log = logging.getLogger(__name__)
 
@@ -75,15 +73,11 @@ def finger_module(
     return cache.load(text)
 
 
-def bound_step(module: FingerKernels, wire: str, f: Any, t: Any, g: Any, out: Any) -> Step:
+def bound_step(module: FingerKernels, f: Any, t: Any, g: Any, out: Any) -> Step:
     """Return the step of ``module`` on arrays that stay where they are and are kept by the caller."""
     if isinstance(module, FingerKernelsC):
-        return module.bound_step(wire, f, t, g, out)
-    step = getattr(module, WIRES[wire].step)
-    if not WIRES[wire].writes:
-        return lambda values, counter, stamp, arrival, now: step(
-            f, t, g, values, counter, stamp, arrival, now
-        )
+        return module.bound_step(f, t, g, out)
+    step = module.finger_step
     return lambda frame, length, arrival, now: step(f, t, g, frame, length, arrival, now, out)
 
 
@@ -94,15 +88,15 @@ def bound_call(module: FingerKernels, name: str, *arrays: Any) -> Callable[..., 
     return partial(getattr(module, name), *arrays)
 
 
-def compile_now(module: FingerKernels, finger: FingerLayout, wire: str, f: Any, t: Any, out: Any) -> None:
+def compile_now(module: FingerKernels, finger: FingerLayout, f: Any, t: Any, out: Any) -> None:
     """Let numba compile what a node calls of ``module``, for arrays like these; C and Python have no need to.
 
     numba compiles a function when it is called first, and that would be within the loop: a minute without a
     command. Nothing is called here, so that the arrays stay as they are.
     """
     given = {MEMORY: f, LONGS: t, BYTES: out, LONG: 0}
-    called, entries = (WIRES[wire].step, *WIRES[wire].reports, *MESSAGE_ENTRIES), entries_of(finger)
-    for name in called:
+    entries = entries_of(finger)
+    for name in (*FRAME_ENTRIES, *MESSAGE_ENTRIES):
         function = getattr(module, name, None)
         if isinstance(function, Dispatcher) and name in entries:
             kinds = entries[name]
@@ -135,8 +129,7 @@ def finger_text(effects: tuple[Effect, ...], finger: FingerLayout, ellipse: bool
 
     """
     kernels = [path.read_text(encoding="utf-8") for path in kernels_of(finger)]
-    frames = wire_text() + part_text() if finger.is_shared else wire_text()
-    known = [*clock_parts(finger), constants(), frames]
+    known = [*clock_parts(finger), constants(), wire_text()]
     parts = [*estimator_parts(finger.filter, ellipse=ellipse), *known]
     names = [effect.name for effect in effects]
     return writer.write(compose(effects), names, [*parts, *kernels], tuple(entries_of(finger)))
@@ -144,14 +137,13 @@ def finger_text(effects: tuple[Effect, ...], finger: FingerLayout, ellipse: bool
 
 def kernels_of(finger: FingerLayout) -> list[Path]:
     """Return the files of the step, in their order."""
-    friction, more = [HERE / "alone.py"], ALONE_KERNELS
+    friction = [HERE / "alone.py"]
     if finger.is_shared:
         friction = [HERE.with_name(f"{name}.py") for name in SHARED_FRICTION]
         friction += [HERE / "friction_shared.py", HERE / "choice.py"]
-        more = NODE_KERNELS
-    names = INPUT_KERNELS, (*GRIP_KERNELS, *more)
-    before, behind = ([HERE / f"{name}.py" for name in some] for some in names)
-    return [*before, HERE.with_name("confirmed_load.py"), *friction, *behind]
+    before, behind = ([HERE / f"{name}.py" for name in some] for some in (INPUT_KERNELS, GRIP_KERNELS))
+    messages = [HERE / "finger_message.py"] if finger.is_shared else []
+    return [*before, HERE.with_name("confirmed_load.py"), *friction, *behind, *messages]
 
 
 def entries_of(finger: FingerLayout) -> Mapping[str, tuple[Kind, ...]]:
@@ -210,17 +202,10 @@ class FingerKernelsC:
         done: int = self._step(at(f), at(t), at(g), at(frame), length, arrival, now, at(out))
         return done
 
-    def bound_step(self, wire: str, f: Any, t: Any, g: Any, out: Any) -> Step:
-        """Return the step of a wire on arrays that stay where they are and are kept by the caller."""
-        step, answer = self.entry(WIRES[wire].step), address(out)
+    def bound_step(self, f: Any, t: Any, g: Any, out: Any) -> Step:
+        """Return the step on arrays that stay where they are and are kept by the caller."""
+        step, answer = self._step, address(out)
         at_f, at_t, at_g = map(address, (f, t, g))
-        if not WIRES[wire].writes:
-
-            def call_with(values: Any, counter: int, stamp: int, arrival: int, now: int) -> int:
-                done: int = step(at_f, at_t, at_g, address(values), counter, stamp, arrival, now)
-                return done
-
-            return call_with
 
         def call(frame: Any, length: int, arrival: int, now: int) -> int:
             done: int = step(at_f, at_t, at_g, address(frame), length, arrival, now, answer)

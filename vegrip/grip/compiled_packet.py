@@ -20,7 +20,6 @@ from vegrip.grip.packet_text import (
 )
 from vegrip.runtime.packet_path import PacketAnswer
 from vegrip.transport.canbus.virtual_can import Taken
-from vegrip.transport.codec.line import FD
 from vegrip.types import Floats
 
 
@@ -84,5 +83,5 @@ def can_take_packets(fingers: Sequence[GraspFinger]) -> bool:
     """Return whether one call can answer for all: C runs them, and every state is one frame with 11 bits."""
     modules = {finger.module.library for finger in fingers if isinstance(finger.module, FingerKernelsC)}
     in_c = all(isinstance(finger.module, FingerKernelsC) for finger in fingers)
-    plain = all(f.wire == FD and f.state_id < IDENTIFIERS and f.report_ids for f in fingers)
+    plain = all(f.state_id < IDENTIFIERS and f.report_ids for f in fingers)
     return in_c and len(modules) == 1 and plain and len(fingers) <= MOST_FINGERS

@@ -34,7 +34,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.model import ContactModel
-from vegrip.transport.codec.line import FingerLine
+from vegrip.transport.codec.line import Line
 
 REPORT_GROUPS = 5
 """Fingers that report at different times; of more, some report together, in one message where that is so."""
@@ -84,7 +84,7 @@ class GripController:
         self._settings = self._derived(settings or ControlSettings())
         self._known_object = known_object
         self._share_of = make_share(self._settings, self.names)
-        self._lines: Mapping[str, FingerLine] = {}
+        self._lines: Mapping[str, Line] = {}
         self._mode = ""
         self._now = 0  # [ns] of the last step
         self.fingers: dict[str, GraspFinger] = {}
@@ -158,7 +158,7 @@ class GripController:
         self.fingers = {name: self._new_finger(name, estimator) for name, estimator in estimators.items()}
         self._apply()
 
-    def follow_lines(self, lines: Mapping[str, FingerLine], mode: str = "") -> None:
+    def follow_lines(self, lines: Mapping[str, Line], mode: str = "") -> None:
         """Take the frames of ``lines`` from now on, finger by finger; ``mode`` says what runs the step."""
         self._lines, self._mode = lines, mode
         for name, finger in self.fingers.items():

@@ -2,7 +2,7 @@
 
 What a finger does is one text (:mod:`vegrip.grip.kernels`), which C, numba or plain Python runs on the
 numbers of :mod:`vegrip.grip.layout`. Here they have a place, are called by their names, and become messages.
-States come as messages (:meth:`GraspFinger.answer`), as frames or as values (:meth:`GraspFinger.step`).
+States come as messages (:meth:`GraspFinger.answer`) or as frames (:meth:`GraspFinger.step`).
 
 An estimator, a policy or a share of the grasp in Python takes part between the halves of the step. That costs
 what the Python costs, and some 20 us; frames are then decoded to messages.
@@ -40,7 +40,6 @@ from vegrip.grip.policies.policy import GripPolicy
 from vegrip.grip.recent_states import KeptStates
 from vegrip.grip.rules import MARGIN, write_choice, write_rules
 from vegrip.grip.settings import ControlSettings, apply_policy, make_policy
-from vegrip.grip.wires import MESSAGE
 from vegrip.messages import (
     Condition,
     ContactEstimate,
@@ -53,9 +52,7 @@ from vegrip.messages import (
     Reason,
     SlipMargin,
 )
-from vegrip.runtime.telemetry import Unmade
-from vegrip.transport.codec.line import CLASSIC, FingerLine
-from vegrip.transport.codec.part_text import payload_bytes
+from vegrip.transport.codec.line import Line
 from vegrip.types import Floats
 
 Wanted = tuple[float, float]
@@ -76,8 +73,6 @@ MOST_LATE: Final = RECENT_STATES // 2
 """Samples an estimator may go back."""
 FETCHED_STATES: Final = 64
 """States that are fetched from the memory at once."""
-PART_BYTES: Final = 8
-"""Of a classic frame."""
 NO_QUICKEST: Final = 1 << 62
 """[ns] No state has come yet, see :mod:`vegrip.grip.kernels.watchdog`."""
 LARGEST_WHOLE: Final = (1 << 63) - 1
@@ -139,7 +134,7 @@ class GraspFinger:
         shared: Floats,
         *,
         phase: float = 0.0,
-        line: FingerLine | None = None,
+        line: Line | None = None,
         mode: str = "",
         alone: bool = False,
     ) -> None:
@@ -190,7 +185,7 @@ class GraspFinger:
         self._build(estimator, module)
         self.memory["TURN_HAS_MARGIN"] = 0
 
-    def follow_line(self, line: FingerLine | None, mode: str = "") -> None:
+    def follow_line(self, line: Line | None, mode: str = "") -> None:
         """Take the frames of ``line`` from now on; None: messages alone."""
         self.leave_line()
         self.line = line
@@ -210,7 +205,7 @@ class GraspFinger:
         late = 0 if own else estimator.settings.late  # type: ignore[attr-defined]
         if self._alone:
             return FingerLayout(places, late)
-        return FingerLayout(places, late, RECENT_STATES, True, payload_bytes())
+        return FingerLayout(places, late, RECENT_STATES, True)
 
     def _module(self, estimator: Estimator, layout: FingerLayout) -> FingerKernels:
         found = estimator if isinstance(estimator, ContactEstimator) else STAND_IN
@@ -234,16 +229,15 @@ class GraspFinger:
         self._bind_line()
 
     def _bind_line(self) -> None:
-        """Have what answers the frames of the present wire."""
-        f, t, wire = self.memory.f, self.memory.t, self.wire
-        self.answer_frame = np.zeros(PART_BYTES if wire == CLASSIC else COMMAND_BYTES, dtype=np.uint8)
-        """The frame of the last command, where commands are frames."""
+        """Have what answers the frames of the present line."""
+        f, t = self.memory.f, self.memory.t
+        self.answer_frame = np.zeros(COMMAND_BYTES, dtype=np.uint8)
+        """The frame of the last command, where states are frames."""
         sizes = REPORT_BYTES if self.line is not None and self.line.report_ids else ()
         self.report_frames = tuple(np.zeros(size, dtype=np.uint8) for size in sizes)
         """Both frames of the last contact that was told by :meth:`tell`, and that of the slip margin."""
-        compile_now(self.module, self.layout, wire, f, t, self.answer_frame)
-        if wire != MESSAGE:
-            self._step = bound_step(self.module, wire, f, t, self._shared, self.answer_frame)
+        compile_now(self.module, self.layout, f, t, self.answer_frame)
+        self._step = bound_step(self.module, f, t, self._shared, self.answer_frame)
 
     def _bind(self) -> None:
         """Look up once what every state asks for."""
@@ -405,11 +399,6 @@ class GraspFinger:
     # frames in
 
     @property
-    def wire(self) -> str:
-        """How its states travel, see :mod:`vegrip.transport.codec.line`."""
-        return MESSAGE if self.line is None else self.line.wire
-
-    @property
     def state_id(self) -> int:
         """Identifier of the frames of states."""
         return self._on_wire.state_id
@@ -425,7 +414,7 @@ class GraspFinger:
         return self._on_wire.report_ids
 
     @property
-    def _on_wire(self) -> FingerLine:
+    def _on_wire(self) -> Line:
         assert self.line is not None  # noqa: S101 (asked only of a finger with frames)
         return self.line
 
@@ -434,7 +423,7 @@ class GraspFinger:
         line, lifetime = self.line, self._settings.limits.lifetime
         if not self.is_on_line and line is not None and self.is_whole and line.carries(lifetime):
             line.write_to(self.memory, lifetime)
-            self.is_on_line = line.can_hand_over(self.memory)
+            self.is_on_line = True
         return self.is_on_line
 
     def leave_line(self) -> None:
@@ -451,14 +440,6 @@ class GraspFinger:
     def step(self, frame: np.ndarray, length: int, arrival: int, now: int) -> int:
         """Answer a frame; what is done is told in bits, and LEFT_ALONE means nothing at all."""
         return self._step(frame, length, arrival, now)
-
-    def step_part(self, frame: np.ndarray, length: int, part: int, arrival: int, now: int) -> int:
-        """Take the frame number ``part``, from 1, of those that make a state; answer with the last one."""
-        return self._step(frame, part, arrival, now) if length == PART_BYTES else LEFT_ALONE
-
-    def step_values(self, values: Floats, counter: int, stamp: int, arrival: int, now: int) -> int:
-        """Answer the values of a state, as :meth:`step`; the command is :meth:`command`."""
-        return self._step(values, counter, stamp, arrival, now)
 
     @property
     def runs_by(self) -> str:
@@ -507,19 +488,6 @@ class GraspFinger:
         """Give the next command a number above ``seq``."""
         self.memory["TURN_SEQ"] = max(self.memory["TURN_SEQ"], seq)
 
-    def command_numbers(self) -> tuple[int, float, float, int, int]:
-        """Return counter, force [N], its change [N], reason and lifetime [ns] of the last command."""
-        _, seq, reason = map(self._wholes.__getitem__, self._turn)
-        force, adjustment = map(self._reals.__getitem__, self._given)
-        return seq, force, adjustment, reason, self._lifetime
-
-    def command_given(self) -> Unmade:
-        """Return the last command, to be made a message elsewhere."""
-        stamp, seq, reason = map(self._wholes.__getitem__, self._turn)
-        force, adjustment = map(self._reals.__getitem__, self._given)
-        rest = seq, force, adjustment, REASONS[reason], stamp + self._lifetime
-        return Unmade(ForceCommand, self.name, stamp, rest)
-
     # what it felt
 
     @property
@@ -563,10 +531,10 @@ class GraspFinger:
         force, displacement = self._felt
         return self._reals[force], self._reals[displacement]
 
-    def state_taken(self) -> Unmade:
-        """Return the present state, to be made a message elsewhere."""
-        stamp, seq = map(self._wholes.__getitem__, self._news)
-        return Unmade(FingertipState, self.name, stamp, (seq, *self._state.tolist()))
+    def state(self) -> FingertipState:
+        """Return the present state."""
+        stamp, seq = self._news
+        return FingertipState(self._wholes[stamp], self.name, self._wholes[seq], *self._state.tolist())
 
     def is_quiet(self, now: int) -> bool:
         """Return whether a tick has nothing to do: no silence, and no command to renew."""

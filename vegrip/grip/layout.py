@@ -80,7 +80,6 @@ WHOLES: Sections = {
 NODE_REALS: Sections = {"BASELINE": records.Baseline, "OWN": records.Own}
 NODE_WHOLES: Sections = {"CHOICE": records.Choice}
 """Of a finger in a node."""
-PARTS: Sections = {"PARTS": records.Parts}
 
 
 @dataclass(frozen=True)
@@ -93,13 +92,11 @@ class FingerLayout(SampleLayout):
         history: states that are kept for others; 0 keeps none.
         is_shared: whether it is one of a node: fingers can share friction and lead their loads, and
             policies can be chosen.
-        part_bytes: values of all frames of a state, where several make one.
 
     """
 
     history: int = 0
     is_shared: bool = False
-    part_bytes: int = 0
 
     def real_sections(self) -> Iterator[tuple[str, tuple[str, ...], int]]:
         """Yield name, names within and length of the sections of real numbers."""
@@ -117,9 +114,6 @@ class FingerLayout(SampleLayout):
             yield from named_sections(NODE_WHOLES)
         yield "HISTORY_STAMP", (), self.history
         yield "HISTORY_SEQ", (), self.history
-        if self.part_bytes:
-            yield from named_sections(PARTS)
-            yield "PART_BYTES", (), self.part_bytes
 
     def constants(self) -> str:
         """Return the places, and the codes of conditions and reasons, as program text."""

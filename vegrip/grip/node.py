@@ -33,9 +33,7 @@ from vegrip.messages import (
 )
 from vegrip.runtime import NodeBase
 from vegrip.runtime.packet_path import PacketAnswer
-from vegrip.runtime.telemetry import Unmade
-from vegrip.transport.codec.line import FingerLine
-from vegrip.types import Floats
+from vegrip.transport.codec.line import Line
 
 
 class GraspForce(NodeBase):
@@ -73,7 +71,7 @@ class GraspForce(NodeBase):
         """What grips; None until the node is configured."""
         self._names = tuple(fingers)
         self._model_swap: ModelSwap | None = None
-        self._lines: Mapping[str, FingerLine] = {}
+        self._lines: Mapping[str, Line] = {}
         self._kernel_mode = ""
         self._batch: CompiledBatch | None = None
         self._packets: CompiledPackets | None = None
@@ -214,7 +212,7 @@ class GraspForce(NodeBase):
         """The fingers whose frames may run compiled."""
         return self._names
 
-    def run_compiled(self, lines: Mapping[str, FingerLine], mode: str = "") -> None:
+    def run_compiled(self, lines: Mapping[str, Line], mode: str = "") -> None:
         """Answer the frames of ``lines`` compiled from now on, finger by finger, as far as that is possible.
 
         Args:
@@ -227,35 +225,16 @@ class GraspForce(NodeBase):
             self.controller.follow_lines(lines, mode)
         self._join()
 
-    def on_frame(
-        self, name: str, frame: np.ndarray, length: int, arrival: int, now: int, part: int = 0
-    ) -> int:
+    def on_frame(self, name: str, frame: np.ndarray, length: int, arrival: int, now: int) -> int:
         """Answer a frame of the finger ``name``; see :meth:`GraspFinger.step`.
 
-        Where several frames make a state ``part`` is the number of this one, from 1. What is left alone is
-        for :meth:`on_message`; for a finger in which Python takes part everything is. The
-        answer is :meth:`command_frame`, what is due besides :meth:`reports`.
+        What is left alone is for :meth:`on_message`; for a finger in which Python takes part everything is.
+        The answer is :meth:`command_frame`, what is due besides :meth:`reports`.
         """
         finger = self._on_line(name)
         if finger is None:
             return LEFT_ALONE
-        if part:
-            done = finger.step_part(frame, length, part, arrival, now)
-        else:
-            done = finger.step(frame, length, arrival, now)
-        if done == LEFT_ALONE:
-            finger.leave_line()  # the codec decodes it, or refuses by name
-        return done
-
-    def on_values(self, name: str, values: Floats, counter: int, stamp: int, arrival: int, now: int) -> int:
-        """Answer the values of a state of the finger ``name``; see :meth:`GraspFinger.step_values`.
-
-        As :meth:`on_frame`; the answer is :meth:`command_numbers`.
-        """
-        finger = self._on_line(name)
-        if finger is None:
-            return LEFT_ALONE
-        done = finger.step_values(values, counter, stamp, arrival, now)
+        done = finger.step(frame, length, arrival, now)
         if done == LEFT_ALONE:
             finger.leave_line()  # the codec decodes it, or refuses by name
         return done
@@ -341,17 +320,13 @@ class GraspForce(NodeBase):
         """Return normal force [N] and displacement [m] of the last state."""
         return self.fingers[name].felt()
 
-    def state_taken(self, name: str) -> Unmade:
+    def state(self, name: str) -> FingertipState:
         """Return the last state."""
-        return self.fingers[name].state_taken()
+        return self.fingers[name].state()
 
-    def command_given(self, name: str) -> Unmade:
+    def command(self, name: str) -> ForceCommand:
         """Return the last command."""
-        return self.fingers[name].command_given()
-
-    def command_numbers(self, name: str) -> tuple[int, float, float, int, int]:
-        """Return counter, force [N], its change [N], reason and lifetime [ns] of that command."""
-        return self.fingers[name].command_numbers()
+        return self.fingers[name].command()
 
     def leave_lines(self, name: str = "") -> None:
         """Let the codec go on with the counters of the finger ``name`` or of all, and decode."""
@@ -403,8 +378,8 @@ class GraspForce(NodeBase):
         way = f"states are answered by the compiled step ({fingers[0].runs_by})"
         if not self._lines:
             return (
-                f"{way}, as messages: they come through a map, in restored order (order_window) or by the"
-                " hand's clock (estimate_clock)"
+                f"{way}, as messages: one does not come in one CAN FD frame of our own layout, or comes in"
+                " restored order (order_window) or by the hand's clock (estimate_clock)"
             )
         if not all(line.carries(lifetime) for line in self._lines.values()):
             return (

@@ -202,14 +202,3 @@ class Choice:
     share: int  # whether the share of the grasp comes from Python
     reason: int  # of a policy in Python
     forgotten: int  # how often it has to forget the past
-
-
-class Parts:
-    """Of a state that comes in several frames."""
-
-    counter: int  # of the first one
-    stamp: int  # [ns] arrival of the first one
-    expected: int  # number of the frame that must come next; 0: of a new state
-    incomplete: int  # states that were begun and not finished
-    clipped_force: int  # commands beyond what their frame carries
-    clipped_adjustment: int

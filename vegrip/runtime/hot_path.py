@@ -3,26 +3,25 @@
 A node that can answer frames (:class:`AnswersFrames`) on a bus that gives them (:class:`GivesFrames`) is
 asked before a frame is decoded. What the node leaves alone, and everything while it is not active, goes the
 way of messages. Who watches the telemetry gets the messages all the same: they are made of what the node
-keeps, in the thread of the telemetry.
+keeps.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, Final, NamedTuple, Protocol, runtime_checkable
+from typing import Any, Final, Protocol, runtime_checkable
 
 import numpy as np
 
 from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, SlipMargin
 from vegrip.runtime.short_way import OfLoop, ShortWay
-from vegrip.runtime.telemetry import Direction, Telemetry, Unmade
+from vegrip.runtime.telemetry import Direction, Telemetry
 from vegrip.transport.codec import Frame
-from vegrip.transport.codec.line import CLASSIC, FingerLine, Line
+from vegrip.transport.codec.line import Line
 from vegrip.transport.endpoint import Intercept
 
 LONGEST_FRAME: Final = 64  # [bytes]
 LEFT_ALONE: Final = 0
 COMMANDED: Final = 2
 REPORT: Final = 4
-PART: Final = 8
 """What a node says it did with a frame, in bits."""
 
 
@@ -50,14 +49,11 @@ class AnswersFrames(Protocol):
     def number_commands_from(self, numbers: Mapping[str, int]) -> None:
         """Give every next command a number above these."""
 
-    def run_compiled(self, lines: Mapping[str, FingerLine]) -> None:
+    def run_compiled(self, lines: Mapping[str, Line]) -> None:
         """Prepare to answer the frames of ``lines``, as far as that is possible."""
 
-    def on_frame(self, name: str, frame: Any, length: int, arrival: int, now: int, part: int = 0) -> int:
-        """Answer a frame of the finger ``name``; return in bits what was done, LEFT_ALONE for nothing.
-
-        Where several frames make a state ``part`` is the number of this one, from 1.
-        """
+    def on_frame(self, name: str, frame: Any, length: int, arrival: int, now: int) -> int:
+        """Answer a frame of the finger ``name``; return in bits what was done, LEFT_ALONE for nothing."""
 
     def command_frame(self, name: str) -> Any:
         """Return the frame of the last command."""
@@ -65,10 +61,10 @@ class AnswersFrames(Protocol):
     def felt(self, name: str) -> tuple[float, float]:
         """Return normal force [N] and displacement [m] of the last frame that was answered."""
 
-    def state_taken(self, name: str) -> Unmade:
+    def state(self, name: str) -> FingertipState:
         """Return the state of the last frame that was answered."""
 
-    def command_given(self, name: str) -> Unmade:
+    def command(self, name: str) -> ForceCommand:
         """Return the command of the last frame that was answered with one."""
 
     def reports(self, name: str, now: int) -> Iterator[Message]:
@@ -91,14 +87,6 @@ class AnswersFrames(Protocol):
         """Bring up to date what was counted of frames, and nothing else."""
 
 
-class _Known(NamedTuple):
-    """Whose frame of a state it is, which part of it (0: all), and the identifier of the command."""
-
-    finger: str
-    part: int
-    command: int
-
-
 class HotPath(ShortWay[AnswersFrames, GivesFrames]):
     """Answers the frames of states of one node."""
 
@@ -106,18 +94,14 @@ class HotPath(ShortWay[AnswersFrames, GivesFrames]):
         super().__init__(node, endpoint, loop)
         self._bytes = bytearray(LONGEST_FRAME)
         self._array = np.frombuffer(self._bytes, dtype=np.uint8)
-        self._lines: dict[int, _Known] = {}  # by identifier of the frames of states
+        self._lines: dict[int, tuple[str, int]] = {}  # state's identifier -> finger, command's identifier
 
     def prepare(self) -> None:
         """Compile what will run; the node has been configured."""
         fingers = self.node.frame_fingers
         lines = {finger: line for finger in fingers if (line := self._endpoint.line(finger)) is not None}
         self.node.run_compiled(lines)
-        self._lines = {
-            identifier: _Known(finger, number if line.wire == CLASSIC else 0, line.command_id)
-            for finger, line in lines.items()
-            for number, identifier in enumerate(line.state_ids, 1)
-        }
+        self._lines = {line.state_id: (finger, line.command_id) for finger, line in lines.items()}
         self._knows_all = False
 
     def look(self, intercept: Intercept | None) -> None:
@@ -127,20 +111,20 @@ class HotPath(ShortWay[AnswersFrames, GivesFrames]):
     def answer(self, frame: Frame) -> tuple[int, str]:
         """Answer ``frame``; return what was done, LEFT_ALONE for nothing, and the finger."""
         known = self._lines.get(frame.arbitration_id)
-        if known is None or frame.fd == (known.part > 0):
+        if known is None or not frame.fd:
             return LEFT_ALONE, ""
-        finger, part, command = known
+        finger, command = known
         telemetry, length = self._telemetry, len(frame.data)
         if self._channels is not None and not self._channels.knows(finger):
             self.node.leave_lines(finger)
             return LEFT_ALONE, finger
         self._bytes[:length] = frame.data
-        done = self.node.on_frame(finger, self._array, length, frame.stamp, self._clock.now(), part)
-        if done in (LEFT_ALONE, PART):
+        done = self.node.on_frame(finger, self._array, length, frame.stamp, self._clock.now())
+        if done == LEFT_ALONE:
             return done, finger
         self.frames += 1
         if done & COMMANDED:
-            self._endpoint.send_frame(Frame(command, self.node.command_frame(finger).tobytes(), not part))
+            self._endpoint.send_frame(Frame(command, self.node.command_frame(finger).tobytes(), True))
             self._statistics.answered(finger, frame.stamp, self._clock.now())
         else:
             self._statistics.state(finger, frame.stamp)
@@ -186,6 +170,6 @@ def count_reports(telemetry: Telemetry | None, finger: str) -> None:
 def show(telemetry: Telemetry, node: AnswersFrames, finger: str, done: int) -> None:
     """Count what was ``done`` with a frame of ``finger``, and show it where it is watched."""
     if telemetry.count(FingertipState, finger, Direction.IN):
-        telemetry.show(node.state_taken(finger), Direction.IN)
+        telemetry.show(node.state(finger), Direction.IN)
     if done & COMMANDED and telemetry.count(ForceCommand, finger, Direction.OUT):
-        telemetry.show(node.command_given(finger), Direction.OUT)
+        telemetry.show(node.command(finger), Direction.OUT)

@@ -26,8 +26,8 @@ from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.short_way import OfLoop
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry
-from vegrip.runtime.topic_path import AnswersValues, GivesTopics, TopicPath
 from vegrip.transport.canbus.virtual_can import Taken
+from vegrip.transport.codec import Frame
 from vegrip.transport.endpoint import (
     Endpoint,
     Gathering,
@@ -50,7 +50,7 @@ LISTEN_BEFORE_ACTIVE_S = (
 RECENT_SENDER_S = 0.5  # [s] a sender heard so long ago counts as present
 MOST_UNFINISHED = 64  # answers put off while states come without end
 
-AnyPath = HotPath | BatchPath | TopicPath
+AnyPath = HotPath | BatchPath
 T = TypeVar("T")
 
 
@@ -128,8 +128,6 @@ class Runner:
             self.hot_path = HotPath(node, endpoint, of_loop)
         elif isinstance(node, AnswersBatches) and isinstance(endpoint, GivesBatches):
             self.hot_path = BatchPath(node, endpoint, of_loop)
-        elif isinstance(node, AnswersValues) and isinstance(endpoint, GivesTopics):
-            self.hot_path = TopicPath(node, endpoint, of_loop)
         self._sampled: SampledPath | None = None
         if isinstance(node, SamplesHand) and isinstance(endpoint, TakesSamples):
             loop = clock, self.statistics, telemetry
@@ -332,12 +330,12 @@ class Runner:
         yield from reports
         self._owed.difference_update(fingers)
 
-    def _intercept(self, *given: Any) -> bool:
-        """Answer a frame, or what came on a topic, on the short way; return whether that was done."""
+    def _intercept(self, frame: Frame) -> bool:
+        """Answer a frame on the short way; return whether that was done."""
         path = self.hot_path
-        if path is None or isinstance(path, BatchPath):
+        if not isinstance(path, HotPath):
             return False
-        answered = self._answered(path, path.answer, *given)
+        answered = self._answered(path, path.answer, frame)
         if answered is None:
             return False
         done, finger = answered

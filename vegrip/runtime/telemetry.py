@@ -10,7 +10,7 @@ import threading
 from collections import deque
 from collections.abc import Sequence
 from enum import Enum
-from typing import Any, NamedTuple, Protocol
+from typing import Protocol
 
 from vegrip.messages import Message
 
@@ -27,23 +27,6 @@ class Direction(Enum):
     OUT = "out"
 
 
-class Unmade(NamedTuple):
-    """A message that travelled as bytes, and is made where it is wanted: in the telemetry thread."""
-
-    kind: type[Message]
-    owner: str
-    stamp: int
-    rest: tuple[Any, ...]
-    """What follows ``owner`` among the arguments of ``kind``."""
-
-    def made(self) -> Message:
-        message: Message = self.kind(self.stamp, self.owner, *self.rest)
-        return message
-
-
-Offered = Message | Unmade
-
-
 class Sink(Protocol):
     """Where telemetry goes.
 
@@ -53,7 +36,7 @@ class Sink(Protocol):
     wanted: bool
     """Whether a subscriber wants the messages themselves."""
 
-    def takes(self, message: Offered, direction: Direction) -> bool:
+    def takes(self, message: Message, direction: Direction) -> bool:
         """Whether ``message`` is to be queued for :meth:`publish`; asked while ``wanted``."""
 
     def wants(self, kind: type[Message], owner: str, direction: Direction) -> bool:
@@ -79,7 +62,7 @@ class Telemetry:
     """The queue and its thread. Without :meth:`start` it only keeps the newest messages."""
 
     def __init__(self, sink: Sink, capacity: int = QUEUE_MESSAGES) -> None:
-        self._queue: deque[tuple[Offered, Direction]] = deque(maxlen=capacity)
+        self._queue: deque[tuple[Message, Direction]] = deque(maxlen=capacity)
         self._offered = 0  # raised by the loop only
         self._taken = 0  # raised by the thread only
         self._sink = sink
@@ -104,10 +87,10 @@ class Telemetry:
         self._sink.tally(kind, owner, direction)
         return self.wants(kind, owner, direction)
 
-    def show(self, message: Unmade, direction: Direction) -> None:
+    def show(self, message: Message, direction: Direction) -> None:
         self._put(message, direction)
 
-    def _put(self, message: Offered, direction: Direction) -> None:
+    def _put(self, message: Message, direction: Direction) -> None:
         if self._sink.takes(message, direction):
             self._queue.append((message, direction))
             self._offered += 1
@@ -118,7 +101,7 @@ class Telemetry:
         while self._queue:
             gathered = [self._queue.popleft() for _ in range(len(self._queue))]
             self._taken += len(gathered)
-            self._sink.publish([(made(message), direction) for message, direction in gathered])
+            self._sink.publish(gathered)
         return found
 
     def start(self) -> None:
@@ -138,7 +121,3 @@ class Telemetry:
             self._sink.listen()
             found = self.drain()
             period = LOOK_PERIOD_S if found else QUIET_PERIOD_S if self._sink.wanted else IDLE
-
-
-def made(message: Offered) -> Message:
-    return message.made() if isinstance(message, Unmade) else message

@@ -14,7 +14,7 @@ import zmq
 
 from vegrip.messages import Message, NodeStatus
 from vegrip.runtime.registry import Entry
-from vegrip.runtime.telemetry import Direction, Offered, Unmade, made
+from vegrip.runtime.telemetry import Direction
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.connection_limit import ConnectionLimit
 
@@ -76,7 +76,7 @@ class TelemetrySocket:
         self._limit.start()
         self._subscribed: set[bytes] = set()
         self._streams: dict[tuple[type[Message], str], _Stream | None] = {}
-        self._newest: dict[tuple[type[Message], str, Direction], Offered] = {}
+        self._newest: dict[tuple[type[Message], str, Direction], Message] = {}
         self._newest_due = self._connected_due = 0.0  # [s] of the monotonic clock
         self._counts: dict[tuple[type[Message], str, Direction], int] = {}
         self.wanted = False
@@ -99,7 +99,7 @@ class TelemetrySocket:
         is_late = time.monotonic() >= self._newest_due - NEWEST_WINDOW
         return is_late or (kind, owner, direction) not in self._newest
 
-    def takes(self, message: Offered, direction: Direction) -> bool:
+    def takes(self, message: Message, direction: Direction) -> bool:
         """Whether a subscriber wants every message of this stream; else the newest is kept here."""
         key = kind, owner = _stream_of(message)
         stream = self._streams.get(key, UNSORTED)  # the thread may clear it at any time
@@ -197,7 +197,7 @@ class TelemetrySocket:
         for key in list(self._newest):  # the loop puts others in meanwhile
             message = self._newest.pop(key)
             if (stream := self._stream(*key[:2])) is not None:
-                self._send(NEWEST.encode() + stream.topic, made(message), key[2])
+                self._send(NEWEST.encode() + stream.topic, message, key[2])
 
     def _send(self, topic: bytes, message: Message, direction: Direction) -> None:
         encoded = self._codec.encode(message)
@@ -211,9 +211,7 @@ def _owner(message: Message) -> str:
     return message.node if isinstance(message, NodeStatus) else message.finger
 
 
-def _stream_of(message: Offered) -> tuple[type[Message], str]:
-    if isinstance(message, Unmade):
-        return message.kind, message.owner
+def _stream_of(message: Message) -> tuple[type[Message], str]:
     return type(message), _owner(message)
 
 

@@ -9,14 +9,13 @@ import math
 import select
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import zmq
 
 from vegrip.errors import DeviceError
 from vegrip.messages import Message
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
-from vegrip.transport.codec.topic_line import TopicLine
 from vegrip.transport.connection_limit import ConnectionLimit
 from vegrip.transport.curve import Keys
 from vegrip.transport.endpoint import ClosedByWith
@@ -29,8 +28,6 @@ SUBSCRIBER_QUEUE_MESSAGES = 1000  # messages kept for one subscriber; then the n
 MAX_MESSAGE_BYTES = 65_536  # [bytes] a peer that sends more is cut off by ZeroMQ, and connected to anew by us
 MOST_MESSAGES = 256  # taken in one go; a flood must not keep the loop from its ticks
 CONNECTION_POLL_S = 0.05  # [s] between two looks at the connections
-TopicIntercept = Callable[[bytes, bytes, int], bool]
-"""Looks at topic, payload and arrival [ns] before they are decoded; whether it has dealt with them."""
 
 
 class ZmqEndpoint(ClosedByWith):
@@ -62,10 +59,7 @@ class ZmqEndpoint(ClosedByWith):
         keys: Keys | None = None,
     ) -> None:
         self.arrivals: Sequence[int] = ()
-        self.intercept_topic: TopicIntercept | None = None
-        """Looks at everything that comes first."""
         self._codec = codec
-        self._is_dealt_with = False  # something that came was answered past the messages
         self._faults: Counter[str] = Counter()
         bound, connected = _checked([publish] if publish else [], keys), _checked(subscribe, keys)
         self._keys = keys
@@ -112,9 +106,8 @@ class ZmqEndpoint(ClosedByWith):
         if now >= self._look_at:
             self._look(now)
             self._look_at = now + CONNECTION_POLL_S
-        self._is_dealt_with = False
         is_dry = self._drain(messages)
-        while not (messages or self._is_dealt_with):
+        while not messages:
             remaining = now + timeout - time.monotonic()
             if remaining <= 0.0:
                 break
@@ -138,10 +131,6 @@ class ZmqEndpoint(ClosedByWith):
             self._publisher.send_multipart([topic, payload], zmq.DONTWAIT)
         except zmq.ZMQError:
             self._faults["unsent"] += 1
-
-    def topic_line(self, finger: str) -> TopicLine | None:
-        """Return how states and commands of ``finger`` travel; None: not by topics of ours."""
-        return self._codec.line(finger)
 
     def bus_load(self) -> float:
         """Return NaN: a network has no one load."""
@@ -202,8 +191,6 @@ class ZmqEndpoint(ClosedByWith):
                 if parts is None:
                     break
                 self._take(parts, time.monotonic_ns(), messages)
-                if messages and self.intercept_topic is not None:
-                    return False  # it is answered before the next one is looked at
             else:
                 is_dry = False
         return is_dry
@@ -212,9 +199,6 @@ class ZmqEndpoint(ClosedByWith):
         """Add what the parts say, which arrived at ``arrived`` [ns]."""
         if len(parts) != 2:
             self._faults["parts"] += 1
-            return
-        if self.intercept_topic is not None and self.intercept_topic(parts[0], parts[1], arrived):
-            self._is_dealt_with = True
             return
         message = self._codec.decode(parts[0].decode("utf-8", "replace"), parts[1], arrived)
         if message is not None:

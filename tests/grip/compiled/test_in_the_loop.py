@@ -10,7 +10,7 @@ import pytest
 from validation.faults.testbed import Scene
 from vegrip.grip.node import GraspForce
 from vegrip.messages import Condition, Lifecycle, Message
-from vegrip.runtime.telemetry import Direction, Offered, Telemetry
+from vegrip.runtime.telemetry import Direction, Telemetry
 
 UNTIL = 1.2  # [s]
 FACING = {"thumb": {"normal": [0.0, 0.0, 1.0]}, "index": {"normal": [0.0, 0.0, -1.0]}}
@@ -24,7 +24,7 @@ class Listener:
         self.counts: Counter[str] = Counter()
         self.got: list[tuple[Message, Direction]] = []
 
-    def takes(self, message: Offered, direction: Direction) -> bool:  # noqa: ARG002
+    def takes(self, message: Message, direction: Direction) -> bool:  # noqa: ARG002
         return True
 
     def wants(self, kind: type[Message], owner: str, direction: Direction) -> bool:  # noqa: ARG002

@@ -21,11 +21,10 @@ from vegrip.grip.compiled import compile_now
 from vegrip.grip.finger import LEFT_ALONE
 from vegrip.grip.layout import FingerLayout
 from vegrip.grip.safety.ranges import CHECKED_CHANNELS
-from vegrip.grip.wires import NODE_ENTRIES, WIRES
+from vegrip.grip.wires import FRAME_ENTRIES, NODE_ENTRIES
 from vegrip.messages import FingertipState
 from vegrip.model import paper_model
 from vegrip.model.native import kernel_mode
-from vegrip.transport.codec.line import FD
 
 FRAMES = 600
 
@@ -78,17 +77,15 @@ def test_a_frame_that_is_left_alone_has_changed_nothing(hand_log: Log, mode: str
 
 def test_before_the_first_frame_numba_has_compiled_what_a_node_calls() -> None:
     """Else it would do so within the loop. These functions stand for the module's, which take minutes."""
-    table = WIRES[FD]
-    names = (table.step, *table.reports)
     finger = FingerLayout(layout_of(paper_model(8e-3)), is_shared=True)
     module = SimpleNamespace(
         finger_step=numba.njit(lambda a, b, c, d, e, f, g, h: (a, b, c, d, e, f, g, h)),
         finger_report=numba.njit(lambda a, b, c, d, e, f: (a, b, c, d, e, f)),
     )
     arrays = {MEMORY: np.zeros(9), LONGS: np.zeros(9, dtype=np.int64), BYTES: np.zeros(64, dtype=np.uint8)}
-    compile_now(module, finger, FD, arrays[MEMORY], arrays[LONGS], arrays[BYTES])
+    compile_now(module, finger, arrays[MEMORY], arrays[LONGS], arrays[BYTES])
     with install_recorder("numba:compile") as compiled:
-        for name in names:
+        for name in FRAME_ENTRIES:
             kinds = NODE_ENTRIES[name]
             assert len(getattr(module, name)(*[arrays.get(kind, 7) for kind in kinds])) == len(kinds)
     assert not compiled.buffer

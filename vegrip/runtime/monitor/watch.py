@@ -203,10 +203,10 @@ class Screen:
         """Put on the board what has come, and return the time [ns]."""
         for _ in range(len(self._queue)):
             news, then, node = self._queue.popleft()
-            if isinstance(news, tuple):
-                self.board.attend(news, then)
-            else:
+            if isinstance(news, Message):
                 self.board.receive(news, then, node)
+            else:
+                self.board.attend(news, then)
         now = time.monotonic_ns()
         self.board.refresh(now)
         return now

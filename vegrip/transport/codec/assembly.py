@@ -6,7 +6,6 @@ from typing import Final
 from vegrip.transport.codec.layout import Part
 from vegrip.transport.codec.members import Cells
 from vegrip.transport.codec.sequence import Sequence
-from vegrip.types import NamedNumbers
 
 WINDOW_NS: Final = 5_000_000
 """[ns] All parts arrive within this. It must be shorter than 15 cycles, after which the counter of a classic
@@ -44,22 +43,6 @@ class Assembly:
         """Begin a new stream; what was counted stays counted."""
         self.sequence.last = -1
         self._counter, self._expected = -1, 0
-
-    @property
-    def is_open(self) -> bool:
-        """Whether a message was begun and is not finished."""
-        return self._expected > 0
-
-    def write_to(self, memory: NamedNumbers) -> None:
-        """Put what is known of the last message into a memory, beside the sequence; none may be open."""
-        memory["PARTS_COUNTER"], memory["PARTS_STAMP"] = self._counter, self._stamp
-        memory["PARTS_EXPECTED"], memory["PARTS_INCOMPLETE"] = 0, self.incomplete
-
-    def read_from(self, memory: NamedNumbers, cells: Cells) -> None:
-        """Take it from where :meth:`write_to` puts it, with the ``cells`` of the open message."""
-        self._counter, self._stamp = int(memory["PARTS_COUNTER"]), int(memory["PARTS_STAMP"])
-        self._expected, self.incomplete = int(memory["PARTS_EXPECTED"]), int(memory["PARTS_INCOMPLETE"])
-        self._cells, self._time = cells, 0
 
     @property
     def lost(self) -> int:

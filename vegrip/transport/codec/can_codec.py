@@ -8,7 +8,6 @@ from vegrip.errors import ConfigError
 from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, NodeStatus, SlipMargin
 from vegrip.transport.codec.acceptance import acceptance_filters
 from vegrip.transport.codec.assembly import Assembly
-from vegrip.transport.codec.classic_line import ClassicLine
 from vegrip.transport.codec.database import layouts
 from vegrip.transport.codec.decoder import Decoder, HandClock
 from vegrip.transport.codec.encoder import Encoder
@@ -141,17 +140,14 @@ class CanCodec:
     def line(self, finger: str) -> Line | None:
         """Return how states and commands of ``finger`` travel, for a program that reads and writes the bytes.
 
-        None where that takes more than the bytes: with a clock of the hand, or with messages out of order.
+        None where that takes more than the bytes of one frame: in classic frames, with a clock of the hand,
+        or with messages out of order.
         """
-        if self._hand_clock is not None or self._reach or finger not in self.fingers:
+        if not self.fd or self._hand_clock is not None or self._reach or finger not in self.fingers:
             return None
-        states = [d for d in self._decoders.values() if d.owner == finger and d.kind is FingertipState]
-        commands = self._encoders[ForceCommand, finger]
-        if not self.fd:
-            return ClassicLine(states, commands, self.clipped)
-        return Line(
-            states[0], commands, [self._encoders[kind, finger] for kind in (ContactEstimate, SlipMargin)]
-        )
+        states = next(d for d in self._decoders.values() if d.owner == finger and d.kind is FingertipState)
+        reports = [self._encoders[kind, finger] for kind in (ContactEstimate, SlipMargin)]
+        return Line(states, self._encoders[ForceCommand, finger], reports)
 
     def state_rows(self, fingers: Sequence[str]) -> "StateRows | None":
         """Return what packs the states of ``fingers`` together; None where that is not one frame each."""

@@ -62,15 +62,6 @@ class Decoder:
         return self._identifier
 
     @property
-    def length(self) -> int:
-        """Of a frame [bytes]."""
-        return self.part.length
-
-    def cells(self, data: bytes) -> Cells:
-        """Return the cells of a frame, unchecked."""
-        return tuple(self._unpack(data))
-
-    @property
     def uses_sender_time(self) -> bool:
         """Whether messages are stamped with the sender's time."""
         return self._use_sender_time

@@ -1,39 +1,12 @@
 """Messages of one finger in FD frames, for a program that reads and writes the bytes itself."""
 
 from collections.abc import Sequence
-from typing import Final, Protocol
 
 from vegrip.clock import NS
 from vegrip.transport.codec.cells import Raw
 from vegrip.transport.codec.decoder import Decoder
 from vegrip.transport.codec.encoder import Encoder
 from vegrip.types import NamedNumbers
-
-FD: Final = "fd"
-CLASSIC: Final = "classic"
-TOPIC: Final = "topic"
-"""The wires: a state in one FD frame, in several classic ones, in one message of a topic."""
-
-
-class FingerLine(Protocol):
-    """How states and commands of one finger travel, as far as their counters and times go."""
-
-    wire: str
-    state_id: int
-    command_id: int
-    report_ids: tuple[int, ...]
-
-    def carries(self, lifetime: float) -> bool:
-        """Return whether a command can say that it lives for ``lifetime`` [s]."""
-
-    def can_hand_over(self, memory: NamedNumbers) -> bool:
-        """Return whether what :meth:`write_to` has put into a ``memory`` can go on there."""
-
-    def write_to(self, memory: NamedNumbers, lifetime: float) -> None:
-        """Put what the step needs into a memory."""
-
-    def read_from(self, memory: NamedNumbers) -> None:
-        """Take the counters back."""
 
 
 class Line:
@@ -46,12 +19,8 @@ class Line:
 
     """
 
-    wire: str = FD
-
     def __init__(self, states: Decoder, commands: Encoder, reports: Sequence[Encoder] = ()) -> None:
         self.state_id, self.command_id = states.identifier, commands.identifier
-        self.state_ids: tuple[int, ...] = (states.identifier,)
-        """Of the frames of a state, in their order."""
         self.report_ids = tuple(identifier for encoder in reports for identifier in encoder.identifiers)
         """Of the frames of a report, where each is one: both of a contact, and that of a slip margin."""
         self._sender_time = states.uses_sender_time
@@ -61,10 +30,6 @@ class Line:
     def carries(self, lifetime: float) -> bool:
         """Return whether a command can say that it lives for ``lifetime`` [s]."""
         return self._raw(lifetime) is not None
-
-    def can_hand_over(self, memory: NamedNumbers) -> bool:  # noqa: ARG002 (other lines look at it)
-        """Return whether what :meth:`write_to` has put into a ``memory`` can go on there."""
-        return True
 
     def write_to(self, memory: NamedNumbers, lifetime: float) -> None:
         """Put identifiers, counter and the ``lifetime`` [s] of commands into a memory."""

@@ -12,13 +12,12 @@ from typing import Any, Final
 
 import msgpack
 
-from vegrip.messages import FingertipState, ForceCommand, Message
-from vegrip.transport.codec.fields import Fields, restamp
+from vegrip.messages import FingertipState, Message
+from vegrip.transport.codec.fields import Fields
 from vegrip.transport.codec.packing import MSGPACK_LIMITS, SEQUENCE_MODULUS, RefusedError
 from vegrip.transport.codec.protection import P04, P04_COUNTER, P04_HEADER, P04_LIMIT
 from vegrip.transport.codec.schema import message_set
 from vegrip.transport.codec.streams import Streams
-from vegrip.transport.codec.topic_line import TopicLine
 from vegrip.transport.codec.topics import ROUTES, Route, Topics
 
 WHOLE: Final = frozenset({"unknown_topic", "counter"})
@@ -73,8 +72,7 @@ class MsgpackCodec:
         self._use_sender_time = use_sender_time
         self._version = message_set().version
         self._fields = {s.cls: Fields(s) for s in message_set().messages.values()}
-        self._fingers = frozenset(fingers or ())
-        self._streams = Streams(self._fingers, SEQUENCE_MODULUS)
+        self._streams = Streams(frozenset(fingers or ()), SEQUENCE_MODULUS)
 
     @property
     def lost(self) -> int:
@@ -117,17 +115,6 @@ class MsgpackCodec:
             self._note_broken(topic, refused.name)
             return None
 
-    def line(self, finger: str) -> TopicLine | None:
-        """Return how states and commands of ``finger`` travel, for a program that needs no messages.
-
-        None for a finger that is not configured.
-        """
-        states, commands = (self.topics.outgoing(kind, finger) for kind in (FingertipState, ForceCommand))
-        if states is None or commands is None or finger not in self._fingers:
-            return None
-        sequence = self._streams.of(states.topic, finger)
-        return TopicLine(finger, states, commands, sequence, use_sender_time=self._use_sender_time)
-
     def reset(self) -> None:
         """Forget all counters: what comes next begins new streams (a replay that starts over)."""
         self._streams.reset()
@@ -144,16 +131,19 @@ class MsgpackCodec:
         if route is None:
             raise RefusedError("unknown_topic")
         body = self._body(payload, route)
-        values = self._fields[route.schema.cls].unpack(body)
-        owner = values[route.schema.owner]
+        fields = self._fields[route.schema.cls]
+        row = fields.unpack(body)
+        _, owner, seq, *_ = row
         if route.owner not in (None, owner):
             raise RefusedError("finger")
-        if int.from_bytes(payload[P04_COUNTER], "big") != values["seq"] & 0xFFFF:
+        if int.from_bytes(payload[P04_COUNTER], "big") != seq & 0xFFFF:
             raise RefusedError("counter")
-        values["seq"] = self._advance((topic, owner), values["seq"], stamp)
+        row[2] = self._streams.of(topic, owner).advance(seq, stamp)
+        if row[2] is None:
+            raise RefusedError("counter")
         if not self._use_sender_time:
-            restamp(route.schema, values, stamp)
-        message: Message = route.schema.cls(**values)
+            fields.restamp(row, stamp)
+        message: Message = route.schema.cls(*row)
         return message
 
     def _body(self, payload: bytes, route: Route) -> dict[str, Any]:
@@ -170,9 +160,3 @@ class MsgpackCodec:
         if body.get("version") != self._version:
             raise RefusedError("version")
         return body
-
-    def _advance(self, key: tuple[str, str], counter: int, stamp: int) -> int:
-        seq = self._streams.of(*key).advance(counter, stamp)
-        if seq is None:
-            raise RefusedError("counter")
-        return seq

@@ -165,9 +165,6 @@ class MappedZmqEndpoint(ZmqEndpoint):
         except zmq.ZMQError:
             self._faults["unsent"] += 1
 
-    def topic_line(self, finger: str) -> None:
-        """Return None: what comes through a map goes by messages."""
-
     def send(self, message: Message) -> None:
         """Publish a command; other messages are not for a foreign hand."""
         encoded = self._mapped.encode(message)
