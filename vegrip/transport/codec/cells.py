@@ -37,6 +37,11 @@ class Place:
             return itemgetter(cell)  # in C: half the time of a lambda
         return lambda cells: (int(cells[cell]) >> shift) & mask
 
+    @property
+    def bits(self) -> tuple[int, int, int]:
+        """Cell, shift and mask with which a whole number is taken out of it."""
+        return self.cell, self.shift, self.mask or -1
+
     def put(self, cells: list[Raw], raw: Raw) -> None:
         """Set the raw value in the row to be packed; bits must be clear before."""
         if self.mask:

@@ -3,10 +3,13 @@
 Every converter answers three questions. ``read``: what does this raw value mean (None: nothing, refuse the
 frame)? ``write``: which raw value carries this (None: none does)? ``clip``: then what is sent instead (None:
 do not send the message)? ``absent`` is the raw value of "not measured".
+
+``reading`` and ``writing`` are the usual case of ``read`` and ``write`` as program text, for the functions of
+whole frames (:func:`compiled`): a call for each signal takes longer than all else that is done with a frame.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Protocol
 
@@ -37,6 +40,29 @@ class Converter(Protocol):
 
     def clip(self, value: Any) -> Raw | None:
         """Return what is sent instead of a ``value`` that cannot be carried, None to send nothing."""
+
+    def reading(self, raw: str, read: str) -> str:
+        """Return the text of :meth:`read` for a name; ``read`` is its own name, for the rest."""
+
+    def writing(self, value: str, write: str) -> str:
+        """Return the text of :meth:`write` for a name; ``write`` is its own name, for the rest."""
+
+
+class Called:
+    """What has no usual case."""
+
+    def reading(self, raw: str, read: str) -> str:
+        """Call it."""
+        return f"{read}({raw})"
+
+    writing = reading
+
+
+def compiled(lines: Sequence[str], scope: Mapping[str, Any]) -> Any:
+    """Return the function ``made`` of a text that holds nothing but numbers and names of ours."""
+    known = dict(scope)
+    exec("\n".join(lines), known)  # noqa: S102
+    return known["made"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +97,14 @@ class Real:
         if not self.required:
             return self.absent
         return math.copysign(FLOAT32_MAX, value) if math.isfinite(value) else None
+
+    def reading(self, raw: str, read: str) -> str:
+        """Take a finite number."""
+        return f"({raw} if {raw} - {raw} == 0.0 else {read}({raw}))"
+
+    def writing(self, value: str, write: str) -> str:
+        """Take what float32 can hold."""
+        return f"({value} if {-FLOAT32_MAX!r} <= {value} <= {FLOAT32_MAX!r} else {write}({value}))"
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +144,18 @@ class Scaled:
             return (self.high if value > 0 else self.low) if math.isfinite(value) else None
         return self._special(self.missing)
 
+    def reading(self, raw: str, read: str) -> str:
+        """Scale what is inside the range."""
+        return f"({raw} * {self.scale!r} if {self.low} <= {raw} <= {self.high} else {read}({raw}))"
+
+    def writing(self, value: str, write: str) -> str:
+        """Round what the range holds."""
+        if self.rounds_down:
+            return f"{write}({value})"
+        rounded = f"(r := round({value} / {self.scale!r}))"
+        inside = f"{value} - {value} == 0.0 and {self.low} <= {rounded} <= {self.high}"
+        return f"(r if {inside} else {write}({value}))"
+
     def _special(self, value: float) -> int | None:
         for raw, meaning in self.special.items():
             if meaning == value or (math.isnan(meaning) and math.isnan(value)):
@@ -118,7 +164,7 @@ class Scaled:
 
 
 @dataclass(frozen=True, slots=True)
-class Flag:
+class Flag(Called):
     """One bit."""
 
     absent: Raw = 0
@@ -135,7 +181,7 @@ class Flag:
 
 
 @dataclass(frozen=True, slots=True)
-class Count:
+class Count(Called):
     """A number of events; it stops at the largest the signal holds."""
 
     high: int
@@ -153,7 +199,7 @@ class Count:
 
 
 @dataclass(frozen=True, slots=True)
-class Coded:
+class Coded(Called):
     """A member of an enumeration or a word of a value table; ``other`` stands for words without a code."""
 
     meaning: Mapping[int, Any]

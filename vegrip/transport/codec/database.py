@@ -12,7 +12,7 @@ from cantools.database.can import Message as DbcMessage
 
 from vegrip.errors import ConfigError
 from vegrip.transport.codec.cells import Place, plan
-from vegrip.transport.codec.convert import Real
+from vegrip.transport.codec.convert import Converter
 from vegrip.transport.codec.layout import Layout, Layouts, Part, Slot
 from vegrip.transport.codec.members import Read, attribute, belongs, converter, getter, reader, row_reader
 from vegrip.transport.codec.protection import CAN_PROFILES, COUNTER_MODULUS, Profile
@@ -72,18 +72,9 @@ def _layout(schema: MessageSchema, fd: bool, messages: list[DbcMessage]) -> Layo
             f"fingertip.dbc: the parts of {schema.cls.__name__} must count from 1 without a gap"
         )
     fields = [f for f in schema.fields if f.name not in ("stamp", schema.owner, "seq")]
-    readers = [_reader(schema, field, parts) for field in fields]
+    rows = row_reader([_reader(schema, field, parts) for field in fields])
     relative = tuple(i for i, field in enumerate(fields) if field.kind == "time")
-    return Layout(schema, fd, tuple(parts), row_reader(readers, _plain(parts, fields)), relative)
-
-
-def _plain(parts: list[Part], fields: list[Field]) -> list[int] | None:
-    """Return the cells of ``fields`` when each is one optional float32 of a message in one frame."""
-    cells = {slot.name: slot.place.cell for slot in parts[0].slots if isinstance(slot.convert, Real)}
-    are_finite = all(field.kind == "float" and not (field.required or field.infinite) for field in fields)
-    if len(parts) > 1 or not are_finite or any(field.name not in cells for field in fields):
-        return None
-    return [cells[field.name] for field in fields]
+    return Layout(schema, fd, tuple(parts), rows, relative)
 
 
 def _part(schema: MessageSchema, message: DbcMessage, offset: int) -> Part:
@@ -124,7 +115,10 @@ def _slot(
     )
 
 
-def _reader(schema: MessageSchema, field: Field, parts: list[Part]) -> Read:
+def _reader(
+    schema: MessageSchema, field: Field, parts: list[Part]
+) -> tuple[Read, Place | None, Converter | None]:
+    """Return what makes a field; of one signal with a number, also its place and converter."""
     found = {
         slot.name: (dataclasses.replace(slot.place, cell=slot.place.cell + part.offset), slot.convert)
         for part in parts
@@ -132,11 +126,13 @@ def _reader(schema: MessageSchema, field: Field, parts: list[Part]) -> Read:
         if slot.field is field
     }
     if found:
-        return reader(field, found)
+        is_number = field.kind == "float"
+        place, convert = found[field.name] if is_number else (None, None)
+        return reader(field, found), place, convert
     if field.required:
         raise ConfigError(f"fingertip.dbc: no signal carries {schema.cls.__name__}.{field.name}")
     default = _default(schema.cls, field.name)
-    return lambda _: default()
+    return lambda _: default(), None, None
 
 
 def _default(cls: type[Any], name: str) -> Callable[[], Any]:

@@ -54,7 +54,10 @@ class Decoder:
         self._make: Any = layout.schema.cls
         self._check = part.profile.check
         self._unpack = part.packer.unpack
-        self._version_of, self._counter_of = part.version.get, part.counter.get
+        self._fd, self._length, self._number = part.fd, part.length, part.number
+        self._places = *part.version.bits, *part.counter.bits
+        self._last = None if part.last is None else part.last.bits
+        self._time: Any = part.time.get if part.time is not None else None
 
     @property
     def identifier(self) -> int:
@@ -71,28 +74,28 @@ class Decoder:
         fault = self._fault(frame)
         if fault:
             return fault
-        part, cells = self.part, self._unpack(frame.data)
-        if self._version_of(cells) != self.version:
+        cells = self._unpack(frame.data)
+        version, shift, mask, at, counter_shift, counter_mask = self._places
+        if cells[version] >> shift & mask != self.version:
             return "version"
-        counter = self._counter_of(cells)
-        if part.last is None:  # the only part: nothing to put together
-            seq = self.assembly.sequence.advance(counter, frame.stamp)
-            return "counter" if seq is None else self._message(cells, seq, frame.stamp, self._time(cells))
-        last = part.last.get(cells) == 1
-        whole = self.assembly.put(part.number, counter, last, cells, frame.stamp, self._time(cells))
+        counter, stamp = cells[at] >> counter_shift & counter_mask, frame.stamp
+        time = self._time(cells) if self._use_sender_time else 0
+        if self._last is None:  # the only part: nothing to put together
+            seq = self.assembly.sequence.advance(counter, stamp)
+            return "counter" if seq is None else self._message(cells, seq, stamp, time)
+        at, shift, mask = self._last
+        last = cells[at] >> shift & mask == 1
+        whole = self.assembly.put(self._number, counter, last, cells, stamp, time)
         if isinstance(whole, Whole):
             return self._message(whole.cells, whole.seq, whole.stamp, whole.time)
         return whole
 
     def _fault(self, frame: Frame) -> str:
-        if frame.fd != self.part.fd:
+        if frame.fd != self._fd:
             return "layout"
-        if len(frame.data) != self.part.length:
+        if len(frame.data) != self._length:
             return "length"
         return "" if self._check(frame.data, self._identifier) else "checksum"
-
-    def _time(self, cells: Cells) -> int:
-        return int(self.part.time.get(cells)) if self._use_sender_time and self.part.time else 0
 
     def _message(self, cells: Cells, seq: int, received: int, time: int) -> Message | str:
         values = self._layout.read(cells)

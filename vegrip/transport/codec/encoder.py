@@ -3,10 +3,10 @@
 import math
 from collections import Counter
 from collections.abc import Callable
-from operator import attrgetter
 from typing import Any, Final
 
 from vegrip.transport.codec.cells import Place, Raw
+from vegrip.transport.codec.convert import compiled
 from vegrip.transport.codec.frame import Frame
 from vegrip.transport.codec.layout import Layout, Part
 
@@ -27,6 +27,7 @@ class Encoder:
 
     def __init__(self, layout: Layout, offset: int, version: int, clipped: Counter[str]) -> None:
         self._parts = [_PartEncoder(part, offset, version, clipped) for part in layout.parts]
+        self._only = self._parts[0] if layout.parts[0].last is None else None
 
     @property
     def identifier(self) -> int:
@@ -44,6 +45,9 @@ class Encoder:
 
     def encode(self, message: Any) -> list[Frame]:
         """Return the frames of ``message`` in order; empty parts at the end are left out."""
+        if self._only is not None:
+            row = self._only.row(message)
+            return [] if row is None else [self._only.frame(row)]
         rows = []
         for part in self._parts:
             row = part.row(message)
@@ -59,33 +63,16 @@ class Encoder:
 class _PartEncoder:
     def __init__(self, part: Part, offset: int, version: int, clipped: Counter[str]) -> None:
         self._part = part
-        self.identifier = self._identifier = part.base + offset
+        self.identifier = part.base + offset
         self._clipped = clipped
-        self._blank: list[Raw] = [0] * part.cells
-        part.version.put(self._blank, version % part.version_modulus)
-        self._values = _values_of(part)
-        self._writers = [slot.convert.write for slot in part.slots]
-        self._payload = _first_cell(part)
+        self._pack, self._protect = part.packer.pack, part.profile.protect
+        self.row: Callable[[Any], list[Raw] | None] = self._compiled(version % part.version_modulus)
+        """Returns the cells of this part, None when the message must not be sent."""
 
     def raw(self, name: str, value: Any) -> Raw | None:
         """Return the raw value of a signal; None when it cannot carry ``value``."""
         slot = next(slot for slot in self._part.slots if slot.name == name)
         return slot.convert.write(value)
-
-    def row(self, message: Any) -> list[Raw] | None:
-        """Return the cells of this part, None when the message must not be sent."""
-        raws: list[Any] = [w(value) for w, value in zip(self._writers, self._values(message), strict=True)]
-        if None in raws:
-            raws = self._clip(raws, message)
-            if None in raws:
-                return None
-        row = self._header(message)
-        if self._payload:
-            row[self._payload :] = raws
-        else:
-            for slot, raw in zip(self._part.slots, raws, strict=True):
-                slot.place.put(row, raw)
-        return row
 
     def is_empty(self, row: list[Raw]) -> bool:
         """Whether the part says nothing that its absence does not say."""
@@ -99,41 +86,40 @@ class _PartEncoder:
 
     def frame(self, row: list[Raw]) -> Frame:
         """Pack and protect."""
-        data = bytearray(self._part.packer.pack(*row))
-        self._part.profile.protect(data, self._identifier)
-        return Frame(self._identifier, bytes(data), self._part.fd)
+        data = bytearray(self._pack(*row))
+        self._protect(data, self.identifier)
+        return Frame(self.identifier, bytes(data), self._part.fd)
 
-    def _header(self, message: Any) -> list[Raw]:
+    def _compiled(self, version: int) -> Any:
         part = self._part
-        row = self._blank.copy()
-        part.counter.put(row, message.seq % part.modulus)
-        if part.time is not None:
-            part.time.put(row, message.stamp // MICROSECOND % TIME_MODULUS)
-        return row
+        cells: dict[int, list[str]] = {}
 
-    def _clip(self, raws: list[Any], message: Any) -> list[Any]:
+        def put(place: Place, text: str) -> None:
+            cells.setdefault(place.cell, []).append(f"({text}) << {place.shift}" if place.mask else text)
+
+        put(part.version, str(version))
+        put(part.counter, f"m.seq % {part.modulus}")
+        if part.time is not None:
+            put(part.time, f"m.stamp // {MICROSECOND} % {TIME_MODULUS}")
+        lines, scope = ["def made(m):"], {"clip": self._clip}
+        for i, slot in enumerate(part.slots):
+            scope |= {f"g{i}": slot.get, f"w{i}": slot.convert.write}
+            lines.append(f" v{i} = {f'm.{slot.attribute}' if slot.attribute else f'g{i}(m)'}")
+            lines.append(f" r{i} = {slot.convert.writing(f'v{i}', f'w{i}')}")
+            put(slot.place, f"r{i}")
+        raws = "".join(f"r{i}, " for i in range(len(part.slots)))
+        lines += [f" if None in ({raws}):", f"  found = clip(m, ({raws}))", "  if None in found:"]
+        lines += ["   return None", f"  {raws}= found"]
+        row = ", ".join(" | ".join(cells.get(cell, ["0"])) for cell in range(part.cells))
+        return compiled([*lines, f" return [{row}]"], scope)
+
+    def _clip(self, message: Any, raws: tuple[Any, ...]) -> list[Any]:
         slots = self._part.slots
         self._clipped.update(slot.name for slot, raw in zip(slots, raws, strict=True) if raw is None)
         return [
-            slot.convert.clip(value) if raw is None else raw
-            for slot, raw, value in zip(slots, raws, self._values(message), strict=True)
+            slot.convert.clip(slot.get(message)) if raw is None else raw
+            for slot, raw in zip(slots, raws, strict=True)
         ]
-
-
-def _values_of(part: Part) -> Callable[[Any], tuple[Any, ...]]:
-    """Return the function that takes the values of all signals from a message, in C where it can."""
-    attributes = [slot.attribute for slot in part.slots]
-    if all(attributes) and len(attributes) > 1:
-        return attrgetter(*attributes)
-    getters = [slot.get for slot in part.slots]
-    return lambda message: tuple(get(message) for get in getters)
-
-
-def _first_cell(part: Part) -> int:
-    """Return the first cell of the payload when its signals fill all cells from there on, else 0."""
-    first = part.slots[0].place.cell
-    whole = [Place(first + number) for number in range(len(part.slots))]
-    return first if [slot.place for slot in part.slots] == whole and whole[-1].cell == part.cells - 1 else 0
 
 
 def _are_same(raw: Raw, absent: Raw) -> bool:

@@ -12,7 +12,7 @@ from vegrip.transport.codec.packing import RefusedError, checked_time, packer, u
 from vegrip.transport.codec.schema import Field, MessageSchema
 
 FLOATS: Final = {float}
-INFINITE: Final = frozenset({math.inf, -math.inf})
+INFINITIES: Final = frozenset({math.inf, -math.inf})
 
 
 class Fields:
@@ -51,7 +51,7 @@ class Fields:
         row = [_value(body, *one) for one in self._head]
         get = body.get
         measured = [get(name, math.nan) for name in self._names]
-        if set(map(type, measured)) <= FLOATS and INFINITE.isdisjoint(measured):
+        if set(map(type, measured)) <= FLOATS and INFINITIES.isdisjoint(measured):
             return row + measured  # one by one they take twice as long
         return row + [_value(body, *one) for one in self._quantities]
 

@@ -16,6 +16,7 @@ The counter is part of the layout (the signals ``counter`` and ``seq``), hence n
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 from e2e.p04 import e2e_p04_check, e2e_p04_protect
@@ -43,22 +44,13 @@ def _check_p11(data: bytes, data_id: int) -> bool:
     return e2e_p11_check(bytearray(data), data_id)  # the library wants mutable data even to check it
 
 
-def _protect_p11(data: bytearray, data_id: int) -> None:
-    e2e_p11_protect(data, data_id, increment_counter=False)
-
-
-def _protect_p05(data: bytearray, data_id: int) -> None:
-    e2e_p05_protect(data, data_id, increment_counter=False)
-
-
 def _check_p04(data: bytes, data_id: int) -> bool:
     return len(data) >= P04_HEADER and e2e_p04_check(bytearray(data), data_id)
 
 
-def _protect_p04(data: bytearray, data_id: int) -> None:
-    e2e_p04_protect(data, data_id, increment_counter=False)
-
-
-P04: Final = Profile(_check_p04, _protect_p04)
-CAN_PROFILES: Final = {"P05": Profile(e2e_p05_check, _protect_p05), "P11": Profile(_check_p11, _protect_p11)}
+P04: Final = Profile(_check_p04, partial(e2e_p04_protect, increment_counter=False))
+CAN_PROFILES: Final = {
+    "P05": Profile(e2e_p05_check, partial(e2e_p05_protect, increment_counter=False)),
+    "P11": Profile(_check_p11, partial(e2e_p11_protect, increment_counter=False)),
+}
 """The profiles a frame of the DBC may name in its attribute ``E2EProfile``."""
