@@ -5,7 +5,7 @@ With a ``protocol`` it is no hand but its fingertips, each on a test bench (``vi
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,7 +18,6 @@ from vegrip.config import build as build_parameters
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
 from vegrip.grip.safety.command_validity import reason_to_reject_force
-from vegrip.hand_sample import HandSample
 from vegrip.host.realtime import HAND_PRIORITY
 from vegrip.identification.simulate.bench import Benches
 from vegrip.identification.simulate.protocol import read_protocol
@@ -103,33 +102,18 @@ class VirtualHandNode(NodeBase):
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
         """Keep the newest command of each finger; count those that cannot be obeyed."""
         if isinstance(message, ForceCommand):
-            m = message
-            self.take_command(m.finger, m.normal_force, m.reason, m.stamp, m.expires, now)
+            finger, expires = message.finger, message.expires
+            objection = reason_to_reject_force(message.normal_force, message.stamp, expires, now)
+            if finger not in self.hand.fingers:
+                objection = "unknown finger"
+            if objection:
+                self.refused[objection] += 1
+            else:
+                self.commands[finger] = AskedForce(message.normal_force, message.reason, expires)
         return ()
-
-    def take_command(
-        self, finger: str, normal_force: float, reason: Reason, stamp: int, expires: int, now: int
-    ) -> None:
-        """Do what :meth:`on_message` does with a command of which no message was made."""
-        objection = reason_to_reject_force(normal_force, stamp, expires, now)
-        if finger not in self.hand.fingers:
-            objection = "unknown finger"
-        if objection:
-            self.refused[objection] += 1
-        else:
-            self.commands[finger] = AskedForce(normal_force, reason, expires)
 
     def on_tick(self, now: int) -> Iterable[Message]:
         """Simulate up to now; return the states sampled since the last tick."""
-        return [state for sample in self.sample(now) for state in sample.states(self.sampled_fingers)]
-
-    @property
-    def sampled_fingers(self) -> tuple[str, ...]:
-        """The fingers in the order of :meth:`sample`."""
-        return self.hand.fingers
-
-    def sample(self, now: int) -> Sequence[HandSample]:
-        """Simulate up to now; return what was sampled since the last tick."""
         elapsed = 0.0 if self._last is None else (now - self._last) / NS
         self._last = now
         hand, dt = self.hand, min(elapsed, LONGEST_STEP)
@@ -138,7 +122,7 @@ class VirtualHandNode(NodeBase):
         forces = [one.normal_force if one is not None and one.expires > now else math.nan for one in asked]
         samples = hand.advance(dt, np.array(forces))
         self.finished = 0.0 < self.parameters.duration <= hand.time
-        return samples
+        return [state for sample in samples for state in sample.states(hand.fingers)]
 
     def new_hand(self) -> VirtualHand:
         """Return the hand of the parameters, at time zero."""

@@ -26,7 +26,3 @@ class HandSample(NamedTuple):
             for stamp, finger, values, missing in rows
             if not missing
         ]
-
-
-def nothing(fingers: int) -> HandSample:
-    return HandSample(0, np.zeros(fingers, np.int64), np.zeros((fingers, 9)), np.ones(fingers, np.bool_))

@@ -1,11 +1,11 @@
 """The virtual hand of the demonstration: the node on the bus, and beside the bus what it alone knows."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from vegrip.hand_sample import HandSample
+from vegrip.messages import Message
 from vegrip.nodes.virtual_hand import Parameters, VirtualHandNode
 from vegrip.trials.closed_loop import Course
 from vegrip.trials.scenario import Scenario
@@ -40,15 +40,15 @@ class DemoHand(VirtualHandNode):
         super().configure()
         self.new_hand().truths()
 
-    def sample(self, now: int) -> Sequence[HandSample]:
+    def on_tick(self, now: int) -> Iterable[Message]:
         """Simulate up to now, and note the truth."""
-        samples = super().sample(now)
+        states = super().on_tick(now)
         if self.hand.time >= len(self.course.time) * SAMPLING and not self.hand.dropped:
             asked = (self.commands.get(finger) for finger in self.hand.fingers)
             forces = [math.nan if one is None else one.normal_force for one in asked]
             self.course.sample(self.hand, forces)
         self.finished = self.finished or self.hand.dropped
-        return samples
+        return states
 
     def news(self) -> HandNews:
         """Return how the object is doing now."""

@@ -20,7 +20,6 @@ from vegrip.runtime.hot_path import LEFT_ALONE, REPORT, AnswersFrames, GivesFram
 from vegrip.runtime.managed import ManagedNode
 from vegrip.runtime.node import Node
 from vegrip.runtime.packet_path import AnswersPackets, GivesPackets, PacketPath
-from vegrip.runtime.sampled_path import SampledPath, SamplesHand, TakesSamples
 from vegrip.runtime.schedule import Schedule
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.short_way import OfLoop
@@ -128,10 +127,6 @@ class Runner:
             self.hot_path = HotPath(node, endpoint, of_loop)
         elif isinstance(node, AnswersBatches) and isinstance(endpoint, GivesBatches):
             self.hot_path = BatchPath(node, endpoint, of_loop)
-        self._sampled: SampledPath | None = None
-        if isinstance(node, SamplesHand) and isinstance(endpoint, TakesSamples):
-            loop = clock, self.statistics, telemetry
-            self._sampled = SampledPath(self.managed, node, endpoint, *loop)
         self._gathering = endpoint if isinstance(endpoint, Gathering) else None
         self._takes_all = endpoint if isinstance(endpoint, TakesAll) else None
         self._renumber = True  # commands may have been sent in the node's place
@@ -195,8 +190,6 @@ class Runner:
         self._renumber = True
         if transition == "configure" and self.hot_path is not None:
             self.hot_path.prepare()
-        if transition == "configure" and self._sampled is not None:
-            self._sampled.prepare()
         self._pending = False
         if transition == "activate":
             self._settle()
@@ -254,9 +247,6 @@ class Runner:
             return self._endpoint.receive(wait)
         if not self._more:
             self._clock.sleep_until(self._clock.now() + round(wait * NS))
-        if self._sampled is not None and self._sampled.take_commands():
-            self._more = False
-            return ()
         messages = self._endpoint.receive(0.0)
         self._more = bool(messages)
         return messages
@@ -383,8 +373,7 @@ class Runner:
     def _tick(self, now: int) -> None:
         self.statistics.ticked(self.schedule.take(now))
         self._finish_begun()
-        if self._sampled is None or not self._sampled.tick(now):
-            self._send(self.managed.on_tick(now))
+        self._send(self.managed.on_tick(now))
         if self._gathering is not None:
             self._gathering.flush()
 

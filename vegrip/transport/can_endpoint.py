@@ -5,7 +5,7 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import can
 
@@ -13,7 +13,6 @@ from vegrip.clock import NS
 from vegrip.messages import Message
 from vegrip.transport.can_port import CanPort, VirtualPort, open_port
 from vegrip.transport.canbus.frame_time import BitTiming
-from vegrip.transport.canbus.hub_wire import MOST_REQUESTS
 from vegrip.transport.canbus.virtual_can import LookAtPacket, VegripBus
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.frame import FrameBlock
@@ -22,11 +21,6 @@ from vegrip.transport.endpoint import ClosedByWith, Intercept
 from vegrip.transport.in_order import InOrder
 from vegrip.transport.losses import Lossy, losses
 from vegrip.transport.sender_clock import ClockEstimate, SenderClock
-
-if TYPE_CHECKING:
-    from vegrip.transport.codec.command_reader import ArrivedCommand, CommandReader
-    from vegrip.transport.command_inbox import CommandInbox
-    from vegrip.transport.state_sender import StateSender
 
 MOST_FRAMES = 256  # taken in one go; a babbling node must not keep the loop from its ticks
 REOPEN_PERIOD = 1.0  # [s] between attempts to open a lost bus again
@@ -101,7 +95,6 @@ class CanEndpoint(ClosedByWith):
         self._extended = extended
         self._bus: can.BusABC | None = bus
         self._port: CanPort | None = open_port(bus, self._faults, timing, extended=extended)
-        self._inbox: CommandInbox | None = None
         self._filters: list[can.typechecking.CanFilter] = []
 
     @property
@@ -167,35 +160,6 @@ class CanEndpoint(ClosedByWith):
         if not isinstance(self._codec, CanCodec) or self._order is not None or self._clock is not None:
             return None
         return self._codec.line(finger)
-
-    def state_sender(self, fingers: Sequence[str]) -> "StateSender | None":
-        """Return what sends samples of a hand with ``fingers`` without messages; None: nothing can here."""
-        if not isinstance(self._codec, CanCodec) or not isinstance(self._bus, VegripBus):
-            return None
-        if len(fingers) > MOST_REQUESTS:
-            return None
-        rows = self._codec.state_rows(fingers)
-        if rows is None:
-            return None
-        from vegrip.transport.state_sender import StateSender  # noqa: PLC0415 (numba is slow to import)
-
-        return StateSender(rows, self.send_requests)
-
-    def command_reader(self) -> "CommandReader | None":
-        """Return what reads commands without messages; None: nothing can here."""
-        if not isinstance(self._codec, CanCodec) or self._order is not None:
-            return None
-        return self._codec.command_reader()
-
-    def take_commands(self, reader: "CommandReader") -> "Sequence[ArrivedCommand] | None":
-        """Return the commands that have come; None: something else is there, to be received."""
-        if self._port is None or not isinstance(self._bus, VegripBus):
-            return None
-        if self._inbox is None or self._inbox.bus is not self._bus:
-            from vegrip.transport.command_inbox import CommandInbox  # noqa: PLC0415 (numba, as above)
-
-            self._inbox = CommandInbox(self._bus, reader)
-        return self._inbox.take()
 
     def take_block(self) -> FrameBlock | None:
         """Return the frames that have come, at once; None: :meth:`next_frame` must bring them."""

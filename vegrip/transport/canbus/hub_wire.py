@@ -178,20 +178,6 @@ def pack_request(time: int, identifier: int, data: bytes, flags: int, code: int 
     return REQUEST.pack(time, identifier, flags, _CODES[len(data)] if code < 0 else code) + data
 
 
-def plain_requests(identifiers: Sequence[int], length: int) -> bytearray:
-    """Return a packet that asks for CAN FD data frames of ``length`` bytes, all zero, queued at time zero.
-
-    Each request begins with its time, and its data are at ``REQUEST_AT["data"]``.
-
-    Raises:
-        ValueError: no frame has that length, or there are too many for one packet.
-
-    """
-    if length not in _CODES or len(identifiers) > MOST_REQUESTS:
-        raise ValueError(f"{len(identifiers)} frames of {length} bytes do not fit into a packet")
-    return bytearray(b"".join(pack_request(0, one, bytes(length), PLAIN_FLAGS) for one in identifiers))
-
-
 # --- deliveries
 
 DELIVERY = struct.Struct("<IQQHIBB")  # number, end, busy, node, identifier, flags, length code; then the data

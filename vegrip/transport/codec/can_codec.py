@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from vegrip.errors import ConfigError
 from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, NodeStatus, SlipMargin
@@ -15,10 +15,6 @@ from vegrip.transport.codec.frame import Frame
 from vegrip.transport.codec.layout import Layout, Layouts
 from vegrip.transport.codec.line import Line
 from vegrip.transport.codec.schema import message_set
-
-if TYPE_CHECKING:
-    from vegrip.transport.codec.command_reader import CommandReader
-    from vegrip.transport.codec.state_rows import StateRows
 
 NODES: Final = ("grasp_force", "virtual_hand", "monitor", "record", "replay")
 """The numbers of nodes in the identifier of NodeStatus, unless told otherwise."""
@@ -149,26 +145,6 @@ class CanCodec:
         reports = [self._encoders[kind, finger] for kind in (ContactEstimate, SlipMargin)]
         return Line(states, self._encoders[ForceCommand, finger], reports)
 
-    def state_rows(self, fingers: Sequence[str]) -> "StateRows | None":
-        """Return what packs the states of ``fingers`` together; None where that is not one frame each."""
-        if not self.fd or not set(fingers) <= set(self.fingers):
-            return None
-        from vegrip.transport.codec.state_rows import StateRows  # noqa: PLC0415 (numba is slow to import)
-
-        offsets = [self._offset(self.fingers.index(finger)) for finger in fingers]
-        return StateRows(self._layout(FingertipState), offsets, layouts().version, self.clipped)
-
-    def command_reader(self) -> "CommandReader | None":
-        """Return what reads commands without messages; None where one takes several frames."""
-        if not self.fd or self._reach:
-            return None
-        from vegrip.transport.codec.command_reader import (  # noqa: PLC0415 (numba is slow to import)
-            CommandReader,
-        )
-
-        commands = {i: d for i, d in self._decoders.items() if d.kind is ForceCommand}
-        return CommandReader(commands, self._refuse)
-
     def reset(self) -> None:
         """Forget all counters: what comes next begins new streams (a replay that starts over)."""
         for decoder in self._decoders.values():
@@ -180,17 +156,9 @@ class CanCodec:
         else:
             self.rejected[name] += 1
 
-    def _offset(self, number: int) -> int:
-        """Return what is added to base identifiers for the finger (or node) of this ``number``."""
-        plan = layouts()
-        return self._hand * plan.hand_stride + number * plan.finger_stride
-
-    def _layout(self, kind: type[Message]) -> Layout:
-        return next(one for one in layouts().layouts if one.fd == self.fd and one.schema.cls is kind)
-
     def _add(self, plan: Layouts, layout: Layout, use_sender_time: bool) -> None:
         for number, owner in enumerate(self.nodes if layout.schema.cls is NodeStatus else self.fingers):
-            offset = self._offset(number)
+            offset = self._hand * plan.hand_stride + number * plan.finger_stride
             self._encoders[layout.schema.cls, owner] = Encoder(layout, offset, plan.version, self.clipped)
             assembly = Assembly(layout.parts, self._reach)
             clock = self._hand_clock if layout.schema.cls is FingertipState else None
