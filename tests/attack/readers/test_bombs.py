@@ -83,7 +83,10 @@ def test_five_megabytes_that_are_gigabytes_cost_little_memory(tmp_path: Path) ->
     assert int(most) < 600_000, "kB; with 18 GB of 20 000 such rows at once before"
 
 
-def mcap(path: Path, columns: str, messages: int, compression: str = "zstd", metadata: bytes = b"") -> Path:
+ROWS = tuple(json.dumps({"t": i / 100, "normal_force": 1.0}).encode() for i in range(100))
+
+
+def mcap(path: Path, rows: tuple[bytes, ...], compression: str = "zstd", metadata: bytes = b"") -> Path:
     writer_of = pytest.importorskip("mcap.writer", reason="the extra `bags` is not installed")
     with path.open("wb") as file:
         writer = writer_of.Writer(
@@ -92,10 +95,10 @@ def mcap(path: Path, columns: str, messages: int, compression: str = "zstd", met
         writer.start(library="vegrip")
         writer.add_attachment(0, 0, "recording.toml", "application/toml", ABOUT.encode())
         schema = writer.register_schema("x", "jsonschema", b"{}" + metadata)
-        about = {"file": "recording.csv", "columns": columns, "rows": str(messages)}
+        about = {"file": "recording.csv", "columns": "t,normal_force", "rows": str(len(rows))}
         channel = writer.register_channel("/hand/thumb/state", "json", schema, about)
-        for i in range(messages):
-            writer.add_message(channel, i, json.dumps({"t": i / 100, "normal_force": 1.0}).encode(), i, i)
+        for i, row in enumerate(rows):
+            writer.add_message(channel, i, row, i, i)
         writer.finish()
     return path
 
@@ -104,7 +107,7 @@ def mcap(path: Path, columns: str, messages: int, compression: str = "zstd", met
 def test_a_chunk_that_unpacks_to_more_than_the_bound_is_refused_and_nothing_is_left(
     compression: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = mcap(tmp_path / "x.mcap", "t,normal_force", 5, compression, bytes(2**21))
+    path = mcap(tmp_path / "x.mcap", ROWS[:5], compression, bytes(2**21))
     monkeypatch.setattr(mcap_file, "MAX_RECORD_BYTES", 2**20)
     with pytest.raises(RecordingError, match=r"unpacks to more than|is not a whole MCAP file"):
         mcap_file.read_mcap(path, tmp_path / "out")
@@ -114,7 +117,7 @@ def test_a_chunk_that_unpacks_to_more_than_the_bound_is_refused_and_nothing_is_l
 def test_tables_that_are_too_large_for_the_memory_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = mcap(tmp_path / "x.mcap", "t,normal_force", 100)
+    path = mcap(tmp_path / "x.mcap", ROWS)
     assert len(next(iter(mcap_file.read_mcap(path, tmp_path / "out").values()))) == 100
     monkeypatch.setattr(mcap_file, "MOST_TEXT", 5000)
     with pytest.raises(RecordingError, match="more than 5000 bytes of tables"):
@@ -123,17 +126,7 @@ def test_tables_that_are_too_large_for_the_memory_are_refused(
 
 @pytest.mark.parametrize("t", ["9" * 5000, "1e999", '"x"'])
 def test_an_mcap_file_that_is_refused_late_leaves_nothing(t: str, tmp_path: Path) -> None:
-    whole = mcap(tmp_path / "x.mcap", "t,normal_force", 3)
-    writer_of = pytest.importorskip("mcap.writer")
-    with whole.open("wb") as file:
-        writer = writer_of.Writer(file)
-        writer.start(library="vegrip")
-        writer.add_attachment(0, 0, "recording.toml", "application/toml", ABOUT.encode())
-        schema = writer.register_schema("x", "jsonschema", b"{}")
-        about = {"file": "recording.csv", "columns": "t,normal_force", "rows": "1"}
-        channel = writer.register_channel("/hand/thumb/state", "json", schema, about)
-        writer.add_message(channel, 0, b'{"t": %s, "normal_force": 1.0}' % t.encode(), 0, 0)
-        writer.finish()
+    whole = mcap(tmp_path / "x.mcap", (b'{"t": %s, "normal_force": 1.0}' % t.encode(),))
     with pytest.raises(RecordingError):
         mcap_file.read_mcap(whole, tmp_path / "out")
     assert [each.name for each in tmp_path.iterdir()] == ["x.mcap"]

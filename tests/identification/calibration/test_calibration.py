@@ -61,7 +61,7 @@ def test_every_kind_is_done_once_and_in_its_order(done: tuple[Calibration, list[
     assert all("not yet" in text or "no good" in text for text in why[1:])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_model_is_that_of_the_fingertip(done: tuple[Calibration, list[str]]) -> None:
     calibration, _ = done
     ended = finish(calibration, "vegrip calibrate tip --end")
