@@ -23,7 +23,7 @@ from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, BatchCodec
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.plan import open_plan
 from vegrip.trials.candidates import demo_parameters, make_node
 
 COMMAND_ROW = 24 + ROW_ID.size

@@ -18,9 +18,9 @@ from vegrip.messages import FingertipState
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.mapped.checksums import ChecksumMap, make_crc, protection
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.encoder import packed, places_of, raw_of
-from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.commands import packed, raw_of
 from vegrip.transport.mapped.packet_stream import PacketStream
+from vegrip.transport.mapped.plan import open_plan
 
 BATCH = 100
 MILLISECOND = 1_000_000
@@ -172,7 +172,7 @@ def frames(codec: MappedCodec, checksum: dict[str, object]) -> Sequence[Frame]:
         for name in codec.plan.messages:
             message = codec.plan.database.messages[name]
             values = {s: raw_of(message.signals[s], VALUES[s])[0] for s in VALUES if s in message.signals}
-            data = packed(places_of(message), message.length, {**values, "Cnt": seq % 256})
+            data = packed(message, {**values, "Cnt": seq % 256})
             guard = protection(spec, message, name)
             assert guard is not None
             guard.protect(data)

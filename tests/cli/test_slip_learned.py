@@ -17,7 +17,7 @@ from vegrip.grip.friction_settings import COARSEST_CREEP_M_S
 from vegrip.identification.calibration.session import Calibration, judge, load, save, usual_limits
 from vegrip.identification.calibration.trials import practice_tip, practise
 from vegrip.identification.experiment.design_space import RigLimits
-from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.price import settings
 
 LAUNCH = Path(__file__).parents[2] / "launch"

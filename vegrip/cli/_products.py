@@ -55,8 +55,7 @@ def write(
 ) -> None:
     """Write the map of a product, with what is said of it, and tell what is still to be measured."""
     from vegrip.config import parse_toml
-    from vegrip.transport.mapped.open import read_database
-    from vegrip.transport.mapped.plan import make_plan
+    from vegrip.transport.mapped.plan import make_plan, read_database
     from vegrip.transport.mapped.price import price
     from vegrip.transport.mapped.products import map_of
     from vegrip.transport.mapped.schema import parse_map

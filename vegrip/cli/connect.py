@@ -104,7 +104,7 @@ def connect(
     A product of --list needs no database: vegrip connect --hand bota-sensone -o tip.toml
     """
     from vegrip.transport.mapped.drafts import for_each_finger
-    from vegrip.transport.mapped.open import open_plan
+    from vegrip.transport.mapped.plan import open_plan
     from vegrip.transport.mapped.traffic import MappedNow, SignalsNow, traces
 
     said = [each for text in settings or [] for each in _settings(text)]
@@ -358,8 +358,7 @@ def _checked(text: str, path: Path, settings: "list[Setting]") -> "tuple[Plan, s
     """Read the text back as a node will; ``--set`` goes over it."""
     from vegrip.config import parse_toml
     from vegrip.transport.mapped.codec import MappedCodec
-    from vegrip.transport.mapped.open import read_database
-    from vegrip.transport.mapped.plan import make_plan
+    from vegrip.transport.mapped.plan import make_plan, read_database
     from vegrip.transport.mapped.schema import parse_map
     from vegrip.transport.mapped.writer import changed_text
 

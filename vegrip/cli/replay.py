@@ -151,7 +151,7 @@ def _play_log(log: Path, config: Path | None, speed: float, values: list[str]) -
     from vegrip.runtime.launch_file import find_launch_file, read_launch_file
     from vegrip.runtime.replay.run import play_frames
     from vegrip.transport.mapped.codec import MappedCodec
-    from vegrip.transport.mapped.open import open_plan
+    from vegrip.transport.mapped.plan import open_plan
     from vegrip.transport.open import CanSettings, open_bus
 
     nodes = [] if config is None else read_launch_file(find_launch_file(str(config)))

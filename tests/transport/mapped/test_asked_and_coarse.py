@@ -14,7 +14,7 @@ from vegrip.grip.safety.watchdog import WatchdogSettings
 from vegrip.messages import Condition, ForceCommand, Reason
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.price import USUAL_NOISE, price, settings
 from vegrip.transport.simulated_can import SimulatedCan
 

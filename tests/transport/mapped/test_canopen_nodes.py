@@ -14,7 +14,7 @@ from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.canopen_nodes import CanopenNodes
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.endpoints import MappedCanEndpoint
-from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.price import price
 
 EDS = Path(__file__).parents[3] / "proto" / "fingertip.eds"

@@ -11,11 +11,10 @@ from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.checksums import make_crc
 from vegrip.transport.mapped.codec import MappedCodec
+from vegrip.transport.mapped.commands import packed
 from vegrip.transport.mapped.compiled import compile_reader, groups_of
 from vegrip.transport.mapped.database import ForeignMessage, Signal
-from vegrip.transport.mapped.encoder import packed, places_of
-from vegrip.transport.mapped.open import open_plan
-from vegrip.transport.mapped.plan import Slot
+from vegrip.transport.mapped.plan import Slot, open_plan
 
 CRC = make_crc(8, 0x2F, 0xFF, 0xFF, reflected=False)
 DBC = load(PLAIN_DBC)
@@ -200,6 +199,4 @@ def test_any_layout_is_read_as_cantools_reads_it(seed):
         raws = peer.decode(data, scaling=False, decode_choices=False)
         whole = {name: raw for name, raw in raws.items() if not message.signals[name].is_float}
         if len(whole) == len(raws):
-            assert bytes(packed(places_of(message), message.length, whole)) == bytes(
-                peer.encode(whole, scaling=False, strict=False)
-            )
+            assert bytes(packed(message, whole)) == bytes(peer.encode(whole, scaling=False, strict=False))

@@ -8,7 +8,7 @@ import pytest
 from vegrip.errors import ConfigError
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.plan import open_plan
 
 EDS = Path(__file__).parents[3] / "proto" / "fingertip.eds"
 MAP = """

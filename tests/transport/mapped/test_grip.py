@@ -13,7 +13,7 @@ from vegrip.messages import ForceCommand, ModelHealth, SlipMargin
 from vegrip.model import paper_model
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.plan import open_plan
 
 GRAM = 9.80665e-3  # [N]
 

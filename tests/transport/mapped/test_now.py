@@ -7,7 +7,7 @@ from hands import PLAIN_DBC, PLAIN_MAP, load, written
 
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.database import read_dbc
-from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.traffic import MappedNow, SignalsNow
 
 MAP = PLAIN_MAP.replace('checksum = { kind = "crc8"', '# { kind = "crc8"')

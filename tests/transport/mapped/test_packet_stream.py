@@ -283,7 +283,7 @@ GOOD = 'start = "AA"\nlength = 5\nfields = { fz = "f32 le @1" }'
 )
 def test_a_packet_that_cannot_be_is_refused_in_one_sentence(packet, said, tmp_path):
     from vegrip.config import parse_toml
-    from vegrip.transport.mapped.open import read_database
+    from vegrip.transport.mapped.plan import read_database
 
     with pytest.raises(ConfigError, match=said.replace("(", r"\(")) as caught:
         read_database(parse_map(parse_toml(MAP.format(packet=packet)), Path("hand.toml")))

@@ -3,7 +3,7 @@
 import pytest
 from hands import PLAIN_DBC, PLAIN_MAP, written
 
-from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.price import price, settings
 
 

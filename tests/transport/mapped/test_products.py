@@ -12,7 +12,7 @@ from vegrip.errors import ConfigError, DeviceError
 from vegrip.transport.mapped import link_endpoint
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.endpoints import MappedCanEndpoint
-from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.products import about, map_of, names
 from vegrip.transport.mapped.writer import changed_text
 from vegrip.transport.open import Hand, open_endpoint

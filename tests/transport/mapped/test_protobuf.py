@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand, Reason
-from vegrip.transport.mapped import open as opening
-from vegrip.transport.mapped.open import open_plan
-from vegrip.transport.mapped.topics import TopicCodec
+from vegrip.transport.mapped import plan as opening
+from vegrip.transport.mapped.codec import TopicCodec
+from vegrip.transport.mapped.plan import open_plan
 
 MS = 1_000_000
 MAP = """

@@ -13,7 +13,7 @@ from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.endpoints import MappedCanEndpoint
-from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.price import price
 
 HANDS = Path(__file__).parents[3] / "examples" / "hands"

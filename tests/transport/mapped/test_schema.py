@@ -5,7 +5,7 @@ from hands import PLAIN_DBC, PLAIN_MAP, written
 
 from vegrip.errors import ConfigError
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.plan import open_plan
 
 SECOND = '\n[fingers.index.normal_force]\nsignal = "Tip1.Fz"\n'
 HEAD = "[fingers.thumb.normal_force]"

@@ -1,45 +1,210 @@
-"""Frames of a foreign hand <-> states and commands of ours, as its map says. Pure: no bus, no clock."""
+"""Messages of a foreign hand <-> states and commands of ours, as its map says. Pure: no bus, no clock."""
 
+import math
+from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any, Final
 
 from vegrip.clock import NS
 from vegrip.messages import FingertipState, ForceCommand, Message
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.sequence import Sequence as Counted
+from vegrip.transport.mapped.bodies import bodies_of, parse_path
 from vegrip.transport.mapped.canopen_nodes import CanopenNodes
 from vegrip.transport.mapped.checksums import Protection, protection
-from vegrip.transport.mapped.compiled import Group, Read, compile_raw, compile_reader, groups_of
+from vegrip.transport.mapped.commands import Commands, FrameCommands, TopicCommands
+from vegrip.transport.mapped.compiled import (
+    Group,
+    Slots,
+    compile_builder,
+    compile_raw,
+    compile_reader,
+    groups_of,
+)
 from vegrip.transport.mapped.database import ForeignMessage
 from vegrip.transport.mapped.dialogue import Dialogue
-from vegrip.transport.mapped.encoder import CommandEncoder
-from vegrip.transport.mapped.plan import Plan
-from vegrip.transport.mapped.states import FingerStates, ForeignHand
+from vegrip.transport.mapped.plan import NOT_YET, FingerPlan, Plan, Slot
+
+MAX_MESSAGE_BYTES: Final = 65_536  # [bytes] on a network
+MODULUS: Final = 1 << 32
+
+
+class FingerStates:
+    """The states of one finger: what completes one, what is too old, what is missing.
+
+    Args:
+        finger: its plan.
+        slots: all slots of the hand.
+        groups: which group of signals fills each slot.
+
+    """
+
+    def __init__(self, finger: FingerPlan, slots: Sequence[Slot], groups: Sequence[int]) -> None:
+        self.name = finger.name
+        self.build = compile_builder(finger)
+        self._count = -1  # the number of the last state, where no counter of theirs tells
+        self.last = math.nan  # [N] the last normal force, for commands that rest on it
+        used = {number for plan in finger.channels.values() for number in plan.slots}
+        self.triggers = frozenset(groups[number] for number in finger.trigger_slots)
+        self._max_age = round(finger.max_age * NS)
+        always_new = self.triggers if len(self.triggers) == 1 else frozenset()
+        self._held = {  # group -> its slots
+            group: tuple(number for number in used if groups[number] == group)
+            for group in {groups[number] for number in used} - always_new
+        }
+        self._always_zero = {  # channel -> its slots, and their values at zero
+            name: tuple((number, slots[number].offset) for number in plan.slots)
+            for name, plan in finger.channels.items()
+            if plan.gated and plan.slots and name != "normal_force"
+        }
+
+    @property
+    def always_zero(self) -> set[str]:
+        """The channels that have been nothing but zero so far, and therefore missing."""
+        return set(self._always_zero)
+
+    def state(self, s: Slots, heard: Sequence[int], seq: int | None, stamp: int) -> FingertipState:
+        """Return the state that is complete at ``stamp`` [ns]; changes slots that are missing to NaN."""
+        if seq is None:
+            seq = self._count = self._count + 1
+        for group, numbers in self._held.items():
+            if stamp - heard[group] > self._max_age:
+                for number in numbers:
+                    s[number] = math.nan
+        if self._always_zero:
+            self._leave_out_zeros(s)
+        values = self.build(s)
+        self.last = values[0]
+        return FingertipState(stamp, self.name, seq, *values)
+
+    def _leave_out_zeros(self, s: Slots) -> None:
+        for name, zeros in list(self._always_zero.items()):
+            if any(s[number] != zero and not math.isnan(s[number]) for number, zero in zeros):
+                del self._always_zero[name]
+                continue
+            for number, _ in zeros:
+                s[number] = math.nan
 
 
 @dataclass(slots=True)
-class _Incoming:
+class Incoming:
     """One of their messages that is read."""
 
-    message: ForeignMessage
-    read: Read
-    guard: Protection | None
-    counter: Callable[[bytes], int] | None
-    sequence: Counted | None
+    read: Callable[[Any, Slots], tuple[int, ...]]
+    """Fills the slots; returns which groups of signals were in it."""
     fingers: tuple[FingerStates, ...]  # that it may complete
     owners: tuple[str, ...]  # fingers with anything in it
+    count: Callable[[Any], int | None] | None = None
+    sequence: Counted | None = None
+    message: ForeignMessage | None = None
+    guard: Protection | None = None
+
+
+class ForeignHand(ABC):
+    """The last values of a foreign hand, its commands, and counts of what was refused.
+
+    ``lost`` are gaps in their counters; ``clipped``, by finger, commands beyond the range of their signal;
+    ``broken``, by finger, messages that could not be understood.
+
+    Args:
+        plan: of the hand.
+        groups: which group of signals fills each slot; signals of a group come together.
+
+    """
+
+    encoder: Commands
+
+    def __init__(self, plan: Plan, groups: Sequence[int]) -> None:
+        self.plan = plan
+        self.rejected: Counter[str] = Counter()
+        self.broken: Counter[str] = Counter()
+        self.clipped: Counter[str] = Counter()
+        self._slots: list[float] = [math.nan] * len(plan.slots)
+        self._heard = [NOT_YET] * (max(groups, default=-1) + 1)
+        self._states = {finger.name: FingerStates(finger, plan.slots, groups) for finger in plan.fingers}
+        self._sequences: list[Counted] = []
+
+    @abstractmethod
+    def _counter(self, name: str) -> tuple[Callable[[Any], int | None], int]:
+        """Return what reads the counter of the message ``name``, and what it counts to."""
+
+    @property
+    def lost(self) -> int:
+        """Messages that never arrived, where they have a counter."""
+        return sum(sequence.lost for sequence in self._sequences)
+
+    @property
+    def always_zero(self) -> dict[str, set[str]]:
+        """The channels that have been nothing but zero so far, and therefore missing, by finger."""
+        return {name: states.always_zero for name, states in self._states.items()}
+
+    def reset(self) -> None:
+        """Forget all counters: what comes next begins new streams (a replay that starts over)."""
+        for sequence in self._sequences:
+            sequence.last = -1
+
+    def state_of(self, finger: str) -> tuple[float, float]:
+        """Return the last normal force of ``finger`` [N] and its position in the unit of their signal."""
+        slot = self.plan.feedback.get(finger)
+        return self._states[finger].last, math.nan if slot is None else self._slots[slot]
+
+    def _incoming(self, name: str, read: Callable[[Any, Slots], tuple[int, ...]]) -> Incoming:
+        own = {slot.number for slot in self.plan.slots if slot.message == name}
+        made = Incoming(
+            read,
+            tuple(self._states[finger.name] for finger in self.plan.fingers if finger.trigger == name),
+            tuple(
+                finger.name
+                for finger in self.plan.fingers
+                if any(own.intersection(channel.slots) for channel in finger.channels.values())
+            ),
+        )
+        spec = self.plan.protection.get(name)
+        if spec is not None and spec.counter:
+            made.count, modulus = self._counter(name)
+            made.sequence = Counted(spec.modulus or modulus)
+            self._sequences.append(made.sequence)
+        return made
+
+    def _refuse(self, name: str, owners: Sequence[str] = ()) -> list[FingertipState]:
+        self.rejected[name] += 1
+        for owner in owners:
+            self.broken[owner] += 1
+        return []
+
+    def _completed(self, incoming: Incoming, body: Any, stamp: int) -> list[FingertipState]:
+        """Return the states that a message with ``body`` completes."""
+        seq = None
+        if incoming.sequence is not None:
+            count = incoming.count(body)  # type: ignore[misc]
+            seq = None if count is None else incoming.sequence.advance(count, stamp)
+            if seq is None:
+                return self._refuse("counter")
+        slots = self._slots
+        heard = incoming.read(body, slots)
+        if not heard and incoming.message is not None and incoming.message.has_validity:
+            return self._refuse("invalid", incoming.owners)
+        for group in heard:
+            self._heard[group] = stamp
+        states = []
+        for finger in incoming.fingers:
+            if not finger.triggers or not finger.triggers.isdisjoint(heard):
+                states.append(finger.state(slots, self._heard, seq, stamp))  # noqa: PERF401 (no call of a comprehension)
+        return states
 
 
 class MappedCodec(ForeignHand):
-    """A foreign hand on a CAN bus, decoded and encoded as its map says.
+    """A foreign hand on a CAN bus or in packets, decoded and encoded as its map says.
 
-    No frame of the bus raises: :meth:`decode_all` returns no state and counts in ``rejected``
-    under ``length`` (shorter than the message), ``checksum`` or ``counter`` (a repeat, or older);
-    the nodes of a CANopen hand as in :class:`~vegrip.transport.mapped.canopen_nodes.CanopenNodes`.
-    ``foreign`` counts frames that the map does not read. ``lost`` are gaps in their counters; ``clipped``,
-    by finger, commands beyond the range of their signal.
+    No frame raises: :meth:`decode_all` returns no state and counts in ``rejected`` under ``length`` (shorter
+    than the message), ``checksum``, ``invalid`` (it says so) or ``counter`` (a repeat, or older); nodes of
+    a CANopen hand as in :class:`~vegrip.transport.mapped.canopen_nodes.CanopenNodes`. ``foreign`` counts
+    frames that the map does not read.
     """
+
+    encoder: FrameCommands
 
     def __init__(self, plan: Plan) -> None:
         groups = [0] * len(plan.slots)
@@ -55,88 +220,70 @@ class MappedCodec(ForeignHand):
         super().__init__(plan, groups)
         self.fingers = tuple(self._states)
         self.foreign = 0
-        made = [self._incoming_of(plan.database.messages[name], *found[name]) for name in found]
-        self._incoming = {one.message.identifier: one for one in made}
-        self.encoder = CommandEncoder(plan, self._state_of, self.clipped)
+        self._by_identifier = {
+            plan.database.messages[name].identifier: self._of_frame(plan.database.messages[name], *each)
+            for name, each in found.items()
+        }
+        self.encoder = FrameCommands(plan, self.state_of, self.clipped)
         self._nodes = _nodes(plan, self.rejected)
         self.opening = [Frame(*frame) for frame in plan.database.opening]
+        hand = plan.hand
         self.dialogue = (
             None
             if plan.database.packets
-            else Dialogue(
-                plan.hand.device, 0, plan.hand.sending.period, self.rejected, str(plan.hand.path), on_can=True
-            )
+            else Dialogue(hand.device, 0, hand.sending.period, self.rejected, str(hand.path), on_can=True)
         )
 
     def decode(self, frame: Frame) -> Message | None:
         """Return the first state that ``frame`` completes; :meth:`decode_all` returns all of them."""
-        states = self.decode_all(frame)
-        return states[0] if states else None
+        return next(iter(self.decode_all(frame)), None)
 
     def decode_all(self, frame: Frame) -> Sequence[FingertipState]:
         """Return the states that ``frame`` completes."""
-        incoming = self._incoming.get(frame.arbitration_id)
+        incoming = self._by_identifier.get(frame.arbitration_id)
         known = self._nodes is not None and self._nodes.receive(frame)
-        if incoming is None:
+        if incoming is None or incoming.message is None:
             self.foreign += not known
             return ()
         if self.dialogue is not None:
             self.dialogue.came(incoming.message.name)
-        data, stamp, seq = frame.data, frame.stamp, None
-        length = incoming.message.length
+        data, length = frame.data, incoming.message.length
         if len(data) != length:  # CAN FD fills up to its sizes
             if len(data) < length:
                 return self._refuse("length", incoming.owners)
             data = data[:length]
         if incoming.guard is not None and not incoming.guard.check(data):
             return self._refuse("checksum", incoming.owners)
-        if incoming.counter is not None and incoming.sequence is not None:
-            seq = incoming.sequence.advance(incoming.counter(data), stamp)
-            if seq is None:
-                return self._refuse("counter")
-        slots = self._slots
-        heard = incoming.read(data, slots)
-        if not heard and incoming.message.has_validity:
-            return self._refuse("invalid", incoming.owners)
-        for group in heard:
-            self._heard[group] = stamp
-        states = []
-        for finger in incoming.fingers:
-            if not finger.triggers or not finger.triggers.isdisjoint(heard):
-                states.append(finger.state(slots, self._heard, seq, stamp))  # noqa: PERF401 (no call of a comprehension)
-        return states
+        return self._completed(incoming, data, frame.stamp)
 
     def due(self, now: int) -> list[Frame]:
         """Return the frames to send at ``now`` [ns]: commands to repeat, requests, starts of nodes."""
         said = self.dialogue.due(now) if self.dialogue is not None else ()
-        return [
-            *self.encoder.due(now),
-            *(Frame(step.identifier, step.data, len(step.data) > 8) for step in said),
-            *(self._nodes.due(now) if self._nodes is not None else ()),
-        ]
+        nodes = self._nodes.due(now) if self._nodes is not None else ()
+        return [*self.encoder.due(now), *(step.frame for step in said), *nodes]
 
     @property
     def identifiers(self) -> set[int]:
         """Identifiers of the frames that are read."""
-        return set(self._incoming) | (self._nodes.identifiers if self._nodes is not None else set())
+        return set(self._by_identifier) | (self._nodes.identifiers if self._nodes is not None else set())
 
     def encode(self, message: Message) -> list[Frame]:
         """Return the frames that carry a command; other messages are not for a foreign hand."""
         return self.encoder.encode(message) if isinstance(message, ForceCommand) else []
 
-    def _incoming_of(self, message: ForeignMessage, first: int, groups: list[Group]) -> _Incoming:
+    def _counter(self, name: str) -> tuple[Callable[[Any], int | None], int]:
+        message = self.plan.database.messages[name]
+        signal = message.signals[self.plan.protection[name].counter]
+        return compile_raw(message, signal), 1 << signal.length
+
+    def _of_frame(self, message: ForeignMessage, first: int, groups: list[Group]) -> Incoming:
+        made = self._incoming(message.name, compile_reader(message, groups, first))
+        made.message = message
         spec = self.plan.protection.get(message.name)
-        guard = counter = sequence = None
-        if spec is not None:
+        if spec is not None and not message.checked:
             where = f"{self.plan.hand.path} [messages.{message.name}.checksum]"
-            guard = None if message.checked else protection(spec.checksum, message, where)
-            if spec.counter:
-                signal = message.signals[spec.counter]
-                counter = compile_raw(message, signal)
-                sequence = self._sequence(spec.modulus or 1 << signal.length)
-        read = compile_reader(message, groups, first)
-        fingers, owners = self._completed_by(message.name), self._owners(message.name)
-        return _Incoming(message, read, guard, counter, sequence, fingers, owners)
+            made.guard = protection(spec.checksum, message, where)
+        return made
 
 
 def _nodes(plan: Plan, rejected: Counter[str]) -> CanopenNodes | None:
@@ -150,3 +297,81 @@ def _nodes(plan: Plan, rejected: Counter[str]) -> CanopenNodes | None:
         for where in slot.place.selectors[:1]
     ]
     return CanopenNodes(plan.hand.nodes.values(), objects, round(plan.hand.sending.poll * NS), rejected)
+
+
+class TopicCodec(ForeignHand):
+    """A foreign hand on a network: JSON, msgpack or protobuf, read and written by paths.
+
+    No message raises: a bad one is counted in ``rejected`` under ``unknown_topic``, ``size``, ``schema``
+    (not a message of the format), ``value`` (a text or the like where a number belongs) or ``counter``.
+    """
+
+    crowded = 0
+
+    def __init__(self, plan: Plan) -> None:
+        names = list(plan.messages)
+        super().__init__(plan, [names.index(slot.message) for slot in plan.slots])
+        self._bodies = bodies_of(plan)
+        self._topics = {name: self._incoming(name, self._reader(name, n)) for n, name in enumerate(names)}
+        self.encoder = TopicCommands(plan, self.state_of, self.clipped, self._bodies)
+
+    def decode(self, topic: str, payload: bytes, stamp: int) -> Message | None:
+        """Return the first state that a message completes."""
+        return next(iter(self.decode_all(topic, payload, stamp)), None)
+
+    def decode_all(self, topic: str, payload: bytes, stamp: int) -> list[FingertipState]:
+        """Return the states that a message received at ``stamp`` [ns] completes."""
+        incoming = self._topics.get(topic)
+        if incoming is None:
+            return self._refuse("unknown_topic")
+        if len(payload) > MAX_MESSAGE_BYTES:
+            return self._refuse("size", incoming.owners)
+        try:
+            body = self._bodies.load(topic, payload)
+        except ValueError:
+            return self._refuse("schema", incoming.owners)
+        return self._completed(incoming, body, stamp)
+
+    def encode(self, message: Message) -> tuple[str, bytes] | None:
+        """Return topic and payload of a command, once all fingers in its message have theirs."""
+        return next(iter(self.encoder.encode(message)), None) if isinstance(message, ForceCommand) else None
+
+    def due(self, now: int) -> list[tuple[str, bytes]]:
+        """Return the commands to repeat at ``now`` [ns]."""
+        return self.encoder.due(now)
+
+    def _number(self, value: Any) -> float:
+        if value is None:
+            return math.nan
+        if isinstance(value, (int, float)) and abs(value) < 1e300:
+            return float(value)
+        if isinstance(value, float):
+            return value  # NaN, or infinite: the watchdog's range refuses it
+        self.rejected["value"] += 1
+        return math.nan
+
+    def _getter(self, name: str, path: str) -> Callable[[Any], Any]:
+        where = f"{self.plan.hand.path} {name}"
+        return self._bodies.getter(name, parse_path(path, where), where)
+
+    def _reader(self, name: str, group: int) -> Callable[[Any, Slots], tuple[int, ...]]:
+        own = [slot for slot in self.plan.slots if slot.message == name]
+        gets = [(slot.number, self._getter(name, slot.signal), slot.scale, slot.offset) for slot in own]
+
+        def read(body: Any, s: Slots) -> tuple[int, ...]:
+            for slot, get, scale, offset in gets:
+                s[slot] = self._number(get(body)) * scale + offset
+            return (group,)
+
+        return read
+
+    def _counter(self, name: str) -> tuple[Callable[[Any], int | None], int]:
+        spec = self.plan.protection[name]
+        get, modulus = self._getter(name, spec.counter), spec.modulus or MODULUS
+
+        def count(body: Any) -> int | None:
+            value = get(body)
+            is_whole = isinstance(value, int) and not isinstance(value, bool)
+            return value % modulus if is_whole else None
+
+        return count, modulus

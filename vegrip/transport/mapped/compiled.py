@@ -24,19 +24,13 @@ Build = Callable[[Slots], tuple[float, ...]]
 """Makes the values of a :class:`~vegrip.messages.FingertipState`, in its order."""
 
 ORDER: Final = tuple(FingertipState.__dataclass_fields__)[3:]
-LONG_BYTES: Final = 16  # [bytes] from which on a message is no number to shift
-_CODES: Final = {8: "b", 16: "h", 32: "i", 64: "q"}
-_FLOATS: Final = {16: struct.Struct("<e"), 32: struct.Struct("<f"), 64: struct.Struct("<d")}
-_WHOLE: Final = {16: struct.Struct("<H"), 32: struct.Struct("<I"), 64: struct.Struct("<Q")}
-
-
-_UNPACKED: Final = {
-    f"{name}_{code}": struct.Struct(order + code).unpack_from
-    for name, order in (("little", "<"), ("big", ">"))
-    for code in "bBhHiIqQ"
-} | {
-    f"big_float{bits}": struct.Struct(code).unpack_from for bits, code in ((16, ">e"), (32, ">f"), (64, ">d"))
+_UNPACKED: Final = {  # what unpacks whole bytes
+    f"{order}{code}": struct.Struct(sign + code).unpack_from
+    for order, sign in (("little_", "<"), ("big_", ">"))
+    for code in "bBhHiIqQefd"
 }
+_CODES: Final = {8: "b", 16: "h", 32: "i", 64: "q"}
+_FLOATS: Final = {16: "e", 32: "f", 64: "d"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,14 +51,9 @@ def groups_of(message: ForeignMessage, slots: Sequence[Slot]) -> list[Group]:
 
 def compile_reader(message: ForeignMessage, groups: Sequence[Group], first: int) -> Read:
     """Return the reader of ``message``; its groups are numbered from ``first``."""
-    switches = [message.signals[name] for group in groups for name, _ in group.condition]
-    names = {
-        switch.name: f"m{number}" for number, switch in enumerate({s.name: s for s in switches}.values())
-    }
-    lines = [
-        f" {names[switch.name]} = {_raw(switch, message.length)}"
-        for switch in {s.name: s for s in switches}.values()
-    ]
+    switches = dict.fromkeys(name for group in groups for name, _ in group.condition)
+    names = {switch: f"m{number}" for number, switch in enumerate(switches)}
+    lines = [f" {own} = {_raw(message.signals[switch], message.length)}" for switch, own in names.items()]
     is_conditional = any(group.condition for group in groups)
     lines += [" found = ()"] if is_conditional else []
     for number, group in enumerate(groups, first):
@@ -149,33 +138,21 @@ def _condition(message: ForeignMessage, signal: Signal | None) -> tuple[tuple[st
 
 
 def _raw(signal: Signal, length: int) -> str:
-    """Return the text of the raw value of ``signal``."""
-    shift, word = signal.shift(length), "b" if signal.is_big_endian else "w"
-    if signal.is_float and not signal.is_big_endian and shift % 8 == 0:
-        return f"float{signal.length}(data, {shift // 8})[0]"
-    if length > LONG_BYTES and signal.length in _CODES and shift % 8 == 0:
-        byte = signal.start // 8
-        return f"{_code(signal)}(data, {byte})[0]"
-    bits = (
-        f"({word} >> {shift} & {(1 << signal.length) - 1})"
-        if shift
-        else f"({word} & {(1 << signal.length) - 1})"
-    )
+    """Return the text of the raw value of ``signal``: of whole bytes, or shifted out of the message."""
+    first = 7 if signal.is_big_endian else 0
+    code = (_FLOATS if signal.is_float else _CODES).get(signal.length, "")
+    if code and signal.start % 8 == first:
+        order = "big" if signal.is_big_endian else "little"
+        code = code if signal.is_float or signal.is_signed else code.upper()
+        return f"{order}_{code}(data, {signal.start // 8})[0]"
+    word, shift = "b" if signal.is_big_endian else "w", signal.shift(length)
+    bits = f"({word}{f' >> {shift}' if shift else ''} & {(1 << signal.length) - 1})"
     if signal.is_float:
-        return f"float{signal.length}(whole{signal.length}({bits}), 0)[0]"
+        return f"little_{code}({bits}.to_bytes({signal.length // 8}, 'little'), 0)[0]"
     if signal.is_signed:
         sign = 1 << signal.length - 1
         return f"(({bits} ^ {sign}) - {sign})"
     return bits
-
-
-def _code(signal: Signal) -> str:
-    """Return the name of what unpacks ``signal``, which begins with a byte."""
-    if signal.is_float:
-        return f"big_float{signal.length}"
-    code = _CODES[signal.length]
-    order = "big" if signal.is_big_endian else "little"
-    return f"{order}_{code if signal.is_signed else code.upper()}"
 
 
 def _assignment(slot: Slot, length: int) -> list[str]:
@@ -238,9 +215,6 @@ def _rotated(rotation: tuple[tuple[float, ...], ...], present: set[str]) -> Mapp
 
 
 def _made(lines: list[str], name: str, scope: dict[str, Any]) -> Any:
-    scope |= {"nan": math.nan}
-    scope |= {f"float{bits}": packed.unpack_from for bits, packed in _FLOATS.items()}
-    scope |= {f"whole{bits}": packed.pack for bits, packed in _WHOLE.items()}
-    scope |= _UNPACKED
+    scope |= {"nan": math.nan, **_UNPACKED}
     exec(compile("\n".join(lines), "<map>", "exec"), scope)  # noqa: S102 - numbers and names of ours only
     return scope[name]

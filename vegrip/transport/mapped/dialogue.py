@@ -22,6 +22,7 @@ from typing import Any, Final, NamedTuple
 from vegrip.clock import NS
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
+from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.packets import on_bus
 
 MOST_HEARD: Final = 512  # [bytes] in which an answer is looked for
@@ -64,6 +65,11 @@ class Step(NamedTuple):
     expects: str
     every: int  # [ns]
     wait: int  # [ns]
+
+    @property
+    def frame(self) -> Frame:
+        """The same on CAN."""
+        return Frame(self.identifier, self.data, len(self.data) > 8)
 
 
 class Dialogue:

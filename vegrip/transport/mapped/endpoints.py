@@ -13,13 +13,12 @@ from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState, Message
 from vegrip.transport.can_endpoint import MOST_FRAMES, CanEndpoint, Open
 from vegrip.transport.canbus.frame_time import BitTiming
-from vegrip.transport.codec.frame import EXTENDED, Frame
+from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.curve import Keys
 from vegrip.transport.endpoint import Endpoint
-from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.codec import MappedCodec, TopicCodec
+from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.price import price, settings
-from vegrip.transport.mapped.topics import TopicCodec
 from vegrip.transport.open import CanSettings, Hand, ZmqSettings, open_bus
 from vegrip.transport.zmq_endpoint import MOST_MESSAGES, ZmqEndpoint
 
@@ -89,7 +88,7 @@ class MappedCanEndpoint(CanEndpoint):
         """Say what the hand is told at the end, and leave the bus."""
         if self._mapped.dialogue is not None:
             for step in self._mapped.dialogue.closing:
-                self.send_frame(Frame(step.identifier, step.data, len(step.data) > 8))
+                self.send_frame(step.frame)
         super().close()
 
     def _bring_only_its_own(self) -> None:

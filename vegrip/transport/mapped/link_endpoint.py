@@ -19,10 +19,9 @@ from vegrip.transport.endpoint import ClosedByWith, Endpoint
 from vegrip.transport.losses import losses
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.dialogue import Dialogue
-from vegrip.transport.mapped.open import open_plan
 from vegrip.transport.mapped.packet_stream import PacketStream
 from vegrip.transport.mapped.packets import on_streams
-from vegrip.transport.mapped.plan import Plan
+from vegrip.transport.mapped.plan import Plan, open_plan
 from vegrip.transport.mapped.price import price
 from vegrip.transport.open import Hand
 from vegrip.transport.sender_clock import ClockEstimate

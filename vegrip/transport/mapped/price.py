@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from vegrip.grip.safety.watchdog import MECHANICAL, WatchdogSettings
 from vegrip.identification.sensors import lacking
-from vegrip.transport.mapped.encoder import CommandEncoder
+from vegrip.transport.mapped.commands import FrameCommands
 from vegrip.transport.mapped.plan import VECTORS, FingerPlan, Plan
 from vegrip.transport.mapped.schema import HandMap, MessageMap
 
@@ -231,7 +231,7 @@ def _commands(plan: Plan) -> list[str]:
     said += [text for finger in plan.fingers if (text := _kind(plan, finger.name))]
     if plan.hand.format:
         return said
-    encoder = CommandEncoder(plan, lambda _: (math.nan, math.nan), Counter())
+    encoder = FrameCommands(plan, lambda _: (math.nan, math.nan), Counter())
     said += [
         f"{name}: sent as zero, since the map does not say otherwise: {', '.join(unset)}"
         for name, unset in encoder.unset.items()
