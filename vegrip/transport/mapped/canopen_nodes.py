@@ -12,7 +12,7 @@ server expects (CiA 301, expedited upload).
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -23,28 +23,17 @@ from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
 from vegrip.transport.mapped.plan import NOT_YET
 
-PDOS: Final = {
-    "TPDO": (0x1800, 0x1A00, (0x180, 0x280, 0x380, 0x480)),
-    "RPDO": (0x1400, 0x1600, (0x200, 0x300, 0x400, 0x500)),
-}
-SIGNED: Final = (0x02, 0x03, 0x04, 0x15, 0x10)
-FLOATS: Final = (0x08, 0x11)
+PDOS: Final = {"TPDO": (0x1800, 0x1A00, 0x180), "RPDO": (0x1400, 0x1600, 0x200)}
+"""First index of communication and of mapping, and the usual identifier of the first; then 0x100 further."""
+USUAL: Final = 4  # PDOs that have one
 START: Final = 1  # NMT command
 SIZES: Final = {1: (0x4F, 0x2F), 2: (0x4B, 0x2B), 3: (0x47, 0x27), 4: (0x43, 0x23)}
 """Bytes -> command of an expedited upload's answer and of a download."""
-
+ANY_SIZE: Final = 0x42  # an answer that does not say its size
 OBJECT: Final = "object"
 """The multiplexer of frames of SDO: command, index and sub-index."""
-
-ANY_SIZE: Final = 0x42  # an answer that does not say its size
-WHOLE: Final = {
-    kind: bits
-    for bits, kinds in {8: (1, 2, 5), 16: (3, 6), 24: (0x10, 0x16), 32: (4, 7, 8)}.items()
-    for kind in kinds
-}
-"""Data types of at most four bytes -> bits."""
-
 FIRST_DEVICE_INDEX: Final = 0x2000  # where the objects of the maker and of device profiles begin
+FIRST_OBJECT: Final = 0x20  # below stand the dummies of a mapping, which only fill
 UNUSED: Final = 1 << 31
 """Bit of a COB-ID that says: this PDO is not there."""
 
@@ -63,7 +52,7 @@ def read_eds(path: Path, nodes: Mapping[str, int]) -> Database:
             f"{path}: the map does not say which node is which finger; add nodes = {{ thumb = 32, ... }}, or "
             "--nodes thumb=32,index=33 to vegrip connect"
         )
-    messages: dict[str, ForeignMessage] = {}
+    messages: list[ForeignMessage] = []
     for finger, node in nodes.items():
         if not 1 <= node <= 127:
             raise ConfigError(f"{path}: the node-ID of {finger} is {node}; it must lie in 1 .. 127")
@@ -77,136 +66,112 @@ def read_eds(path: Path, nodes: Mapping[str, int]) -> Database:
                 f"{path}: cannot be read as an EDS ({str(error)[:200] or type(error).__name__})"
             ) from None
         for kind in PDOS:
-            for message in _messages(objects, kind, finger, node, path):
-                messages[message.name] = message
-        messages |= {message.name: message for message in _asked(objects, finger, node)}
+            messages += _pdos(objects, kind, finger, node, path)
+        messages += _asked(objects, finger, node)
     if not messages:
         raise ConfigError(
             f"{path}: maps no object into a PDO and describes none that SDO reads; ask the maker for the EDS "
             "of the delivered hand"
         )
     opening = tuple((0, bytes((START, node))) for node in nodes.values())
-    return Database(path.name, messages, opening)
+    return Database(path.name, {message.name: message for message in messages}, opening)
 
 
-def _messages(objects: Any, kind: str, finger: str, node: int, path: Path) -> list[ForeignMessage]:
+def _pdos(objects: Any, kind: str, finger: str, node: int, path: Path) -> Iterator[ForeignMessage]:
     communication, mapping, usual = PDOS[kind]
-    found = []
     for number in range(512):
         if mapping + number not in objects:
             continue
         signals = _signals(objects, mapping + number, path)
-        identifier = _identifier(objects, communication + number, usual[number] + node if number < 4 else 0)
-        if signals and identifier is not None:
-            bits = max(signal.start + signal.length for signal in signals.values())
-            if bits > 64:
-                raise ConfigError(f"{path}: {kind}{number + 1} maps {bits} bits; a frame has 64")
-            name = f"{finger}_{kind}{number + 1}"
-            found.append(ForeignMessage(name, identifier, (bits + 7) // 8, False, signals))
-    return found
-
-
-def _asked(objects: Any, finger: str, node: int) -> list[ForeignMessage]:
-    """Return the answers and the requests by SDO, with a signal for each object."""
-    reads: dict[str, Signal] = {}
-    writes: dict[str, Signal] = {}
-    for name, variable in _variables(objects):
-        bits, access = WHOLE.get(variable.data_type, 0), str(variable.access_type)
-        if not bits or variable.index < FIRST_DEVICE_INDEX:
+        identifier = usual + 0x100 * number + node if number < USUAL else 0
+        if communication + number in objects and 1 in objects[communication + number]:
+            identifier = _value(objects[communication + number][1]) or identifier
+        if not signals or not identifier or identifier & UNUSED:
             continue
-        answer, download = SIZES[bits // 8]
-        place = variable.index << 8 | variable.subindex << 24
-        if access != "wo":
-            _add(reads, name, variable, 32, bits, (answer | place, ANY_SIZE | place))
-        if access not in ("ro", "const"):
-            _add(writes, name, variable, 32, bits, (download | place,))
-    found = []
-    for name, base, signals in (("SDO", 0x580, reads), ("SDO_WRITE", 0x600, writes)):
-        if signals:
-            whole = {OBJECT: Signal(OBJECT, 0, 32), **signals}
-            found.append(ForeignMessage(f"{finger}_{name}", base + node, 8, False, whole, asked=True))
-    return found
-
-
-def _variables(objects: Any) -> list[tuple[str, Any]]:
-    found = []
-    for entry in objects.values():
-        if hasattr(entry, "data_type"):
-            found.append((_plain(entry.name), entry))
-        else:
-            found += [(_plain(f"{entry.name}_{part.name}"), part) for part in entry.values()]
-    return found
-
-
-def _add(
-    signals: dict[str, Signal],
-    name: str,
-    variable: Any,
-    start: int,
-    bits: int,
-    selectors: tuple[int, ...] = (),
-) -> None:
-    name = name if name not in signals else f"{name}_{len(signals)}"
-    signals[name] = Signal(
-        name,
-        start,
-        bits,
-        is_signed=variable.data_type in SIGNED,
-        is_float=variable.data_type in FLOATS,
-        scale=float(getattr(variable, "factor", 1) or 1),
-        unit=str(getattr(variable, "unit", "") or ""),
-        selected_by=OBJECT if selectors else "",
-        selectors=selectors,
-    )
-
-
-def _identifier(objects: Any, index: int, usual: int) -> int | None:
-    if index not in objects or 1 not in objects[index]:
-        return usual or None
-    entry = objects[index][1]
-    value = entry.value if entry.value is not None else entry.default
-    if value is None:
-        return usual or None
-    return None if int(value) & UNUSED else int(value) & 0x7FF
+        bits = max(signal.start + signal.length for signal in signals.values())
+        if bits > 64:
+            raise ConfigError(f"{path}: {kind}{number + 1} maps {bits} bits; a frame has 64")
+        name = f"{finger}_{kind}{number + 1}"
+        yield ForeignMessage(name, identifier & 0x7FF, (bits + 7) // 8, False, signals)
 
 
 def _signals(objects: Any, index: int, path: Path) -> dict[str, Signal]:
     signals: dict[str, Signal] = {}
     start = 0
-    count = _value(objects[index][0])
-    for sub in range(1, count + 1):
-        if sub not in objects[index]:
-            break
-        word = _value(objects[index][sub])
-        main, part, length = word >> 16, word >> 8 & 0xFF, word & 0xFF
+    for sub in range(1, _value(objects[index][0]) + 1):
+        word = _value(objects[index][sub]) if sub in objects[index] else 0
         if not word:
             break
-        if main >= 0x20:  # below stand the dummies, which only fill
-            name, variable = _variable(objects, main, part, path)
-            _add(signals, name, variable, start, length)
+        main, part, length = word >> 16, word >> 8 & 0xFF, word & 0xFF
+        if main >= FIRST_OBJECT:
+            try:
+                _add(signals, objects, main, part, start, length)
+            except KeyError:
+                raise ConfigError(
+                    f"{path}: the object {main:04X}:{part:02X} is mapped into a PDO and not described"
+                ) from None
         start += length
     return signals
 
 
-def _variable(objects: Any, main: int, part: int, path: Path) -> tuple[str, Any]:
-    try:
-        entry = objects[main]
-        if hasattr(entry, "data_type"):
-            return _plain(entry.name), entry
-        return _plain(f"{entry.name}_{entry[part].name}"), entry[part]
-    except KeyError:
-        raise ConfigError(
-            f"{path}: the object {main:04X}:{part:02X} is mapped into a PDO and not described"
-        ) from None
+def _asked(objects: Any, finger: str, node: int) -> Iterator[ForeignMessage]:
+    """Yield the answers and the requests by SDO, with a signal for each object."""
+    from canopen.objectdictionary import datatypes  # noqa: PLC0415
+
+    numbers = (datatypes.BOOLEAN, *datatypes.NUMBER_TYPES)
+    answers: dict[str, Signal] = {}
+    requests: dict[str, Signal] = {}
+    for entry in objects.values():
+        for part in [0] if hasattr(entry, "data_type") else entry:
+            variable = entry if hasattr(entry, "data_type") else entry[part]
+            is_asked = variable.index >= FIRST_DEVICE_INDEX and variable.data_type in numbers
+            if not is_asked or len(variable) // 8 not in SIZES:
+                continue
+            answer, download = SIZES[len(variable) // 8]
+            about = objects, variable.index, variable.subindex, 32, len(variable)
+            place = variable.index << 8 | variable.subindex << 24
+            if variable.access_type != "wo":
+                _add(answers, *about, (answer | place, ANY_SIZE | place))
+            if variable.access_type not in ("ro", "const"):
+                _add(requests, *about, (download | place,))
+    for name, base, signals in (("SDO", 0x580, answers), ("SDO_WRITE", 0x600, requests)):
+        if signals:
+            whole = {OBJECT: Signal(OBJECT, 0, 32), **signals}
+            yield ForeignMessage(f"{finger}_{name}", base + node, 8, False, whole, asked=True)
 
 
-def _plain(name: str) -> str:
-    return re.sub(r"\W+", "_", name).strip("_")
+def _add(
+    signals: dict[str, Signal],
+    objects: Any,
+    main: int,
+    part: int,
+    start: int,
+    bits: int,
+    selectors: tuple[int, ...] = (),
+) -> None:
+    """Add the object ``main``, ``part`` to ``signals``; KeyError: there is none."""
+    from canopen.objectdictionary import datatypes  # noqa: PLC0415
+
+    entry = objects[main]
+    variable = entry if hasattr(entry, "data_type") else entry[part]
+    name = entry.name if variable is entry else f"{entry.name}_{variable.name}"
+    name = re.sub(r"\W+", "_", name).strip("_")
+    name = name if name not in signals else f"{name}_{len(signals)}"
+    signals[name] = Signal(
+        name,
+        start,
+        bits,
+        is_signed=variable.data_type in datatypes.SIGNED_TYPES,
+        is_float=variable.data_type in datatypes.FLOAT_TYPES,
+        scale=float(variable.factor or 1),
+        unit=str(variable.unit or ""),
+        selected_by=OBJECT if selectors else "",
+        selectors=selectors,
+    )
 
 
 def _value(entry: Any) -> int:
-    value = entry.value if entry.value is not None else entry.default
-    return int(value or 0)
+    return int((entry.default if entry.value is None else entry.value) or 0)
 
 
 HEARTBEAT: Final = 0x700
