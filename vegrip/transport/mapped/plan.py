@@ -377,13 +377,23 @@ def read_database(hand: HandMap) -> Database:
         return Database("", {})
     if hand.format:
         return _descriptors(hand.database)
-    if hand.database.suffix.lower() == ".eds":
-        from vegrip.transport.mapped.canopen_nodes import read_eds  # noqa: PLC0415 (a CANopen hand only)
-
-        return read_eds(hand.database, hand.nodes)
-    if hand.nodes:
+    if hand.nodes and hand.database.suffix.lower() != ".eds":
         raise ConfigError(f"{hand.path}: 'nodes' belongs to an .eds, not to {hand.database.name}")
-    return read_dbc(hand.database)
+    return read_frames(hand.database, hand.nodes)
+
+
+def read_frames(path: Path, nodes: Mapping[str, int]) -> Database:
+    """Read the database at ``path``, an .eds for ``nodes``.
+
+    Raises:
+        ConfigError: as of :func:`read_database`.
+
+    """
+    if path.suffix.lower() != ".eds":
+        return read_dbc(path)
+    from vegrip.transport.mapped.canopen_nodes import read_eds  # noqa: PLC0415 (a CANopen hand only)
+
+    return read_eds(path, nodes)
 
 
 def _descriptors(path: Path) -> Database:

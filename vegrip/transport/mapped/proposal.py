@@ -35,13 +35,15 @@ INCREMENT: Final = {"delta", "inc", "increment", "adj", "adjust", "adjustment", 
 
 @dataclass(slots=True)
 class Proposal:
-    """A map before it is written."""
+    """A map before it is written, and sentences: lessons of the traffic, contradictions, questions."""
 
     database: str
     fingers: dict[str, FingerDraft]
     messages: dict[str, Draft] = field(default_factory=dict)
     rate: float = 0.0
-    doubts: list[str] = field(default_factory=list)
+    learned: list[str] = field(default_factory=list)
+    implausible: list[str] = field(default_factory=list)
+    doubts: list[str] = field(default_factory=list)  # what is open, and the option that answers it
     nodes: Mapping[str, int] = field(default_factory=dict)
     friction: Mapping[str, Any] = field(default_factory=dict)
 

@@ -8,7 +8,6 @@ compression.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -43,46 +42,35 @@ SLIP_LEVEL: Final = 0.25  # of the way from the rest of a slip channel to its la
 UNEQUAL: Final = 1.5  # times the response of another signal: then the names are wrong
 
 
-@dataclass(slots=True)
-class Findings:
-    """Sentences for the user: lessons of the traffic, contradictions and open questions."""
-
-    learned: list[str] = field(default_factory=list)
-    implausible: list[str] = field(default_factory=list)
-    open: list[str] = field(default_factory=list)  # what this traffic could not tell
-
-
 def learn(
     proposal: Proposal,
     heard: Mapping[str, Trace],
     windows: Mapping[str, Window],
     database: Database,
     settings: Sequence[Setting] = (),
-) -> Findings:
-    """Set zeros, signs and noise in ``proposal`` where ``settings`` do not; return the findings."""
-    findings = Findings()
-    fingers = [_Finger(name, f, heard, windows, database, findings) for name, f in proposal.fingers.items()]
+) -> None:
+    """Set zeros, signs and noise in ``proposal`` where ``settings`` do not, and say what was found."""
+    fingers = [_Finger(name, f, heard, windows, database, proposal) for name, f in proposal.fingers.items()]
     for finger in fingers:
         finger.find_places()
     if "rest" not in windows and fingers and fingers[0].rest is not None:
-        findings.learned.append(
+        proposal.learned.append(
             f"rest is taken to be {fingers[0].rest[0]:.1f}..{fingers[0].rest[1]:.1f} s, the first quiet "
             "second; --rest A..B says another"
         )
-    _inherit_places(proposal, findings)
+    _inherit_places(proposal)
     apply_settings(proposal.fingers, settings)
     for finger in fingers:
         finger.learn()
-    _inherit(proposal, findings)
+    _inherit(proposal)
     has_force = any("normal_force" in f.channels or f.taxels for f in proposal.fingers.values())
     if "press" in windows and not has_force:
         raise InputError(fingers[0].without_force(proposal))
-    if "press" in windows and not any("presses" in text for text in findings.learned):
-        findings.implausible.append(
+    if "press" in windows and not any("presses" in text for text in proposal.learned):
+        proposal.implausible.append(
             "no finger answers to the press: nothing mapped as normal force moves in that "
             "window; look at the window and at the signals"
         )
-    return findings
 
 
 class _Finger:
@@ -93,10 +81,10 @@ class _Finger:
         heard: Mapping[str, Trace],
         windows: Mapping[str, Window],
         database: Database,
-        findings: Findings,
+        proposal: Proposal,
     ) -> None:
         self.name, self.finger, self.heard, self.windows = name, finger, heard, windows
-        self.findings, self.database = findings, database
+        self.proposal, self.database = proposal, database
         self.rest = windows.get("rest") or _quietest(finger, heard)
 
     def without_force(self, proposal: Proposal) -> str:
@@ -144,7 +132,7 @@ class _Finger:
             if np.any(raw != 0.0):
                 draft.set("zero_is_measured", True, "it was not always zero in the traffic")
             else:
-                self.findings.learned.append(
+                self.proposal.learned.append(
                     f"{self.name}: {draft.signal} has been zero all the time, so {channel} counts as missing "
                     "until it moves"
                 )
@@ -221,7 +209,7 @@ class _Finger:
             return
         normal = self.finger.channels["normal_force"]
         normal.notes["placed"] = "by the press"
-        self.findings.learned.append(f"{self.name} presses on {normal.signal}")
+        self.proposal.learned.append(f"{self.name} presses on {normal.signal}")
 
     def _find_shear(self, window: Window) -> None:
         normal = self._draft("normal_force")
@@ -256,7 +244,7 @@ class _Finger:
             del channels[before]
             if replaced is not None:
                 channels[before] = Draft(dict(replaced.keys), {"signal": f"{signal} is the {channel}"})
-        self.findings.learned.append(f"{self.name}: {signal} is {channel}: {why}")
+        self.proposal.learned.append(f"{self.name}: {signal} is {channel}: {why}")
 
     def _zero(self, channel: str) -> None:
         draft = self._draft(channel)
@@ -387,7 +375,7 @@ class _Finger:
         if BY_USER not in displacement.notes.values():
             left_out = ", and the channel is left out"
             del self.finger.channels["displacement"]
-        self.findings.open.append(
+        self.proposal.doubts.append(
             f"{self.name} was not pressed from the air, so where {displacement.signal} touches is not "
             f"known{left_out}: press it too, or say it: --set 'fingers.{self.name}.displacement={{ signal = "
             f'"{displacement.signal}", zero = VALUE }}\' [{displacement.keys.get("unit") or "m"}]'
@@ -402,7 +390,7 @@ class _Finger:
             return  # said elsewhere
         highest = float(np.percentile(force, 99.9))
         if highest > LARGEST_FORCE:
-            self.findings.implausible.append(
+            self.proposal.implausible.append(
                 f"{self.name}: the normal force comes to {highest:.3g} N, more than a fingertip carries; "
                 f"its unit is not {normal.keys.get('unit') or 'SI'}: "
                 f"--set fingers.{self.name}.normal_force.unit=mN"
@@ -410,12 +398,12 @@ class _Finger:
         if displacement is not None and not is_of_unknown_unit("displacement", displacement):
             slope = self._slope(normal, displacement, signed=False)
             if slope and not STIFFNESS[0] <= slope <= STIFFNESS[1]:
-                self.findings.implausible.append(
+                self.proposal.implausible.append(
                     f"{self.name}: force over indentation is {slope:.3g} N/m, which no soft fingertip has "
                     f"({STIFFNESS[0]:g} .. {STIFFNESS[1]:g} N/m); the unit of one of the two is another"
                 )
             elif slope:
-                self.findings.learned.append(f"{self.name}: stiffness {slope:.3g} N/m")
+                self.proposal.learned.append(f"{self.name}: stiffness {slope:.3g} N/m")
         self._check_friction(force, self.heard[normal.signal].t)
 
     def _check_friction(self, force: Floats, t: Floats) -> None:
@@ -431,13 +419,13 @@ class _Finger:
             shear = np.interp(t, self.heard[draft.signal].t, self._si(channel, draft))
             ratio = float(np.median(np.abs(shear[pressed]) / force[pressed]))
             if ratio > LARGEST_RATIO:
-                self.findings.implausible.append(
+                self.proposal.implausible.append(
                     f"{self.name}: {channel} is {ratio:.2g} times the normal force while it presses, more "
                     "than friction holds; the two are mixed up, or one has another unit"
                 )
 
 
-def _inherit(proposal: Proposal, findings: Findings) -> None:
+def _inherit(proposal: Proposal) -> None:
     """Give the signs that one finger showed to the others of its make that did not show their own."""
     shown: dict[tuple[str, str], tuple[str, Draft]] = {}
     for name, finger in proposal.fingers.items():
@@ -450,10 +438,10 @@ def _inherit(proposal: Proposal, findings: Findings) -> None:
             if "seen" in draft.notes or found is None or "sign" not in found[1].keys:
                 continue
             draft.set("sign", -1, f"as at {found[0]}, which showed it")
-            findings.learned.append(f"{name}: {channel} turned round as at {found[0]}")
+            proposal.learned.append(f"{name}: {channel} turned round as at {found[0]}")
 
 
-def _inherit_places(proposal: Proposal, findings: Findings) -> None:
+def _inherit_places(proposal: Proposal) -> None:
     """Place forces as at the finger that showed which is which, where the signals bear the same names."""
     shown = {
         name
@@ -483,7 +471,7 @@ def _inherit_places(proposal: Proposal, findings: Findings) -> None:
             finger.channels[channel] = Draft(
                 dict(draft.keys), {**draft.notes, "signal": f"as at {min(shown)}, which showed it"}
             )
-        findings.learned.append(f"{name}: the forces are placed as at {min(shown)}")
+        proposal.learned.append(f"{name}: the forces are placed as at {min(shown)}")
 
 
 def _quietest(finger: FingerDraft, heard: Mapping[str, Trace]) -> Window | None:

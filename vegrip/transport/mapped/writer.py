@@ -1,11 +1,21 @@
-"""A proposed map as a file, with a comment on each line that says where it comes from."""
+"""A map as it is drawn up from a database, traffic and the user; its file says where each line comes from."""
 
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
-from vegrip.config import toml_key, toml_value
-from vegrip.transport.mapped.drafts import Draft, is_complete
-from vegrip.transport.mapped.proposal import Proposal
+from vegrip.config import parse_toml, toml_key, toml_value
+from vegrip.identification.slip_channel import slides_of, slip_channel
+from vegrip.transport.mapped.codec import MappedCodec
+from vegrip.transport.mapped.database import Database
+from vegrip.transport.mapped.drafts import Draft, Setting, for_each_finger, is_complete
+from vegrip.transport.mapped.plan import Plan, make_plan, read_database
+from vegrip.transport.mapped.proposal import Proposal, leave_out_unknown_units, name_unused, propose
+from vegrip.transport.mapped.questions import Window, learn
+from vegrip.transport.mapped.schema import parse_map
+from vegrip.transport.mapped.traffic import Traffic, traces, values_of
 
 FRICTION_NOTES = {
     "shared": "learned by all fingers of a grasp together",
@@ -13,7 +23,91 @@ FRICTION_NOTES = {
     "slip_threshold": "[m/s] the slowest slide of the traffic that was felt",
     "slip_delay": "[s] from the fall of the load to the slip flag",
 }
-UNITS = {"normal": "[N]", "tangential": "[N]", "torque": "[N m]"}
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a map is drawn up from."""
+
+    path: Path  # of the database
+    database: Database
+    traffic: Traffic | None
+    windows: Mapping[str, Window]
+    names: Sequence[str]  # of the fingers
+    nodes: Mapping[str, int]
+    said: Sequence[Setting]
+    options: Sequence[str]  # the same as it was typed
+    transport: Mapping[str, Any]
+
+
+def draw_up(known: Known, target: Path) -> tuple[Proposal, Plan, str]:
+    """Return what is proposed of a hand, what it means, and the text of its map, to be written to ``target``.
+
+    Raises:
+        InputError: nothing in the database looks like a fingertip, or nothing of it was heard.
+        ConfigError: the map that follows cannot be used.
+
+    """
+    database, traffic = known.database, known.traffic
+    heard = traces(traffic, database) if traffic is not None else {}
+    proposal = propose(database, heard, traffic, known.names, known.nodes, known.said)
+    proposal.database = os.path.relpath(known.path.absolute(), target.absolute().parent)
+    if traffic is not None:
+        learn(proposal, heard, known.windows, database, known.said)
+    leave_out_unknown_units(proposal)
+    name_unused(proposal, database, heard)
+    said = for_each_finger(known.said, proposal.fingers)
+    about = [f"The hand of {known.path.name}, as vegrip connect proposes it. docs/connect.md has all keys."]
+    about += [f"Changed by --set {each}" for each in known.options]
+    plan, text = checked(map_text(proposal, known.transport, about), target, said)
+    if traffic is None:
+        return proposal, plan, text
+    if any("slip" in finger.measured for finger in plan.fingers):
+        _learn_friction(proposal, plan, traffic, said)
+        plan, text = checked(map_text(proposal, known.transport, about), target, said)
+    proposal.implausible += [
+        f"{count} frames of {name} are shorter than the {database.messages[name].length} bytes that "
+        f"{database.name} says, and were left out; ask for the database of this version of the hand"
+        for name, count in traffic.short.items()
+    ]
+    return proposal, plan, text
+
+
+def checked(text: str, path: Path, settings: Sequence[Setting]) -> tuple[Plan, str]:
+    """Read the text of a map back as a node will; ``settings`` go over it.
+
+    Raises:
+        ConfigError: it cannot be used.
+
+    """
+    text = changed_text(text, settings)
+    hand = parse_map(parse_toml(text), path)
+    plan = make_plan(hand, read_database(hand), tuple(hand.fingers))
+    if not hand.format:
+        MappedCodec(plan)  # compiles, and finds what only then shows
+    return plan, text
+
+
+def _learn_friction(proposal: Proposal, plan: Plan, traffic: Traffic, said: Sequence[Setting]) -> None:
+    """Find how fine and how late slip is felt, and switch learning on by it."""
+    values = values_of(plan, traffic)
+    found = slip_channel([each for name in values.states for each in slides_of(values.recording(name))])
+    stated = {path[1]: value for path, value in said if path[0] == "friction" and path[1:]}
+    if "slip_threshold" in stated:
+        found = replace(found, threshold=float(stated["slip_threshold"]))
+    if "slip_delay" in stated:
+        found = replace(found, delay=float(stated["slip_delay"]))
+    proposal.friction = found.settings
+    if found.settings:
+        proposal.learned.append(
+            f"slip is felt from {1e3 * found.threshold:.2g} mm/s on and {1e3 * found.delay:.0f} ms late "
+            f"({found.slides} slides), so friction is learned"
+        )
+    if found.lacking:
+        proposal.doubts.append(
+            f"friction is not learned: {found.lacking}; or state what is known of the sensor: "
+            "--set friction.slip_threshold=1e-4 --set friction.slip_delay=0.02"
+        )
 
 
 def map_text(proposal: Proposal, transport: Mapping[str, Any], about: list[str]) -> str:
@@ -65,7 +159,7 @@ def _line(key: str, value: Any, note: str) -> str:
     return f"{text:<44} # {note}" if note else text
 
 
-def changed_text(text: str, settings: list[tuple[list[str], Any]]) -> str:
+def changed_text(text: str, settings: Sequence[Setting]) -> str:
     """Return the text of a map with some keys set; only lines of those tables change."""
     for path, value in settings:
         text = _changed(text, path, value)
