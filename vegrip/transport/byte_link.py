@@ -13,9 +13,10 @@ import socket
 import stat
 import termios
 import tty
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 from vegrip.errors import ConfigError, DeviceError
 
@@ -24,33 +25,43 @@ CONNECT_WAIT: Final = 2.0  # [s] for the first connection; later ones are made w
 LINK_KINDS: Final = ("udp", "tcp", "serial")
 
 
-class Link(Protocol):
+class Link(ABC):
     """An open way to a device. Whatever goes wrong is an ``OSError``: the way is lost, and is opened anew."""
 
-    is_datagram: bool
-    is_connection: bool  # which is made anew when the device falls silent
+    is_datagram = False
+    is_connection = False  # which is made anew when the device falls silent
 
+    @abstractmethod
     def fileno(self) -> int:
         """Return the descriptor to wait for."""
 
-    def is_ready(self) -> bool:
-        """Whether the connection is made."""
-
+    @abstractmethod
     def read(self) -> bytes:
         """Return what has come, b"" when nothing has."""
 
-    def write(self, data: bytes) -> None:
-        """Send all of ``data`` now."""
-
+    @abstractmethod
     def close(self) -> None:
         """Give it back."""
+
+    @abstractmethod
+    def _send(self, data: bytes) -> int:
+        """Send ``data`` now; return how many bytes of it there was room for."""
+
+    def is_ready(self) -> bool:
+        """Whether the connection is made."""
+        return True
+
+    def write(self, data: bytes) -> None:
+        """Send all of ``data`` now."""
+        if self._send(data) < len(data):
+            raise OSError(errno.ENOBUFS, "no room for a whole command")
 
 
 Open = Callable[[bool], Link]
 """Opens a link; when told to wait, a connection is made before it returns."""
 
 
-class SocketLink:
+class _SocketLink(Link):
     """UDP or TCP to one address."""
 
     def __init__(self, opened: socket.socket) -> None:
@@ -59,24 +70,19 @@ class SocketLink:
         self.is_connection = not self.is_datagram
 
     def fileno(self) -> int:
-        """Return the descriptor to wait for."""
         return self._socket.fileno()
 
     def is_ready(self) -> bool:
-        """Whether the connection is made."""
-        if self.is_datagram:
-            return True
         try:
             self._socket.getpeername()
         except OSError:
             failure = self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
-            if failure:
+            if failure and self.is_connection:
                 raise OSError(failure, os.strerror(failure)) from None
-            return False
+            return self.is_datagram
         return True
 
     def read(self) -> bytes:
-        """Return what has come, b"" when nothing has."""
         try:
             data = self._socket.recv(65536 if self.is_datagram else CHUNK)
         except BlockingIOError:
@@ -85,20 +91,15 @@ class SocketLink:
             raise ConnectionResetError(errno.ECONNRESET, "closed by the device")
         return data
 
-    def write(self, data: bytes) -> None:
-        """Send all of ``data`` now."""
-        if self._socket.send(data) < len(data):
-            raise OSError(errno.ENOBUFS, "no room for a whole command")
+    def _send(self, data: bytes) -> int:
+        return self._socket.send(data)
 
     def close(self) -> None:
-        """Give it back."""
         self._socket.close()
 
 
-class SerialLink:
+class _SerialLink(Link):
     """A tty in raw mode, 8 bits, no parity, no flow control, closed to other programs."""
-
-    is_datagram = is_connection = False
 
     def __init__(self, path: str, speed: int) -> None:
         self._file = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK | os.O_CLOEXEC)
@@ -116,15 +117,9 @@ class SerialLink:
             raise error if isinstance(error, OSError) else OSError(*error.args) from None
 
     def fileno(self) -> int:
-        """Return the descriptor to wait for."""
         return self._file
 
-    def is_ready(self) -> bool:
-        """Whether the connection is made."""
-        return True
-
     def read(self) -> bytes:
-        """Return what has come, b"" when nothing has."""
         try:
             data = os.read(self._file, CHUNK)
         except BlockingIOError:
@@ -133,13 +128,10 @@ class SerialLink:
             raise OSError(errno.EIO, "unplugged")
         return data
 
-    def write(self, data: bytes) -> None:
-        """Send all of ``data`` now."""
-        if os.write(self._file, data) < len(data):
-            raise OSError(errno.ENOBUFS, "no room for a whole command")
+    def _send(self, data: bytes) -> int:
+        return os.write(self._file, data)
 
     def close(self) -> None:
-        """Give it back."""
         if self._file >= 0:
             with contextlib.suppress(OSError):
                 fcntl.ioctl(self._file, termios.TIOCNXCL)
@@ -162,7 +154,7 @@ def opener(kind: str, address: str, baud: int, local_port: int, where: str) -> O
             raise ConfigError(
                 f"{where}: 'baud' is {baud}; this system has no such rate, the nearest usual one is 115200"
             )
-        return lambda wait: SerialLink(address, speed)  # noqa: ARG005 (a tty is there or not)
+        return lambda wait: _SerialLink(address, speed)  # noqa: ARG005 (a tty is there or not)
     host, colon, port = address.rpartition(":")
     if not (colon and host and port.isdecimal() and 0 < int(port) < 65536):
         raise ConfigError(f"{where}: 'address' is {address!r}; it must be HOST:PORT, as {EXAMPLES[kind]}")
@@ -200,31 +192,29 @@ def _connected(kind: str, family: int, target: object, local_port: int, *, is_wa
     except OSError:
         opened.close()
         raise
-    return SocketLink(opened)
+    return _SocketLink(opened)
 
 
 def remedy(kind: str, address: str, error: OSError) -> str:
     """Return one sentence that says what is wrong with a device that cannot be opened, and what to do."""
-    what = f"the device at {address} cannot be opened"
-    code = error.errno or 0
+    causes = {
+        errno.EBUSY: "another program has it; `fuser -v` names it",
+        errno.EAGAIN: "another program has it; `fuser -v` names it",
+        errno.ENOTTY: "it is no serial line",
+        errno.EISDIR: "it is a folder",
+        errno.ECONNREFUSED: "nothing listens there; is the device on, in this mode, and the port right?",
+        errno.ETIMEDOUT: f"no answer within {CONNECT_WAIT:g} s; is it on and reachable (`ping`)?",
+        errno.EHOSTUNREACH: "this computer has no address in the network of the device",
+        errno.ENETUNREACH: "this computer has no address in the network of the device",
+        errno.EADDRINUSE: "another program has the local port; end it, or state another local_port",
+    }
     if kind == "serial":
-        said = {
+        causes |= {
             errno.ENOENT: "there is no such file; see `ls /dev/serial/by-id`, and plug it in",
             errno.EACCES: f"you may not; `sudo usermod -aG {_group(address)} $USER`, then log in again",
-            errno.EBUSY: "another program has it; `fuser -v` names it",
-            errno.EAGAIN: "another program has it; `fuser -v` names it",
-            errno.ENOTTY: "it is no serial line",
-            errno.EISDIR: "it is a folder",
-        }.get(code)
-    else:
-        said = {
-            errno.ECONNREFUSED: "nothing listens there; is the device on, in this mode, and the port right?",
-            errno.ETIMEDOUT: f"no answer within {CONNECT_WAIT:g} s; is it on and reachable (`ping`)?",
-            errno.EHOSTUNREACH: "this computer has no address in the network of the device",
-            errno.ENETUNREACH: "this computer has no address in the network of the device",
-            errno.EADDRINUSE: "another program has the local port; end it, or state another local_port",
-        }.get(code)
-    return f"{what}: {said or error.strerror or error}"
+        }
+    cause = causes.get(error.errno or 0) or error.strerror or error
+    return f"the device at {address} cannot be opened: {cause}"
 
 
 def _group(path: str) -> str:

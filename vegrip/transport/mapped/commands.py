@@ -22,7 +22,7 @@ from vegrip.transport.mapped.checksums import Protection, protection
 from vegrip.transport.mapped.database import ForeignMessage, Signal
 from vegrip.transport.mapped.plan import NOT_YET, Plan, find_signal
 from vegrip.transport.mapped.schema import CommandMap
-from vegrip.transport.mapped.units import conversion, product, quantity
+from vegrip.transport.mapped.units import conversion, product, quantity, worth
 
 StateOf = Callable[[str], tuple[float, float]]
 """The last normal force [N] and the position in the unit of their signal, by finger."""
@@ -67,20 +67,17 @@ def law_of(command: CommandMap, unit: str, where: str) -> Law:
         ConfigError: a unit of another quantity.
 
     """
-    if command.gain and command.kind != "position":
-        number, per = quantity(command.gain, f"{where}: 'gain'")
-        per_newton = number * (conversion(product("N", per), unit, f"{where}: 'gain'")[0] if unit else 1.0)
-    elif command.kind == "position":
+    if command.kind == "position":
         number, per = quantity(command.stiffness, f"{where}: 'stiffness'")
-        stiffness = (
-            number * conversion(product(unit, per), "N", f"{where}: 'stiffness'")[0] if unit else number
-        )
-        if stiffness <= 0.0:
+        scale = conversion(product(unit, per), "N", f"{where}: 'stiffness'")[0] if unit else 1.0
+        if number * scale <= 0.0:
             raise ConfigError(
                 f"{where}: 'stiffness' is {command.stiffness!r}; it must be positive; direction "
                 "is set by 'sign'"
             )
-        per_newton = 1.0 / stiffness
+        per_newton = 1.0 / (number * scale)
+    elif command.gain:
+        per_newton = worth("N", command.gain, unit, where)[0]
     else:
         per_newton = 1.0 / conversion(unit, "N", f"{where}: 'unit'")[0]
     return Law(command.kind, per_newton, command.sign, command.scale, command.offset)

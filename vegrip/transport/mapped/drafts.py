@@ -8,7 +8,7 @@ from vegrip.errors import ConfigError
 from vegrip.transport.mapped.database import expanded
 from vegrip.transport.mapped.guess import Guess
 from vegrip.transport.mapped.schema import MAPPED_CHANNELS
-from vegrip.transport.mapped.units import SI, conversion, product, quantity
+from vegrip.transport.mapped.units import SI, worth
 
 Setting = tuple[list[str], Any]
 """A key of the map, as its tables and its name, and its value."""
@@ -131,30 +131,22 @@ def _free(finger: FingerDraft, signal: str, draft: Draft) -> None:
 
 def factor(channel: str, draft: Draft) -> float:
     """Return what one unit of ``draft`` (after its scale) is in SI, with its sign; 1 where it is unknown."""
-    sign = float(draft.keys.get("sign", 1))
-    try:
-        return sign * _worth(channel, draft.keys)
-    except ConfigError:
-        return sign
+    return float(draft.keys.get("sign", 1)) * (1.0 if (one := _worth(channel, draft)) is None else one)
 
 
 def is_of_unknown_unit(channel: str, draft: Draft) -> bool:
     """Whether the unit of the signal does not tell how much of the channel's quantity it is."""
     if any(draft.keys.get(key) for key in ("stated", "table", "raw", "gain")) or "above" in draft.keys:
         return False  # a gain that cannot be is refused with its reason when the map is read
+    return _worth(channel, draft) is None
+
+
+def _worth(channel: str, draft: Draft) -> float | None:
+    unit, gain = str(draft.keys.get("unit", "")), str(draft.keys.get("gain", ""))
     try:
-        _worth(channel, draft.keys)
+        return worth(unit, gain, SI[channel], channel)[0]
     except ConfigError:
-        return True
-    return False
-
-
-def _worth(channel: str, keys: Mapping[str, Any]) -> float:
-    unit, gain = str(keys.get("unit", "")), str(keys.get("gain", ""))
-    if not gain:
-        return conversion(unit, SI[channel], channel)[0]
-    number, per = quantity(gain, channel)
-    return number * conversion(product(unit, per), SI[channel], channel)[0]
+        return None
 
 
 def is_complete(command: Draft) -> bool:

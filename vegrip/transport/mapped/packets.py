@@ -29,8 +29,8 @@ itself, and its fields are counted from its own first byte. Where they are says 
 import re
 import struct
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any, Final
 
 from vegrip.config import build, parameter
@@ -89,21 +89,21 @@ class _Index:
     )
 
 
+Read = Callable[[bytes | bytearray, int], int]
+"""The number that stands at a field of the packet that begins at such a byte."""
+
+
 @dataclass(frozen=True)
 class Index:
     """Where the records of a packet are: by a table of offsets, or one behind the other by their sizes."""
 
     at: int
-    type: "Read"
+    type: Read
     mask: int
-    offset: "Read | None"
+    offset: Read | None
     entry: int  # [bytes] of the table
     origin: int
     sizes: Mapping[int, int]
-
-
-Read = Callable[[bytes | bytearray, int], int]
-"""The number that stands at a field of the packet that begins at such a byte."""
 
 
 @dataclass(frozen=True)
@@ -115,30 +115,69 @@ class Record:
     least: int  # [bytes]
 
 
-@dataclass(frozen=True)
 class Packet:
-    """A packet as a stream looks for it."""
+    """A packet as a stream looks for it.
 
-    name: str
-    number: int  # identifier of its message
-    device: int
-    start: re.Pattern[bytes]
-    reach: int  # [bytes] of the start
-    least: int  # [bytes] that it has at least
-    most: int
-    end: bytes
-    size: Read | None  # None: all of a datagram, or up to its end
-    checksum: ChecksumMap
-    checked: Signal | None  # the field with the checksum, from the end where its start is negative
-    where: str
-    clock: tuple[Read, int, float] | None = None  # reads it, modulus, [ns] a count
-    index: Index | None = None
-    records: Mapping[int, Record] = field(default_factory=dict)
+    Args:
+        name: of the packet.
+        number: identifier of its message.
+        spec: its table.
+        signals: its fields.
+        checked: the field with the checksum, counted from the end where its start is negative.
+        least: [bytes] that its fields take.
+        where: names it in complaints.
 
-    @cached_property
-    def guard(self) -> Callable[[int], Protection | None]:
+    Raises:
+        ConfigError: a length, checksum, clock or index that cannot be.
+
+    """
+
+    def __init__(
+        self,
+        name: str,
+        number: int,
+        spec: PacketMap,
+        signals: Mapping[str, Signal],
+        checked: Signal | None,
+        least: int,
+        where: str,
+    ) -> None:
+        self.name, self.number, self.device, self.where = name, number, spec.device, where
+        self.checksum, self.checked = spec.checksum, checked
+        self.start, self.reach = _pattern(spec.start, where)  # pattern and [bytes] of the start
+        self.end = bytes(one or 0 for one in pattern_bytes(spec.end, f"{where}: 'end'"))
+        self.least, self.most = max(least, self.reach + len(self.end)), MOST_BYTES  # [bytes] of all
+        self.size: Read | None = None  # None: all of a datagram, or up to its end
+        self.records: dict[int, Record] = {}
+        if checked is not None and checked.start < 0:
+            self.least = max(self.least, -(checked.start // 8))
+        self._measure(spec.length)
+        self.guard = cache(self._guard)
         """The check of a packet of so many bytes."""
-        return cache(self._guard)
+        if checked is not None and self.least <= self.most:
+            self.guard(max(self.least, checked.start // 8 + 1))  # says now what is wrong with it
+        self.clock = _clock(spec, signals, where)  # reads it, modulus, [ns] a count
+        self.index = _index(spec, where)
+
+    def _measure(self, length: Any) -> None:
+        if isinstance(length, Mapping):
+            told = build(_Length, length, f"{self.where}.length")
+            place = _field("length", told.field, 0, f"{self.where}: 'length'")
+            read = _reader(place, f"{self.where}: 'length'")
+            self.least, self.most = max(self.least, place.start // 8 + place.length // 8), told.most
+            self.size = lambda data, at: read(data, at) + told.plus
+        elif isinstance(length, int) and not isinstance(length, bool):
+            if not self.least <= length <= MOST_BYTES:
+                raise ConfigError(
+                    f"{self.where}: 'length' is {length}; its fields need {self.least}, and {MOST_BYTES} is "
+                    "the most"
+                )
+            self.least = self.most = length
+        elif length not in ("end", "datagram") or (length == "end") != bool(self.end):
+            raise ConfigError(
+                f"{self.where}: 'length' is {length!r}; it must be a number, "
+                "{ field = 'u8 @3', plus = 4 }, 'datagram', or 'end' beside end = 'AA BB'"
+            )
 
     def _guard(self, length: int) -> Protection | None:
         if self.checked is None:
@@ -188,11 +227,14 @@ def packet_database(maps: Mapping[str, PacketMap], where: str, offset: int = 0) 
         ConfigError: a field, pattern, length or reference that cannot be.
 
     """
-    messages, packets, records = {}, [], {}
+    messages: dict[str, ForeignMessage] = {}
+    packets: dict[str, Packet] = {}
+    records: list[tuple[str, int, Record]] = []
     for number, (name, each) in enumerate(maps.items()):
         place = f"{where} [packets.{name}]"
         signals, checked = _signals(each, place)
-        identifier = number if each.identifier < 0 else on_bus(each.identifier + offset)
+        on_can = each.identifier >= 0
+        identifier = on_bus(each.identifier + offset) if on_can else number
         least = max((signal.start + signal.length for signal in _as_little(signals)), default=0) + 7 >> 3
         if each.of:
             if each.of not in maps or not maps[each.of].index or each.record < 0:
@@ -200,31 +242,28 @@ def packet_database(maps: Mapping[str, PacketMap], where: str, offset: int = 0) 
                     f"{place}: 'of' is {each.of!r}; it must name a packet with an 'index', beside 'record'"
                 )
             pattern, reach = _pattern(each.start, place)
-            records[each.of, each.record] = Record(identifier, pattern, max(least, reach))
+            records.append((each.of, each.record, Record(identifier, pattern, max(least, reach))))
         else:
-            packets.append(_packet(name, identifier, each, signals, checked, least, place))
-        length = each.length if isinstance(each.length, int) and not each.of else least
-        on_can = each.identifier >= 0
+            packets[name] = Packet(name, identifier, each, signals, checked, least, place)
+        length = max(each.length if isinstance(each.length, int) and not each.of else least, least)
         messages[name] = ForeignMessage(
             name,
             identifier,
-            max(length, least),
+            length,
             on_can and length > 8,
             signals,
             checked=not on_can,
-            template=_template(each, max(length, least), place),
+            template=_template(each, length, place),
             has_validity=bool(each.valid),
         )
-    on_wire = [one for one in packets if maps[one.name].identifier < 0]
+    on_wire = {name: one for name, one in packets.items() if maps[name].identifier < 0}
     if on_wire and len(on_wire) < len(packets):
         raise ConfigError(
             f"{where}: some [packets] have an 'identifier' (CAN) and some none; all must or none"
         )
-    found = tuple(
-        replace(one, records={kind: record for (of, kind), record in records.items() if of == one.name})
-        for one in on_wire
-    )
-    return Database("the map", messages, packets=found)
+    for of, kind, record in records:
+        packets[of].records[kind] = record
+    return Database("the map", messages, packets=tuple(on_wire.values()))
 
 
 def pattern_bytes(text: str, where: str) -> list[int | None]:
@@ -338,47 +377,6 @@ def _reader(signal: Signal, where: str) -> Read:
     take = struct.Struct((">" if signal.is_big_endian else "<") + form).unpack_from
     byte = signal.start // 8
     return lambda data, at: int(take(data, at + byte)[0])
-
-
-def _packet(
-    name: str,
-    number: int,
-    each: PacketMap,
-    signals: Mapping[str, Signal],
-    checked: Signal | None,
-    least: int,
-    where: str,
-) -> Packet:
-    start, reach = _pattern(each.start, where)
-    end = bytes(one or 0 for one in pattern_bytes(each.end, f"{where}: 'end'"))
-    least, most, size = max(least, reach + len(end)), MOST_BYTES, None
-    if checked is not None and checked.start < 0:
-        least = max(least, -(checked.start // 8))
-    if isinstance(each.length, Mapping):
-        told = build(_Length, each.length, f"{where}.length")
-        number_at = _field("length", told.field, 0, f"{where}: 'length'")
-        read = _reader(number_at, f"{where}: 'length'")
-        least, most = max(least, number_at.start // 8 + number_at.length // 8), told.most
-        size = lambda data, at: read(data, at) + told.plus  # noqa: E731
-    elif isinstance(each.length, int) and not isinstance(each.length, bool):
-        if not least <= each.length <= MOST_BYTES:
-            raise ConfigError(
-                f"{where}: 'length' is {each.length}; its fields need {least}, and {MOST_BYTES} is the most"
-            )
-        least = most = each.length
-    elif each.length not in ("end", "datagram") or (each.length == "end") != bool(end):
-        raise ConfigError(
-            f"{where}: 'length' is {each.length!r}; it must be a number, {{ field = 'u8 @3', plus = 4 }}, "
-            "'datagram', or 'end' beside end = 'AA BB'"
-        )
-    if each.length == "end":
-        size = None
-    made = Packet(
-        name, number, each.device, start, reach, least, most, end, size, each.checksum, checked, where
-    )
-    if checked is not None and least <= most:
-        made.guard(max(least, checked.start // 8 + 1))  # says now what is wrong with it
-    return replace(made, clock=_clock(each, signals, where), index=_index(each, where))
 
 
 def _clock(each: PacketMap, signals: Mapping[str, Signal], where: str) -> tuple[Read, int, float] | None:

@@ -25,7 +25,7 @@ from vegrip.transport.mapped.schema import (
     TaxelMap,
     read_map,
 )
-from vegrip.transport.mapped.units import SI, conversion, in_si, product, quantity
+from vegrip.transport.mapped.units import SI, conversion, in_si, worth
 
 UNITY: Final = 1e-12
 NOT_YET: Final = -(1 << 62)  # [ns] before all that comes or is sent
@@ -300,15 +300,10 @@ class _Maker:
 
 def _to_si(name: str, source: SourceMap, unit: str, where: str) -> tuple[float, float]:
     """Return scale and offset from the signal to the channel, or to the first column of its table."""
-    wanted = SI[name]
-    if source.gain:
-        number, per = quantity(source.gain, f"{where}: 'gain'")
-        scale, offset = conversion(product(unit, per), wanted, f"{where}: 'gain'")
-        scale *= number
-    elif source.table or (source.raw and not source.unit) or not math.isnan(source.above):
+    if not source.gain and (source.table or (source.raw and not source.unit) or not math.isnan(source.above)):
         scale, offset = 1.0, 0.0
     else:
-        scale, offset = conversion(unit, wanted, f"{where}: 'unit'")
+        scale, offset = worth(unit, source.gain, SI[name], where)
     scale *= source.sign
     return scale * source.scale, scale * (source.offset - source.zero) + offset
 

@@ -86,30 +86,32 @@ def traces(traffic: Traffic, database: Database) -> dict[str, Trace]:
     """Return every signal that came, by MESSAGE.SIGNAL."""
     found: dict[str, Trace] = {}
     for message in database.messages.values():
-        frames = [f for f in traffic.frames.get(message.identifier, []) if len(f.data) >= message.length]
-        short = len(traffic.frames.get(message.identifier, [])) - len(frames)
-        if short:
-            traffic.short[message.name] = short
-        if frames:
-            found |= _of_message(message, frames, traffic.start)
+        came = traffic.frames.get(message.identifier, [])
+        frames = [frame for frame in came if len(frame.data) >= message.length]
+        if len(frames) < len(came):
+            traffic.short[message.name] = len(came) - len(frames)
+        if not frames:
+            continue
+        read = _raw_reader(message)
+        rows = np.full((len(frames), len(message.signals)), np.nan)
+        for row, frame in zip(rows, frames, strict=True):
+            values = row.tolist()
+            read(frame.data[: message.length], values)
+            row[:] = values
+        t = np.array([(frame.stamp - traffic.start) / NS for frame in frames])
+        found |= {
+            f"{message.name}.{signal.name}": _trace(signal, t, raw)
+            for signal, raw in zip(message.signals.values(), rows.T, strict=True)
+            if not np.all(np.isnan(raw))
+        }
     return found
 
 
-def _of_message(message: ForeignMessage, frames: list[Frame], start: int) -> dict[str, Trace]:
-    signals = list(message.signals.values())
-    slots = [Slot(number, message.name, s.name, s, 1.0, 0.0) for number, s in enumerate(signals)]
-    read = compile_reader(message, groups_of(message, slots), 0)
-    rows = np.full((len(frames), len(slots)), np.nan)
-    for row, frame in zip(rows, frames, strict=True):
-        values: list[float] = [float("nan")] * len(slots)
-        read(frame.data[: message.length], values)
-        row[:] = values
-    t = np.array([(frame.stamp - start) / NS for frame in frames])
-    return {
-        f"{message.name}.{signal.name}": _trace(signal, t, rows[:, number])
-        for number, signal in enumerate(signals)
-        if not np.all(np.isnan(rows[:, number]))
-    }
+def _raw_reader(message: ForeignMessage) -> Read:
+    """Return what reads the raw values of all signals, in their order."""
+    signals = enumerate(message.signals.values())
+    slots = [Slot(number, message.name, each.name, each, 1.0, 0.0) for number, each in signals]
+    return compile_reader(message, groups_of(message, slots), 0)
 
 
 def _trace(signal: Signal, t: Floats, raw: Floats) -> Trace:
@@ -121,35 +123,34 @@ class SignalsNow:
     """The signals of a database that may be of a fingertip, in its units."""
 
     def __init__(self, database: Database) -> None:
-        wanted: dict[str, list[str]] = {}
-        for one in guesses(database):
-            if one.channel not in HIDDEN and not database.messages[one.message].asked:
-                wanted.setdefault(one.message, []).append(one.signal)
-        self._slots: list[Slot] = []
-        self._reads: dict[int, tuple[ForeignMessage, Read]] = {}
-        for name, signals in wanted.items():
-            message = database.messages[name]
-            own = [
-                Slot(number, name, signal.name, signal, signal.scale, signal.offset)
-                for number, signal in enumerate(
-                    (message.signals[each] for each in message.signals if each in signals), len(self._slots)
-                )
-            ]
-            self._slots += own
-            self._reads[message.identifier] = message, compile_reader(message, groups_of(message, own), 0)
-        self._values = [math.nan] * len(self._slots)
+        wanted = [
+            (one.message, one.signal)
+            for one in guesses(database)
+            if one.channel not in HIDDEN and not database.messages[one.message].asked
+        ]
+        messages = [
+            database.messages[name] for name in database.messages if any(name == m for m, _ in wanted)
+        ]
+        self._wanted = wanted
+        self._values = {
+            each.identifier: (each, _raw_reader(each), [math.nan] * len(each.signals)) for each in messages
+        }
 
     def update(self, frame: Frame) -> None:
         """Take the values of a frame."""
-        message, read = self._reads.get(frame.arbitration_id, (None, None))
-        if message is not None and read is not None and len(frame.data) >= message.length:
-            read(frame.data[: message.length], self._values)
+        if frame.arbitration_id not in self._values:
+            return
+        message, read, values = self._values[frame.arbitration_id]
+        if len(frame.data) >= message.length:
+            read(frame.data[: message.length], values)
 
     def rows(self) -> list[Row]:
         """Return all values."""
         return [
-            (slot.message, slot.signal, value, slot.place.unit if slot.place is not None else "")
-            for slot, value in zip(self._slots, self._values, strict=True)
+            (message.name, signal.name, raw * signal.scale + signal.offset, signal.unit)
+            for message, _, values in self._values.values()
+            for signal, raw in zip(message.signals.values(), values, strict=True)
+            if (message.name, signal.name) in self._wanted
         ]
 
 

@@ -90,6 +90,20 @@ def quantity(text: str, what: str) -> tuple[float, str]:
     return float(match[1]), (match[2] or "").strip()
 
 
+def worth(unit: str, gain: str, wanted: str, what: str) -> tuple[float, float]:
+    """Return scale and offset from ``unit`` to ``wanted``; a ``gain`` ('2.5 N/A') leads to another quantity.
+
+    Raises:
+        ConfigError: no such unit, or one of another quantity.
+
+    """
+    if not gain:
+        return conversion(unit, wanted, f"{what}: 'unit'")
+    number, per = quantity(gain, f"{what}: 'gain'")
+    scale, offset = conversion(product(unit, per), wanted, f"{what}: 'gain'")
+    return number * scale, offset
+
+
 def in_si(text: str, wanted: str, what: str) -> float:
     """Return the value of ``text`` ('1.5 N') in the SI unit ``wanted``.
 
