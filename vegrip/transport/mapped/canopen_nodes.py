@@ -25,7 +25,7 @@ from vegrip.transport.mapped.plan import NOT_YET
 
 PDOS: Final = {"TPDO": (0x1800, 0x1A00, 0x180), "RPDO": (0x1400, 0x1600, 0x200)}
 """First index of communication and of mapping, and the usual identifier of the first; then 0x100 further."""
-USUAL: Final = 4  # PDOs that have one
+USUAL_PDOS: Final = 4  # PDOs that have one
 START: Final = 1  # NMT command
 SIZES: Final = {1: (0x4F, 0x2F), 2: (0x4B, 0x2B), 3: (0x47, 0x27), 4: (0x43, 0x23)}
 """Bytes -> command of an expedited upload's answer and of a download."""
@@ -83,7 +83,7 @@ def _pdos(objects: Any, kind: str, finger: str, node: int, path: Path) -> Iterat
         if mapping + number not in objects:
             continue
         signals = _signals(objects, mapping + number, path)
-        identifier = usual + 0x100 * number + node if number < USUAL else 0
+        identifier = usual + 0x100 * number + node if number < USUAL_PDOS else 0
         if communication + number in objects and 1 in objects[communication + number]:
             identifier = _value(objects[communication + number][1]) or identifier
         if not signals or not identifier or identifier & UNUSED:
