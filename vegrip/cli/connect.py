@@ -303,7 +303,8 @@ def _tell(
         for sentence in implausible:
             complain(sentence)
         if output is not None:
-            typer.echo(f"written: {output}; next: {_next(output, plan)}")
+            then = _next(output, plan) + (" --check" if plan is not None and proposal is None else "")
+            typer.echo(f"written: {output}; next: {then}")
     if implausible:
         raise typer.Exit(InputError.exit_code)
 

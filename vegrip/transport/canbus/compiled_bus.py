@@ -114,14 +114,12 @@ def compiled() -> CompiledBus | None:
     if not is_wanted():
         return None
     path = compiled_folder.found_library(library_name())
-    if path is not None or compiler() is None:
-        return None if path is None else _loaded(path)
-    from vegrip.c99.host import CompilerError  # noqa: PLC0415
+    if path is None and compiler() is not None:
+        from vegrip.c99.host import CompilerError  # noqa: PLC0415
 
-    try:
-        return _loaded(compile_library())
-    except (OSError, CompilerError):
-        return None
+        with suppress(OSError, CompilerError):
+            path = compile_library()
+    return None if path is None else _loaded(path)
 
 
 class Search:

@@ -82,6 +82,11 @@ class Database:
     descriptors: bytes = b""  # of protobuf
     packets: tuple["Packet", ...] = ()  # of a device that is on no CAN bus
 
+    def signal(self, name: str) -> Signal:
+        """Return the signal MESSAGE.SIGNAL; KeyError: there is none."""
+        message, _, signal = name.partition(".")
+        return self.messages[message].signals[signal]
+
 
 def expanded(names: tuple[str, ...]) -> tuple[str, ...]:
     """Return ``names`` with each ``{first..last}`` written out.

@@ -60,6 +60,12 @@ class FingerDraft:
     others: list[Guess] = field(default_factory=list)  # forces that no name tells apart
     alike: Mapping[str, str] = field(default_factory=dict)  # signal of any finger -> its own of that name
 
+    @property
+    def signals(self) -> list[str]:
+        """The signals that are read."""
+        found = [name for draft in self.channels.values() for name in draft.names]
+        return found + (self.taxels.keys["normal"] if self.taxels is not None else [])
+
 
 def for_each_finger(settings: Sequence[Setting], fingers: Mapping[str, "FingerDraft"]) -> list[Setting]:
     """Return ``settings`` with ``fingers.*`` written out for each finger that has such a table."""

@@ -170,7 +170,7 @@ def _finger(found: list[Guess], database: Database) -> FingerDraft:
     forces = [one for one in draft.others if one.channel == "force"]
     if "normal_force" not in draft.channels and len(forces) >= FEW_TAXELS:
         names = [one.name for one in sorted(forces, key=lambda one: _natural(one.name))]
-        unit = database.messages[forces[0].message].signals[forces[0].signal].unit
+        unit = database.signal(forces[0].name).unit
         draft.taxels = Draft(
             {"normal": names, "unit": unit}, {"normal": "forces of no axis in one array, summed"}
         )
@@ -197,9 +197,9 @@ def _natural(name: str) -> list[tuple[int, str]]:
 
 
 def _channel(one: Guess, database: Database) -> Draft:
-    signal = database.messages[one.message].signals[one.signal]
-    draft = Draft({"signal": one.name, "unit": signal.unit}, {"signal": one.why})
-    draft.notes["unit"] = "as the database says" if signal.unit else "the database has none: taken as SI"
+    unit = database.signal(one.name).unit
+    draft = Draft({"signal": one.name, "unit": unit}, {"signal": one.why})
+    draft.notes["unit"] = "as the database says" if unit else "the database has none: taken as SI"
     return draft
 
 
@@ -220,20 +220,18 @@ def _command(one: Guess, database: Database) -> Draft:
 
 def signals_of(proposal: Proposal) -> list[str]:
     """Return the signals that the map reads and writes."""
-    found: list[str] = []
-    for finger in proposal.fingers.values():
-        drafts = [*finger.channels.values(), *([finger.command] if finger.command else [])]
-        found += [name for draft in drafts for name in draft.names]
-        found += finger.taxels.keys["normal"] if finger.taxels else []
-    return found
+    return [
+        name
+        for finger in proposal.fingers.values()
+        for name in (*finger.signals, *(finger.command.names if finger.command is not None else ()))
+    ]
 
 
 def _time(proposal: Proposal, database: Database, traffic: Traffic, heard: Mapping[str, Trace]) -> None:
     """Find the rate of states, the message that ends a cycle, and when values of others are too old."""
     rates: list[float] = []
     for finger in proposal.fingers.values():
-        signals = [name for draft in finger.channels.values() for name in draft.names if name in heard]
-        signals += [name for name in (finger.taxels.keys["normal"] if finger.taxels else []) if name in heard]
+        signals = [name for name in finger.signals if name in heard]
         if not signals:
             continue
         own = {name: rate_of(heard[name]) for name in signals}
@@ -255,8 +253,7 @@ def _trigger(message: str, lead: str, signals: Sequence[str], database: Database
     own = sorted(
         (name for name in signals if name.partition(".")[0] == message), key=lambda name: name != lead
     )
-    paged = database.messages[message].signals[own[0].partition(".")[2]].selected_by
-    return own[0] if paged else message
+    return own[0] if database.signal(own[0]).selected_by else message
 
 
 def _last_of(names: list[str], lead: str, database: Database, traffic: Traffic) -> str:
@@ -402,16 +399,13 @@ def option_of(signal: str, proposal: Proposal, database: Database) -> str:
     fingers = [finger for finger in proposal.fingers.values() if finger.taxels is None]
     lacking = (one for one in ASKED if any(one not in finger.channels for finger in fingers))
     channel = next(lacking, "displacement")
-    message, _, name = signal.partition(".")
-    worth = f"{ONE_IS_WORTH[SI[channel]]}/{database.messages[message].signals[name].unit or 'count'}"
+    worth = f"{ONE_IS_WORTH[SI[channel]]}/{database.signal(signal).unit or 'count'}"
     return f'--set \'fingers.*.{channel}={{ signal = "{signal}", gain = "{worth}" }}\''
 
 
 def _forget_trigger(finger: FingerDraft) -> None:
     """Take back a trigger of which no channel is left: the message of the force or the indentation is it."""
-    names = [name for draft in finger.channels.values() for name in draft.names]
-    names += finger.taxels.keys["normal"] if finger.taxels is not None else []
-    if finger.trigger not in {*names, *(name.partition(".")[0] for name in names)}:
+    if finger.trigger not in {*finger.signals, *(name.partition(".")[0] for name in finger.signals)}:
         finger.trigger = ""
 
 

@@ -185,8 +185,7 @@ class _Finger:
         found = {d.signal: d for c in FORCES if (d := self._draft(c)) is not None}
         for one in self.finger.others:
             if one.name in self.heard:
-                unit = self.database.messages[one.message].signals[one.signal].unit
-                found[one.name] = Draft({"signal": one.name, "unit": unit})
+                found[one.name] = Draft({"signal": one.name, "unit": self.database.signal(one.name).unit})
         return found
 
     def _strengths(self, candidates: Mapping[str, Draft], window: Window) -> dict[str, float]:
@@ -510,6 +509,5 @@ def _first_touch(force: Floats, at: Floats) -> float:
 
 
 def _step(database: Database, name: str) -> float:
-    message, _, signal = name.partition(".")
-    found = database.messages[message].signals[signal]
+    found = database.signal(name)
     return 0.0 if found.is_float else abs(found.scale)

@@ -32,6 +32,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
+
 from vegrip.config import build, parameter, read_toml
 from vegrip.errors import ConfigError, suggestion
 from vegrip.transport.mapped.checksums import ChecksumMap
@@ -371,15 +373,15 @@ def _built(cls: Any, table: Mapping[str, Any], where: str) -> Any:
 
 
 def _check_table(table: tuple[Any, ...]) -> None:
-    pairs = [
-        row
-        for row in table
-        if isinstance(row, list) and len(row) == 2 and all(isinstance(v, (int, float)) for v in row)
-    ]
-    if len(pairs) != len(table) or len(table) < 2:
+    if len(table) < 2 or not all(_are_numbers(row, 2) for row in table):
         raise ConfigError("'table' must be two or more pairs [their value, our value]")
-    if not all(one[0] < other[0] for one, other in itertools.pairwise(pairs)):
+    if not all(one[0] < other[0] for one, other in itertools.pairwise(table)):
         raise ConfigError("'table' must ascend in its first column")
+
+
+def _are_numbers(row: Any, count: int) -> bool:
+    is_row = isinstance(row, list) and len(row) == count
+    return is_row and all(isinstance(value, (int, float)) for value in row)
 
 
 def _check_taxels(taxels: TaxelMap, channels: Mapping[str, SourceMap], where: str) -> None:
@@ -389,10 +391,7 @@ def _check_taxels(taxels: TaxelMap, channels: Mapping[str, SourceMap], where: st
         number = len(expanded(given)) if key != "positions" else len(given)
         if given and number != count:
             raise ConfigError(f"{where}.taxels: {key!r} has {number} entries for {count} taxels")
-    if any(
-        not isinstance(p, list) or len(p) != 2 or not all(isinstance(v, (int, float)) for v in p)
-        for p in taxels.positions
-    ):
+    if not all(_are_numbers(place, 2) for place in taxels.positions):
         raise ConfigError(f"{where}.taxels: 'positions' must be pairs [x, y]")
     made = {"normal_force": True, "tangential_force_x": bool(taxels.x), "tangential_force_y": bool(taxels.y)}
     twice = [name for name, given in made.items() if given and name in channels]
@@ -403,20 +402,13 @@ def _check_taxels(taxels: TaxelMap, channels: Mapping[str, SourceMap], where: st
 def _rotation(keys: _FingerKeys, where: str) -> tuple[tuple[float, ...], ...]:
     if keys.axes and keys.rotation:
         raise ConfigError(f"{where}: give 'axes' or 'rotation', not both")
-    if keys.axes:
-        rows = [_axis(word, where) for word in keys.axes]
-    else:
-        rows = [
-            tuple(map(float, row))
-            for row in keys.rotation
-            if isinstance(row, list) and all(isinstance(v, (int, float)) for v in row)
-        ]
-        if len(rows) != len(keys.rotation):
-            raise ConfigError(f"{where}: 'rotation' must be three rows of three numbers")
+    if len(keys.axes or keys.rotation) not in (0, 3):
+        raise ConfigError(f"{where}: 'axes' or 'rotation' must have three entries, one for each of our axes")
+    if not all(_are_numbers(row, 3) for row in keys.rotation):
+        raise ConfigError(f"{where}: 'rotation' must be three rows of three numbers")
+    rows = [_axis(word, where) for word in keys.axes] or [tuple(map(float, row)) for row in keys.rotation]
     if not rows:
         return ()
-    if len(rows) != 3 or any(len(row) != 3 for row in rows):
-        raise ConfigError(f"{where}: 'axes' or 'rotation' must have three entries, one for each of our axes")
     _check_rotation(rows, where)
     return tuple(rows)
 
@@ -431,12 +423,10 @@ def _axis(word: str, where: str) -> tuple[float, ...]:
 
 
 def _check_rotation(rows: list[tuple[float, ...]], where: str) -> None:
-    for i, one in enumerate(rows):
-        for j, other in enumerate(rows):
-            if abs(sum(a * b for a, b in zip(one, other, strict=True)) - (i == j)) > 1e-3:
-                raise ConfigError(f"{where}: the rows of 'rotation' must be of length 1 and at right angles")
-    (a, b, c), (d, e, f), (g, h, i) = rows  # type: ignore[assignment]
-    if a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) < 0.0:
+    matrix = np.array(rows)
+    if not np.allclose(matrix @ matrix.T, np.eye(3), rtol=0.0, atol=1e-3):
+        raise ConfigError(f"{where}: the rows of 'rotation' must be of length 1 and at right angles")
+    if np.linalg.det(matrix) < 0.0:
         raise ConfigError(
             f"{where}: this is a mirror image, not a rotation: a left-handed frame; turn one sign round "
             "by 'sign' of that channel instead"
