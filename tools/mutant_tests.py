@@ -177,8 +177,10 @@ def pytest_runtest_setup() -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Take the tests of the task, in its order."""
-    if not RECORDS and TASK["tests"]:
+    """Take the tests of the task, in its order; for a record the slow ones last, as time may be over then."""
+    if RECORDS:
+        items.sort(key=lambda one: one.get_closest_marker("slow") is not None)
+    elif TASK["tests"]:
         place = {name: i for i, name in enumerate(TASK["tests"])}
         items[:] = sorted((one for one in items if one.nodeid in place), key=lambda one: place[one.nodeid])
 
