@@ -41,8 +41,8 @@ FOLDERS = [
     *("identification/fit", "identification/diagnosis"),
 ]
 LEFT_OUT = {".git", ".venv", "build", "out", "recordings", "__pycache__", ".hypothesis", ".pytest_cache"}
-DRAWN = ("contact/paper/figures", "identification/diagnosis/picture.py")
-"""How a figure looks is no behaviour: what it draws is computed elsewhere."""
+DRAWN = re.compile(r"vegrip/contact/paper/figures|:_?draw_")
+"""How a figure looks is no behaviour: what it draws is computed elsewhere. In ``file:function``."""
 RESULTS = WORK / "results.jsonl"
 SURVIVED, UNANSWERED = NOT_CAUGHT = "survived", "no answer"
 FAR = 5
@@ -51,6 +51,8 @@ SLACK, SLACK_S = 10.0, 30.0  # times as long as it took, and so much more [s], m
 LATE_S = 120.0  # [s] the same by the clock, for what waits: other programs of the machine make it late
 QUICK_S = 0.5  # [s]
 COMPILE_S = 3.0  # [s] that a text takes to compile
+DECLARES = re.compile(r"^    \w+: [^\n]*= parameter\(", re.MULTILINE)
+DECLARED = "tests/canopen/test_eds.py"  # holds what is declared of parameters against a committed file
 LOCK = Lock()
 AT_ONCE = 8  # files of tests in a process: all of a folder take long to import
 
@@ -155,17 +157,18 @@ def texts(folder: str) -> dict[str, str]:
 def related(path: str) -> dict[str, int]:
     """Return the files of tests that may notice a change of a file, the nearest first, and how far they are.
 
-    They are the file's own tests (0), others that import it (1), those of its folder (2), of what imports it
-    (3), and those that name its folder (4); among each of these, first stand those with most of its names.
+    They are the file's own tests and those of what it declares (0), others that import it (1), those of its
+    folder (2), of what imports it (3), and those that name its folder (4); among each of these, first stand
+    those with most of its names.
     """
     package, top = ".".join(Path(path).parts[:-1]), ROOT / "tests" / Path(path).parts[1]
     body = ast.parse((ROOT / path).read_text()).body
     names = {one.name for one in body if isinstance(one, ast.FunctionDef | ast.ClassDef)}
-    users = users_of(path)
+    users, declares = users_of(path), DECLARES.search((ROOT / path).read_text()) is not None
 
     def distance(file: str) -> tuple[int, int]:
         shared = len(names & set(re.findall(r"\w+", texts("tests")[file])))
-        if _is_named_after(file, path):
+        if _is_named_after(file, path) or (file == DECLARED and declares):
             return 0, -shared
         if _imports(path).search(texts("tests")[file]):
             return 1, -shared
@@ -528,13 +531,23 @@ def sample(folders: list[str], count: int, seed: int) -> dict[str, list[Mutant]]
     found: dict[str, list[Mutant]] = {}
     for folder in folders:
         place = ROOT / "vegrip" / folder
-        drawn = tuple(str(ROOT / "vegrip" / one) for one in DRAWN)
         files = sorted(place.rglob("*.py")) if place.is_dir() else [place]
-        files = [file for file in files if not str(file).startswith(drawn)]
-        every = [one for file in files for one in mutants(file) if one.name not in no_change]
+        every = [one for file in files for one in _of_behaviour(file) if one.name not in no_change]
         found[folder] = sorted(every, key=lambda one: one.rank(seed))
     share = -(-count // len(folders))
     return {folder: every[:share] for folder, every in found.items()}
+
+
+def _of_behaviour(file: Path) -> Iterator[Mutant]:
+    """Give the mutants of a file but for those of what draws."""
+    path = str(file.relative_to(ROOT))
+    drawn = {
+        line
+        for name, node in defined(path)
+        if DRAWN.search(f"{path}:{name}")
+        for line in range(node.lineno, (node.end_lineno or 0) + 1)
+    }
+    yield from (one for one in mutants(file) if one.line not in drawn)
 
 
 def main() -> int:
