@@ -33,3 +33,157 @@ def test_a_value_that_a_sensor_may_measure_is_kept(kernels, value) -> None:
     assert kernels.plausible_value(value) == value
     for beyond in (math.nan, math.inf, -math.inf, 1e200, -1e200):
         assert math.isnan(kernels.plausible_value(beyond))
+
+
+def at(kernels, name):
+    return getattr(kernels, name)
+
+
+@pytest.mark.parametrize(
+    ("streak", "period", "contradicted", "restarts"),
+    [
+        (5.0, 0.0201, 0.0, True),
+        (4.9, 0.0201, 0.0, False),  # samples
+        (5.0, 0.0199, 0.0, False),  # a tenth of a second
+        (60.0, 0.002, 0.0, True),
+        (0.0, 0.002, 0.0149, False),
+    ],
+)
+@pytest.mark.parametrize("channel", ["DISPLACEMENT_STREAK", "FORCE_STREAK"])
+def test_a_contact_that_a_channel_contradicts_begins_anew_after_a_tenth_of_a_second(
+    kernels, m, channel, streak, period, contradicted, restarts
+) -> None:
+    m[kernels.DISPLACEMENT_STREAK] = m[kernels.FORCE_STREAK] = 0.0
+    m[at(kernels, channel)], m[kernels.MODE_PERIOD] = streak, period
+    m[kernels.MODE_CONTRADICTED], m[kernels.MODE_UNEXPLAINED] = contradicted, 1.0
+    before = m[kernels.COUNT_RESTARTS]
+    kernels.begin_lost_contact_anew(m, 0.002, 1.0, 9e-4)
+    assert (m[kernels.COUNT_RESTARTS] - before == 1.0) == restarts
+    if restarts:
+        assert (m[kernels.FORCE_STREAK], m[kernels.DISPLACEMENT_STREAK]) == (0.0, 0.0)
+        assert (m[kernels.MODE_CAUTION], m[kernels.MODE_UNEXPLAINED]) == (1.0, 0.0)
+        assert m[kernels.MODE_LOST] == pytest.approx(0.002)
+    else:
+        assert m[kernels.MODE_UNEXPLAINED] == 1.0
+
+
+def test_what_is_lost_for_two_seconds_begins_as_with_the_first_sample(kernels, m) -> None:
+    for lost, all_anew in ((1.997, False), (1.999, True)):
+        was = m.copy()
+        was[kernels.MODE_LOST], was[kernels.MODE_CONTRADICTED], was[kernels.MODE_PERIOD] = lost, 0.016, 0.004
+        kernels.begin_lost_contact_anew(was, 0.002, 1.0, 9e-4)
+        assert (was[kernels.COUNT_RESTARTS] > m[kernels.COUNT_RESTARTS]) == all_anew
+        assert was[kernels.MODE_PERIOD] == 0.004
+
+
+def test_what_was_lost_is_found_after_a_twentieth_of_a_second_without_contradiction(kernels, m) -> None:
+    m[kernels.MODE_LOST], m[kernels.MODE_AGREED] = 0.0, 0.04
+    kernels.note_lost(m, 0.01, True)
+    assert (m[kernels.MODE_LOST], m[kernels.MODE_AGREED]) == (0.01, 0.0)
+    for _ in range(5):
+        kernels.note_lost(m, 0.01, False)
+    assert m[kernels.MODE_LOST] == 0.01
+    kernels.note_lost(m, 0.01, False)
+    assert m[kernels.MODE_LOST] == 0.0
+
+
+def test_time_passes_for_channels_caution_health_and_the_usual_spacing(kernels, m) -> None:
+    size, age = kernels.CHANNEL_SIZE, kernels.CH_AGE
+    places = [kernels.CHANNEL0 + size * channel for channel in range(kernels.CHANNELS)]
+    for place in places:
+        m[place + age], m[place + kernels.CH_USED] = 0.3, 1.0
+    m[kernels.MODE_CAUTION], m[kernels.MODE_PERIOD], m[kernels.SET_HEALTH_TIME] = 0.015, 0.004, 5.0
+    kernels.age_channels(m, 0.01)
+    assert [m[place + age] for place in places] == pytest.approx([0.31] * kernels.CHANNELS)
+    assert [m[place + kernels.CH_USED] for place in places] == [0.0] * kernels.CHANNELS
+    assert m[kernels.MODE_CAUTION] == pytest.approx(0.005)
+    assert m[kernels.MODE_HEALTH_DECAY] == pytest.approx(math.exp(-0.002))
+    assert m[kernels.MODE_PERIOD] == pytest.approx(0.0046)  # a tenth of the way
+    kernels.age_channels(m, 0.01)
+    assert m[kernels.MODE_CAUTION] == 0.0
+    kernels.age_channels(m, 0.0)
+    assert m[kernels.MODE_PERIOD] == pytest.approx(0.00514)
+    m[kernels.MODE_PERIOD] = 0.0
+    kernels.age_channels(m, 0.02)
+    assert m[kernels.MODE_PERIOD] == 0.02
+
+
+@pytest.mark.parametrize("stds", [2.0, -2.0, 30.0])
+def test_what_a_force_leaves_unexplained_is_averaged_over_a_second_and_a_refused_one_cautions(
+    kernels, m, stds
+) -> None:
+    m[kernels.MODE_UNEXPLAINED], m[kernels.MODE_TOLERATED], m[kernels.MODE_CAUTION] = 3e-4, 2e-4, 0.0
+    S, dt = 1e-3, 0.05
+    kernels.use_force(m, dt, stds * math.sqrt(S), S)
+    if abs(stds) > 10.0:
+        assert (m[kernels.MODE_UNEXPLAINED], m[kernels.MODE_CAUTION]) == (3e-4, 0.1)
+        return
+    excess = 4.0 * S - (S - 2e-4)
+    assert m[kernels.MODE_UNEXPLAINED] == pytest.approx(3e-4 + dt / (1.0 + dt) * (excess - 3e-4))
+    assert m[kernels.MODE_CAUTION] == 0.0
+    m[kernels.MODE_UNEXPLAINED] = 0.0
+    kernels.use_force(m, dt, 0.0, S)
+    assert m[kernels.MODE_UNEXPLAINED] == 0.0  # no variance is negative
+
+
+def test_a_coordinate_that_is_freed_has_a_variance_of_its_own(kernels, m, P) -> None:
+    before = P.copy()
+    kernels.free_coordinate(m, kernels.OFFSET, 7.0)
+    others = np.arange(kernels.N) != kernels.OFFSET
+    assert P[kernels.OFFSET, kernels.OFFSET] == 7.0
+    assert not P[kernels.OFFSET, others].any()
+    assert not P[others, kernels.OFFSET].any()
+    assert np.array_equal(P[np.ix_(others, others)], before[np.ix_(others, others)])
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize(("stds", "far"), [(4.99, False), (5.01, True)])
+def test_an_estimate_is_not_sound_where_it_is_five_deviations_from_its_measurement_for_15_ms(
+    kernels, m, stds, far, sign
+) -> None:
+    m[kernels.MODE_CONTRADICTED] = m[kernels.MODE_RADIUS_CONTRADICTED] = m[kernels.MODE_LOST] = 0.0
+    depth = math.hypot(m[kernels.REP_DEPTH_STD], math.sqrt(m[kernels.SET_R_DISPLACEMENT]))
+    radius = math.hypot(m[kernels.REP_RADIUS_STD], math.sqrt(m[kernels.SET_R_RADIUS]))
+    told = {
+        "force": m[kernels.REP_FORCE] + m[kernels.Y0 + kernels.BIAS] + sign * stds * m[kernels.REP_FORCE_STD],
+        "displacement": m[kernels.REP_DEPTH_NOW] + m[kernels.Y0 + kernels.OFFSET] + sign * stds * depth,
+        "radius": m[kernels.REP_RADIUS] + sign * stds * radius,
+    }
+    assert told["radius"] > 0.0
+    for name, value in told.items():
+        n = m.copy()
+        n[kernels.REP_SOUND] = n[kernels.REP_RADIUS_SOUND] = 1.0
+        sample = dict.fromkeys(told, math.nan) | {name: value}
+        sound = []
+        for _ in range(5):  # the first begins it
+            kernels.note_contradiction(n, 0.0051, **sample)
+            sound.append((n[kernels.REP_SOUND], n[kernels.REP_RADIUS_SOUND]))
+        wrong = (1.0, 0.0) if name == "radius" else (0.0, 0.0)
+        assert sound == [(1.0, 1.0)] * 3 + [wrong if far else (1.0, 1.0)] * 2
+        kernels.note_contradiction(n, 0.0051, *[math.nan] * 3)
+        assert n[kernels.MODE_CONTRADICTED] == n[kernels.MODE_RADIUS_CONTRADICTED] == 0.0
+
+
+def test_a_load_without_a_contact_is_beyond_every_limit_and_no_load_is_within(kernels) -> None:
+    assert kernels.gauge_of(0.0, 1e-3, 2.0, 0.7, (0.1, 0.0)) == math.inf
+    assert kernels.gauge_of(1.0, 0.0, 2.0, 0.7, (0.0, 1e-3)) == math.inf
+    assert kernels.gauge_of(0.0, 1e-3, 2.0, 0.7, (0.0, 0.0)) == 0.0
+    assert kernels.gauge_of(2.0, 1e-3, 2.0, 0.7, (0.7, 0.0)) == pytest.approx(0.5, rel=1e-4)
+    limit = 0.7 * 2.0 * 1e-3 * kernels.torsion_limit(2.0)
+    assert kernels.gauge_of(2.0, 1e-3, 2.0, 0.7, (0.0, 0.5 * limit)) == pytest.approx(0.5, rel=1e-3)
+    assert kernels.load_of(-0.3, math.nan) == (0.3, 0.0)
+    assert kernels.load_of(0.3, -2e-3) == (0.3, 2e-3)
+
+
+@pytest.mark.parametrize(("relative", "force_std"), [(0.3, 0.1), (0.05, 0.1), (2e6, 0.1), (0.3, 5e6)])
+def test_the_spread_that_does_not_come_from_the_force_is_the_rest_or_that_of_friction(
+    kernels, m, relative, force_std
+) -> None:
+    m[kernels.REP_GAUGE_REL], m[kernels.REP_FORCE], m[kernels.REP_FORCE_STD] = relative, 2.0, force_std
+    rest = max(relative**2 - (force_std / 2.0) ** 2, 0.0)
+    if relative > 1e6 or force_std > 2e6:
+        rest = (math.sinh(math.sqrt(3.0 * m[kernels.FRI_VAR])) / math.sqrt(3.0)) ** 2
+    assert kernels.variance_without_force(m) == pytest.approx(rest)
+    m[kernels.REP_FORCE] = 0.0
+    friction = (math.sinh(math.sqrt(3.0 * m[kernels.FRI_VAR])) / math.sqrt(3.0)) ** 2
+    assert kernels.variance_without_force(m) == pytest.approx(friction)
