@@ -179,8 +179,9 @@ def test_no_change_is_told_of_a_sound_tip(tip) -> None:
     ],
 )  # fmt: skip
 def test_a_change_is_told_in_a_sentence(variable, at, interval, change, std, told) -> None:
-    note = Change(variable, at, interval, change, std, 90.0, 1.234).note
-    assert note == f"the stiffness {told}; with that 1.23 times the noise is left"
+    for error, doubt in ((1.15, ""), (1.16, ", so more is missing, and the interval may miss the place")):
+        note = Change(variable, at, interval, change, std, 90.0, error).note
+        assert note == f"the stiffness {told}; with that {error:.2f} times the noise is left{doubt}"
 
 
 def test_a_branch_remembers_every_step_as_an_exponential_from_its_middle() -> None:
