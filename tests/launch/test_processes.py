@@ -32,15 +32,15 @@ PATIENCE = 180.0  # [s] of a machine that does much else
 pytestmark = pytest.mark.usefixtures("runtime")
 
 
-def vegrip(*arguments):
-    done = subprocess.run(
-        [sys.executable, "-m", "vegrip", *arguments],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
-    return done.returncode, done.stdout, done.stderr
+@pytest.fixture
+def vegrip(capsys):
+    """Run a command in this process; give its exit code and what it says."""
+
+    def run(*arguments):
+        code, told = main(list(arguments)), capsys.readouterr()
+        return code, told.out, told.err
+
+    return run
 
 
 def start(*arguments):
@@ -75,7 +75,7 @@ def both_active():
 
 
 @pytest.mark.slow
-def test_a_launch_starts_watches_restarts_and_stops_in_reverse(tmp_path):
+def test_a_launch_starts_watches_restarts_and_stops_in_reverse(tmp_path, vegrip):
     path = tmp_path / "two.toml"
     path.write_text(LAUNCH)
     launched = start("launch", str(path))
@@ -172,12 +172,11 @@ def test_a_node_whose_launcher_is_dead_already_does_not_start():
         (("topic", "echo", "/hand"), 2, "no node runs"),
     ],
 )
-def test_a_mistake_is_one_sentence_and_the_exit_code(arguments, code, words, capsys):
-    assert main(list(arguments)) == code
-    told = capsys.readouterr()
-    assert words in told.err
-    assert len(told.err.strip().splitlines()) == 1
-    assert told.out == ""
+def test_a_mistake_is_one_sentence_and_the_exit_code(arguments, code, words, vegrip):
+    found, shown, complaint = vegrip(*arguments)
+    assert (found, shown) == (code, "")
+    assert words in complaint
+    assert len(complaint.strip().splitlines()) == 1
 
 
 @pytest.mark.slow
@@ -224,7 +223,7 @@ def last_status():
 
 
 @pytest.mark.slow
-def test_the_canopen_hand_that_comes_with_vegrip_is_gripped():
+def test_the_canopen_hand_that_comes_with_vegrip_is_gripped(vegrip):
     launched = start("launch", "canopen")
     try:
         wait_for(both_active)
@@ -244,17 +243,17 @@ def test_the_canopen_hand_that_comes_with_vegrip_is_gripped():
     assert launched.returncode == 0, output
 
 
-def test_a_busy_port_is_one_sentence(capsys):
+def test_a_busy_port_is_one_sentence(vegrip):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         address = f"tcp://127.0.0.1:{taken.getsockname()[1]}"
         given = ("--set", "transport.kind=zmq", "--set", f"transport.publish={address}")
-        assert main(["node", "echo", *given]) == 4
-    assert "in use" in capsys.readouterr().err
+        code, _, complaint = vegrip("node", "echo", *given)
+    assert (code, "in use" in complaint) == (4, True)
 
 
-def test_a_monitor_into_a_pipe_before_any_node_has_said_what_it_waits_for_when_it_is_ended():
+def test_a_monitor_into_a_pipe_before_any_node_has_said_what_it_waits_for_when_it_is_ended(vegrip):
     process = start("monitor")
     assert process.stdout is not None
     told = [process.stdout.readline() for _ in range(2)]

@@ -19,6 +19,7 @@ def attack(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)
 
 
+@pytest.mark.long
 def test_every_broken_file_is_read_or_refused_in_a_sentence_and_nothing_else_is_touched(
     tmp_path: Path,
 ) -> None:

@@ -18,6 +18,7 @@ def attack(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.long
 def test_no_fault_on_a_wire_breaks_a_law() -> None:
     done = attack("--cases", str(KINDS))
     assert done.returncode == 0, done.stdout + done.stderr
