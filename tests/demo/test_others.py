@@ -21,6 +21,7 @@ def test_constant_grip_and_cone_run_as_tuned_and_with_the_force_of_vegrip() -> N
         assert result_of(found[name + AS_FORCEFUL]).mean_grip_force == pytest.approx(5.0, rel=0.01)
 
 
+@pytest.mark.long
 def test_the_least_knob_is_found_that_slips_no_more_than_vegrip() -> None:
     """The object of this seed slips at a constant grip of 4 N and does not at 8 N."""
     scenario = Scenario(3, 6.0, "pinch")
