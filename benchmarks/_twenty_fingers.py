@@ -27,7 +27,7 @@ from benchmarks._nodes import private_runtime
 from vegrip.clock import NS, WallClock
 from vegrip.host.realtime import HAND_PRIORITY, NODE_PRIORITY, priority_of
 from vegrip.messages import FingertipState, ForceCommand, Reason
-from vegrip.runtime.batch_path import BatchPath
+from vegrip.runtime.frame_path import BatchPath
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.runtime.statistics import Histogram
 from vegrip.transport.batch_endpoint import BatchEndpoint
@@ -96,8 +96,8 @@ class Gripping:
     @property
     def rows(self) -> int:
         """States answered so far."""
-        assert isinstance(self.runner.hot_path, BatchPath)
-        return self.runner.hot_path.frames
+        assert isinstance(self.runner.frame_path, BatchPath)
+        return self.runner.frame_path.frames
 
     def start(self) -> None:
         """Configure and activate the node."""

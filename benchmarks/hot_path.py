@@ -302,8 +302,9 @@ def packets(log: Log) -> Iterator[bytes]:
 
 
 def turn_time(runner: Runner, hub: socket.socket, states: Iterator[bytes], in_a_packet: int) -> float:
-    assert runner.hot_path is not None
-    spent, answered = 0.0, runner.hot_path.frames
+    assert runner.frame_path is not None
+    path, spent = runner.frame_path, 0.0
+    answered = path.frames
     for _ in range(TURNS):
         packets = [b"".join(itertools.islice(states, in_a_packet)) for _ in range(FINGERS // in_a_packet)]
         for packet in packets:
@@ -315,7 +316,7 @@ def turn_time(runner: Runner, hub: socket.socket, states: Iterator[bytes], in_a_
         with contextlib.suppress(BlockingIOError):
             while hub.recv(LARGEST, socket.MSG_DONTWAIT):
                 pass
-    return spent / max(runner.hot_path.frames - answered, 1)
+    return spent / max(path.frames - answered, 1)
 
 
 def require_equal(log: Log) -> None:

@@ -225,9 +225,10 @@ def test_what_is_no_parameter_is_named_with_those_there_are(name):
         with_value(Outer(), name, 1, running=False, where="node")
 
 
-def test_the_status_has_the_clock_of_the_hand_where_it_is_estimated():
+def test_the_status_has_the_clock_of_the_hand_where_it_is_estimated(monkeypatch):
     endpoint, _ = pair()
-    endpoint.clock = ClockEstimate(offset=1.5, drift=1e-5, jitter=2e-4, worst=1e-3, jumps=1)
+    clock = ClockEstimate(offset=1.5, drift=1e-5, jitter=2e-4, worst=1e-3, jumps=1)
+    monkeypatch.setattr(type(endpoint), "clock", clock)
     runner = Runner(
         EchoNode("echo", EchoParameters()), endpoint, WallClock(), LoopSettings(status_period=0.01)
     )

@@ -388,10 +388,10 @@ class Inspector(Follower):
         self.told.append((finger, now))
 
 
-def test_a_node_is_told_once_for_each_look_at_the_bus_whose_states_came_broken():
+def test_a_node_is_told_once_for_each_look_at_the_bus_whose_states_came_broken(monkeypatch):
     clock = SimulatedClock(start=7 * NS)
     endpoint, _ = pair(clock)
-    endpoint.broken = {}
+    monkeypatch.setattr(type(endpoint), "broken", {})
     runner = Runner(Inspector(clock), endpoint, clock)
     endpoint.broken["thumb"] = 3
     runner.step()

@@ -99,7 +99,7 @@ class _Session:
         world.stands = True
         self.endpoint: Any = self.wire.open()
         if self._way == "objects":
-            self.endpoint.line = lambda _: None
+            self.endpoint.brings = ""
         self.node = make_node(self._setting, self.wire.fingers)
         if self._way in ("c", "numba", "python"):
             run, way = self.node.run_compiled, self._way

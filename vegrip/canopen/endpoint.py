@@ -15,11 +15,11 @@ from vegrip.messages import ContactEstimate, Message
 from vegrip.transport.can_endpoint import CanEndpoint, Open
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec import CanCodec, Frame
-from vegrip.transport.endpoint import ClosedByWith
+from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.sender_clock import ClockEstimate, SenderClock
 
 
-class CanopenEndpoint(ClosedByWith):
+class CanopenEndpoint(Endpoint):
     """An endpoint that only listens; the ends of a hand build on it.
 
     Besides the names of :class:`~vegrip.transport.can_endpoint.CanEndpoint` ``rejected`` has ``malformed``

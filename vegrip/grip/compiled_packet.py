@@ -18,7 +18,7 @@ from vegrip.grip.packet_text import (
     RESULTS_FIRST,
     RESULTS_SIZE,
 )
-from vegrip.runtime.packet_path import PacketAnswer
+from vegrip.runtime.frame_path import PacketAnswer
 from vegrip.transport.canbus.virtual_can import Taken
 from vegrip.types import Floats
 

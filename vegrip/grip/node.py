@@ -32,7 +32,7 @@ from vegrip.messages import (
     NodeStatus,
 )
 from vegrip.runtime import NodeBase
-from vegrip.runtime.packet_path import PacketAnswer
+from vegrip.runtime.frame_path import PacketAnswer
 from vegrip.transport.codec.line import Line
 
 
@@ -55,6 +55,7 @@ class GraspForce(NodeBase):
 
     exclusive_messages: tuple[type[Message], ...] = (ForceCommand,)
     heard_messages: tuple[type[Message], ...] = (FingertipState, ForceCommand, NodeStatus)  # also of rivals
+    answers_frames = True
     realtime_priority = NODE_PRIORITY
 
     def __init__(

@@ -27,6 +27,8 @@ class Node(Protocol):
     sends them, and counts them as ``also_sent`` later."""
     heard_messages: tuple[type[Message], ...]
     """Kinds of message that are of use to this node; the bus need not bring others. Empty: all are."""
+    answers_frames: bool
+    """Whether it answers states as bytes, too (:class:`vegrip.runtime.frame_path.FrameNode`)."""
     realtime_priority: int
     """Of the loop while the node is active, where it is permitted (:mod:`vegrip.host.realtime`); 0: none."""
     finished: bool
@@ -78,6 +80,7 @@ class NodeBase:
     wakes_on_messages = True
     exclusive_messages: tuple[type[Message], ...] = ()
     heard_messages: tuple[type[Message], ...] = ()
+    answers_frames = False
     realtime_priority = 0
     lacking: Callable[[Collection[str]], list[str]] | None = None
     """What a user must know of a finger that measures such channels; None: nothing."""

@@ -28,7 +28,7 @@ from vegrip.runtime.telemetry import Direction, Telemetry
 from vegrip.runtime.telemetry_socket import TelemetrySocket
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
-from vegrip.transport.endpoint import Endpoint, Priced
+from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.open import Hand, open_endpoint
 
 REPEAT_PERIOD_S = 1.0  # [s]
@@ -161,7 +161,7 @@ def _told(telemetry: Telemetry, sink: TelemetrySocket, name: str) -> Iterator[No
 
 def _run(runner: Runner, endpoint: Endpoint, autostart: bool) -> None:
     logger = logging.getLogger(f"vegrip.{runner.full_name}")
-    if isinstance(endpoint, Priced) and runner.channels is not None and endpoint.sentences:
+    if runner.channels is not None and endpoint.sentences:
         runner.channels = ChannelWatch(runner.channels.lacking, endpoint.sentences)
         logger.warning("this hand does not measure everything:\n  %s", "\n  ".join(endpoint.sentences))
     if isinstance(endpoint, Supervised):

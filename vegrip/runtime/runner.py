@@ -5,38 +5,24 @@ import logging
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 from vegrip.clock import NS, Clock
 from vegrip.config import parameter
 from vegrip.errors import DeviceError
 from vegrip.host.realtime import LoopPriority, Scheduling
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, NodeStatus
-from vegrip.runtime.batch_path import AnswersBatches, BatchPath, GivesBatches
 from vegrip.runtime.call_queue import CallQueue
 from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.fault_hints import HINTS, FaultHints
-from vegrip.runtime.hot_path import LEFT_ALONE, REPORT, AnswersFrames, GivesFrames, HotPath
+from vegrip.runtime.frame_path import PATHS, Answered, FramePath, OfLoop
 from vegrip.runtime.managed import ManagedNode
 from vegrip.runtime.node import Node
-from vegrip.runtime.packet_path import AnswersPackets, GivesPackets, PacketPath
 from vegrip.runtime.schedule import Schedule
 from vegrip.runtime.sender_watch import SenderWatch
-from vegrip.runtime.short_way import OfLoop
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry
-from vegrip.transport.canbus.virtual_can import Taken
-from vegrip.transport.codec import Frame
-from vegrip.transport.endpoint import (
-    Endpoint,
-    Gathering,
-    Guarded,
-    Inspected,
-    Selective,
-    TakesAll,
-    Timed,
-    Zeroed,
-)
+from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.sender_clock import ClockEstimate
 
 LONGEST_WAIT = 0.1  # [s] so that a request to stop is seen soon whatever the tick period is
@@ -48,9 +34,6 @@ LISTEN_BEFORE_ACTIVE_S = (
 )
 RECENT_SENDER_S = 0.5  # [s] a sender heard so long ago counts as present
 MOST_UNFINISHED = 64  # answers put off while states come without end
-
-AnyPath = HotPath | BatchPath
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -107,28 +90,24 @@ class Runner:
         self._pending = False  # to be activated as soon as nothing stands in the way
         self._remedies = FaultHints()
         self._also_sent = 0  # messages of others that only this node may send
-        self._broken = endpoint.broken if isinstance(endpoint, Inspected) else {}
+        self._broken = endpoint.broken
         self._broken_told: dict[str, int] = {}  # as far as the node knows of them
         self._missed: dict[str, int] = {}  # counts of what came before this node listened
         self._other: tuple[int, str] | None = None  # [ns] when the last of them came, and what it was
         self._beside = beside
         heard = getattr(node, "heard_messages", ())  # nodes of others may have none
-        if heard and isinstance(endpoint, Selective):
+        if heard:
             endpoint.select(heard)
         self._priority = priority or LoopPriority(Scheduling())
         self._senders = SenderWatch()
         lacking = getattr(node, "lacking", None)  # nodes of others may have none
         self.channels = ChannelWatch(lacking) if lacking is not None else None
-        self.hot_path: AnyPath | None = None
-        of_loop = OfLoop(clock, self.statistics, self._senders, telemetry, self.channels)
-        if isinstance(node, AnswersPackets) and isinstance(endpoint, GivesPackets):
-            self.hot_path = PacketPath(node, endpoint, of_loop)
-        elif isinstance(node, AnswersFrames) and isinstance(endpoint, GivesFrames):
-            self.hot_path = HotPath(node, endpoint, of_loop)
-        elif isinstance(node, AnswersBatches) and isinstance(endpoint, GivesBatches):
-            self.hot_path = BatchPath(node, endpoint, of_loop)
-        self._gathering = endpoint if isinstance(endpoint, Gathering) else None
-        self._takes_all = endpoint if isinstance(endpoint, TakesAll) else None
+        self.frame_path: FramePath | None = None
+        """Answers states that come as bytes; None: none do."""
+        if endpoint.brings and getattr(node, "answers_frames", False):  # nodes of others may have none
+            answers: Any = node
+            of_loop = OfLoop(clock, self.statistics, self._senders, telemetry, self.channels)
+            self.frame_path = PATHS[endpoint.brings](answers, endpoint, of_loop)
         self._renumber = True  # commands may have been sent in the node's place
 
     @property
@@ -139,8 +118,7 @@ class Runner:
     @property
     def path_taken(self) -> str:
         """Which way the states of fingers go through the loop, and why; "" for a node that answers none."""
-        node = self.managed.node
-        return node.path_taken if isinstance(node, AnswersFrames) else ""
+        return getattr(self.managed.node, "path_taken", "")
 
     @property
     def due(self) -> int:
@@ -188,8 +166,8 @@ class Runner:
             self._priority.give_back()  # what is compiled must not stand before everything else
         self.managed.change(transition)
         self._renumber = True
-        if transition == "configure" and self.hot_path is not None:
-            self.hot_path.prepare()
+        if transition == "configure" and self.frame_path is not None:
+            self.frame_path.prepare()
         self._pending = False
         if transition == "activate":
             self._settle()
@@ -280,31 +258,34 @@ class Runner:
                     self._unfinished.append(answers)
                 return
 
-    def _intercept_batch(self, payload: bytes, rows: int, arrival: int) -> Sequence[int] | None:
-        """Answer a batch on the short way; return what was done with each row, None: with none."""
-        path = self.hot_path
-        if not isinstance(path, BatchPath):
-            return None
-        answered = self._answered(path, path.answer, payload, rows, arrival)
-        if answered is None:
-            return None
-        if answered[1]:
-            self._put_off_reports(path, answered[1])
-        return answered[0]
+    def _guarded(self, answer: Callable[..., Answered | None]) -> Callable[..., Any]:
+        """Return what an endpoint asks of states that come as bytes; None where nothing is answered.
 
-    def _intercept_packet(self, packet: bytes, expected: int) -> Taken | None:
-        """Answer a packet of frames on the short way; return what was dealt with, None: nothing."""
-        path = self.hot_path
-        if not isinstance(path, PacketPath):
-            return None
-        answered = self._answered(path, path.answer_packet, packet, expected)
-        if answered is None:
-            return None
-        if answered[1]:
-            self._put_off_reports(path, answered[1])
-        return answered[0]
+        That is while the node is not active, and where it fails.
+        """
 
-    def _put_off_reports(self, path: AnyPath, fingers: Iterable[str]) -> None:
+        def intercept(*given: Any) -> Any:
+            if self.state is not Lifecycle.ACTIVE or self.frame_path is None:
+                self._renumber = True
+                return None
+            try:
+                if self._renumber:
+                    self._renumber = False
+                    self.frame_path.renumber(self.managed.numbers_sent())
+                answered = answer(*given)
+            except Exception as error:  # noqa: BLE001 (whatever a node raises must not end the loop)
+                self.managed.fail(error, self._clock.now())
+                return None
+            if answered is None:
+                return None
+            found, fingers = answered
+            if fingers:
+                self._put_off_reports(self.frame_path, fingers)
+            return found
+
+        return intercept
+
+    def _put_off_reports(self, path: FramePath, fingers: Iterable[str]) -> None:
         now, pace = self._clock.now(), self.statistics.pace
         due = [finger for finger in fingers if finger not in self._owed and pace.allows(finger, now)]
         if not due:
@@ -319,33 +300,6 @@ class Runner:
         """Yield the reports of ``fingers``; where they end, they are owed no longer."""
         yield from reports
         self._owed.difference_update(fingers)
-
-    def _intercept(self, frame: Frame) -> bool:
-        """Answer a frame on the short way; return whether that was done."""
-        path = self.hot_path
-        if not isinstance(path, HotPath):
-            return False
-        answered = self._answered(path, path.answer, frame)
-        if answered is None:
-            return False
-        done, finger = answered
-        if done & REPORT:
-            self._put_off_reports(path, (finger,))
-        return done != LEFT_ALONE
-
-    def _answered(self, path: AnyPath, answer: Callable[..., T], *given: Any) -> T | None:
-        """Return what the short way answers, None while the node is not active and where it fails."""
-        if self.state is not Lifecycle.ACTIVE:
-            self._renumber = True
-            return None
-        try:
-            if self._renumber:
-                self._renumber = False
-                path.renumber(self.managed.numbers_sent())
-            return answer(*given)
-        except Exception as error:  # noqa: BLE001 (whatever a node raises must not end the loop)
-            self.managed.fail(error, self._clock.now())
-            return None
 
     def _newcomers(self) -> Sequence[Message]:
         """Return what has come while reports were sent, unless too much waits to be sent."""
@@ -374,15 +328,13 @@ class Runner:
         self.statistics.ticked(self.schedule.take(now))
         self._finish_begun()
         self._send(self.managed.on_tick(now))
-        if self._gathering is not None:
-            self._gathering.flush()
+        self._endpoint.flush()
 
     def _send(self, messages: Sequence[Message]) -> None:
-        if self._takes_all is not None and len(messages) > 1:
-            self._takes_all.send_all(messages)
-        else:
-            for message in messages:
-                self._endpoint.send(message)
+        if len(messages) > 1:
+            self._endpoint.send_all(messages)
+        elif messages:
+            self._endpoint.send(messages[0])
         for message in messages:
             if isinstance(message, ForceCommand):
                 self.statistics.command(message.finger, self._clock.now())
@@ -390,26 +342,26 @@ class Runner:
                 self.statistics.states_sent += 1
             if self._telemetry is not None:
                 self._telemetry.offer(message, Direction.OUT)
-        if self._gathering is not None and messages:
-            self._gathering.flush()
+        if messages:
+            self._endpoint.flush()
 
     def _send_later(self, message: Message) -> None:
         """Send a message that nothing waits for; where that saves waking a thread, behind the next one."""
-        if self._gathering is None or isinstance(message, ForceCommand | FingertipState):
+        if isinstance(message, ForceCommand | FingertipState):
             self._send((message,))
             return
-        self._gathering.put_off(message)
+        self._endpoint.put_off(message)
         if self._telemetry is not None:
             self._telemetry.offer(message, Direction.OUT)
 
     def zero(self) -> bool:
         """Have the devices behind the endpoint take their own zeros; whether they can."""
-        return isinstance(self._endpoint, Zeroed) and self._endpoint.zero()
+        return self._endpoint.zero()
 
     def _report(self, now: int) -> None:
         dropped = self._telemetry.dropped if self._telemetry is not None else 0
         self.status = self.statistics.status(self.full_name, self.state, now, dropped, self._rejected())
-        self.clock = self._endpoint.clock if isinstance(self._endpoint, Timed) else None
+        self.clock = self._endpoint.clock
         if self.state is not Lifecycle.FINALIZED:  # a node that ends for that reason reports it last
             for _, sentence in self._remedies.news(self.status.rejected, now):
                 self.managed.logger.error("%s", sentence)
@@ -429,8 +381,8 @@ class Runner:
     def _rejected(self) -> Mapping[str, int]:
         of_others = {"also_sent": self._also_sent, "two_senders": self._senders.count}
         own = {"reports_lowered": self.statistics.pace.lowered}
-        if self.hot_path is not None:
-            self.hot_path.node.read_counters()  # of the frames: part of what is counted
+        if self.frame_path is not None:
+            self.frame_path.node.read_counters()  # of the frames: part of what is counted
         counts = {
             **self._endpoint.rejected,
             **self.managed.node.rejected,
@@ -452,8 +404,7 @@ class Runner:
             raise DeviceError(f"{self.full_name} is not activated ({what}): {HINTS['also_sent']}")
 
     def _activate_if_well(self) -> None:
-        in_trouble = isinstance(self._endpoint, Guarded) and self._endpoint.in_trouble
-        if self._pending and not in_trouble:
+        if self._pending and not self._endpoint.in_trouble:
             self.change("activate")
             self.managed.logger.info("active")
 
@@ -471,21 +422,11 @@ class Runner:
         self.schedule.start(now)
         self._status_schedule.start(now)
 
-    def _look_first(self) -> None:
-        """Have the short way look at what comes before it is decoded."""
-        if isinstance(self.hot_path, BatchPath):
-            self.hot_path.look(self._intercept_batch)
-        elif self.hot_path is not None:
-            self.hot_path.look(self._intercept)
-        if isinstance(self.hot_path, PacketPath):
-            self.hot_path.look_at_packets(self._intercept_packet)
-
     def _forget_the_past(self) -> None:
-        if self.hot_path is not None:
-            self.hot_path.look(None)
-        if isinstance(self.hot_path, PacketPath):
-            self.hot_path.look_at_packets(None)
+        if self.frame_path is not None:
+            self.frame_path.look(None)
         for _ in range(STATE_BACKLOG):
             if not self._endpoint.receive(0.0):
                 break
-        self._look_first()
+        if self.frame_path is not None:
+            self.frame_path.look(self._guarded)

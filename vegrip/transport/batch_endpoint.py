@@ -14,6 +14,7 @@ from vegrip.transport.codec.frame import Frame
 from vegrip.transport.codec.line import Line
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.curve import Keys
+from vegrip.transport.endpoint import BATCHES
 from vegrip.transport.zmq_endpoint import ZmqEndpoint
 
 DONTWAIT, TOPIC_FLAGS = int(zmq.DONTWAIT), int(zmq.DONTWAIT) | int(zmq.SNDMORE)
@@ -45,6 +46,8 @@ class BatchEndpoint(ZmqEndpoint):
         DeviceError: an address in use.
 
     """
+
+    brings = BATCHES
 
     def __init__(
         self,

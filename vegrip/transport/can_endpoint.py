@@ -17,7 +17,7 @@ from vegrip.transport.canbus.virtual_can import LookAtPacket, VegripBus
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.frame import FrameBlock
 from vegrip.transport.codec.line import Line
-from vegrip.transport.endpoint import ClosedByWith, Intercept
+from vegrip.transport.endpoint import PACKETS, Endpoint, Intercept
 from vegrip.transport.in_order import InOrder
 from vegrip.transport.losses import Lossy, losses
 from vegrip.transport.sender_clock import ClockEstimate, SenderClock
@@ -56,7 +56,7 @@ class Selecting(Protocol):
         """Return identifiers and masks of 11 bits."""
 
 
-class CanEndpoint(ClosedByWith):
+class CanEndpoint(Endpoint):
     """Frames in and out, decoded and encoded.
 
     After opening nothing raises. Besides the names of the codec ``rejected`` has ``unsent`` for frames the
@@ -66,6 +66,8 @@ class CanEndpoint(ClosedByWith):
     with an ``order_window`` [s] ``reordered`` and ``late``, see :class:`~vegrip.transport.in_order.InOrder`;
     with the ``clock`` of the hand ``clock_jump``.
     """
+
+    brings = PACKETS
 
     def __init__(
         self,

@@ -29,7 +29,7 @@ class Head(NamedTuple):
     frame: int  # where it begins
 
 
-HEAD: Final = np.array(Head(*PLAIN_PLACES, *plain_flags(0)[:2], DELIVERY_AT["data"]))
+HEAD: Final = np.array([*PLAIN_PLACES, *plain_flags(0)[:2], DELIVERY_AT["data"]])  # a Head
 SIZES: Final = np.array(FD_SIZES)
 
 

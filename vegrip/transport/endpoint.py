@@ -1,17 +1,26 @@
 """What a node sees of the outside: messages come in, messages go out."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import Protocol, Self, runtime_checkable
+from types import MappingProxyType
+from typing import Final, Self
 
 from vegrip.messages import Message
 from vegrip.transport.codec import Frame
+from vegrip.transport.codec.line import Line
 from vegrip.transport.sender_clock import ClockEstimate
 
-Intercept = Callable[[Frame], bool]
+Intercept = Callable[[Frame], bool | None]
 """Looks at a frame before it is decoded; whether it has dealt with it."""
 
+FRAMES: Final = "frames"
+PACKETS: Final = "packets"
+BATCHES: Final = "batches"
+"""How states come as bytes: in single frames, in packets of them too, in batches."""
+NONE_BROKEN: Final[Mapping[str, int]] = MappingProxyType({})
 
-class Endpoint(Protocol):
+
+class Endpoint(ABC):
     """One place on a bus or network, closed by ``with``. Owned by one thread.
 
     Nothing here raises once it is open.
@@ -20,34 +29,31 @@ class Endpoint(Protocol):
     name in :attr:`rejected`, and a lost bus is reopened by the endpoint itself.
     """
 
-    arrivals: Sequence[int]
+    arrivals: Sequence[int] = ()
     """When each message of the last :meth:`receive` arrived here [ns], as closely as the bus can tell."""
+    brings: str = ""
+    """How states of our own layout come as bytes, for who answers them so; else all come as messages."""
 
     @property
+    @abstractmethod
     def rejected(self) -> Mapping[str, int]:
         """Everything that went wrong so far: refused, lost, unsent messages, counted by name."""
 
+    @abstractmethod
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a message, then take what is there without waiting more."""
 
+    @abstractmethod
     def send(self, message: Message) -> None:
         """Send now or drop and count; never waits."""
 
+    @abstractmethod
     def bus_load(self) -> float:
         """Return the share of the last second for which the bus was busy, NaN if not known."""
 
+    @abstractmethod
     def close(self) -> None:
         """Release the bus; further calls do nothing."""
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-
-    def __exit__(self, *error: object) -> None:
-        """Close it."""
-
-
-class ClosedByWith:
-    """What makes a context manager of an endpoint: for classes that have ``close``."""
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -57,77 +63,47 @@ class ClosedByWith:
         """Close it."""
         self.close()
 
-    def close(self) -> None:
-        """Release the bus; further calls do nothing."""
-        raise NotImplementedError
-
-
-@runtime_checkable
-class Timed(Protocol):
-    """An endpoint that estimates the clock of those who send to it."""
+    # what most have no use for
 
     @property
     def clock(self) -> ClockEstimate | None:
         """The sender's clock against ours, None when it is not estimated."""
-
-
-@runtime_checkable
-class Inspected(Protocol):
-    """An endpoint that tells whose states arrive broken."""
+        return None
 
     @property
     def broken(self) -> Mapping[str, int]:
         """States that arrived and could not be understood, by finger; the same mapping every time."""
-
-
-@runtime_checkable
-class Selective(Protocol):
-    """An endpoint that can leave aside what its node does not want."""
-
-    def select(self, kinds: Collection[type[Message]]) -> None:
-        """Bring only messages of ``kinds``, and what is not understood."""
-
-
-@runtime_checkable
-class Gathering(Protocol):
-    """An endpoint that keeps what is sent together until it is told that this is all."""
-
-    def flush(self) -> None:
-        """Send what was kept."""
-
-    def put_off(self, message: Message) -> None:
-        """Send ``message`` behind what is sent next, or at the next :meth:`flush`."""
-
-
-@runtime_checkable
-class TakesAll(Protocol):
-    """An endpoint that sends several messages in less time than one by one."""
-
-    def send_all(self, messages: Sequence[Message]) -> None:
-        """Send ``messages``."""
-
-
-@runtime_checkable
-class Guarded(Protocol):
-    """An endpoint whose connections may be refused, by others or by itself."""
+        return NONE_BROKEN
 
     @property
     def in_trouble(self) -> bool:
         """Whether a connection that we need is refused at present; the counts say why."""
-
-
-@runtime_checkable
-class Zeroed(Protocol):
-    """An endpoint of devices that can take their own zeros."""
-
-    def zero(self) -> bool:
-        """Have them take their zeros; whether there is a command for that."""
-
-
-@runtime_checkable
-class Priced(Protocol):
-    """An endpoint of a hand that does not tell all that ours does."""
+        return False
 
     @property
     def sentences(self) -> Sequence[str]:
-        """What is missing and what that costs, logged when a node starts."""
+        """What a hand does not tell that ours does and what that costs, logged when a node starts."""
+        return ()
+
+    def line(self, finger: str) -> Line | None:  # noqa: ARG002
+        """Return how states and commands of ``finger`` travel as bytes; None: not by single frames."""
+        return None
+
+    def select(self, kinds: Collection[type[Message]]) -> None:  # noqa: B027
+        """Bring only messages of ``kinds``, and what is not understood, where that saves anything."""
+
+    def send_all(self, messages: Sequence[Message]) -> None:
+        """Send ``messages``, where that is possible in less time than one by one."""
+        for message in messages:
+            self.send(message)
+
+    def put_off(self, message: Message) -> None:
+        """Send ``message`` behind what is sent next, or at the next :meth:`flush`, where that saves time."""
+        self.send(message)
+
+    def flush(self) -> None:  # noqa: B027
+        """Send what was kept to be sent together."""
+
+    def zero(self) -> bool:
+        """Have devices take their own zeros; whether there is a command for that."""
+        return False

@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 import queue
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from vegrip.clock import NS, Clock, WallClock
 from vegrip.messages import Message
-from vegrip.transport.endpoint import ClosedByWith
+from vegrip.transport.endpoint import Endpoint
 
 QUEUE_MESSAGES = 10_000
 """Messages held for a side that does not read; later ones are dropped and counted."""
 
 
-class PairEndpoint(ClosedByWith):
+class PairEndpoint(Endpoint):
     """One side of a :func:`pair`.
 
     With a clock, waiting is ``clock.sleep_until``: a simulated clock jumps to the end of the time-out and
@@ -27,8 +27,13 @@ class PairEndpoint(ClosedByWith):
         self._clock = clock or WallClock()
         self._inbox: queue.SimpleQueue[Message] = queue.SimpleQueue()
         self._other: PairEndpoint | None = None
-        self.rejected: Counter[str] = Counter()
+        self._rejected: Counter[str] = Counter()
         self.arrivals: Sequence[int] = ()
+
+    @property
+    def rejected(self) -> Mapping[str, int]:
+        """What the other side did not take."""
+        return self._rejected
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a message, then take what is there."""
@@ -50,7 +55,7 @@ class PairEndpoint(ClosedByWith):
     def send(self, message: Message) -> None:
         """Put ``message`` before the other side; dropped and counted when it does not read."""
         if self._other is None or self._other._inbox.qsize() >= QUEUE_MESSAGES:
-            self.rejected["unsent"] += 1
+            self._rejected["unsent"] += 1
         else:
             self._other._inbox.put(message)
 

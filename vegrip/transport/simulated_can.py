@@ -25,7 +25,7 @@ from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.line import Line
-from vegrip.transport.endpoint import ClosedByWith, Intercept
+from vegrip.transport.endpoint import FRAMES, Endpoint, Intercept
 from vegrip.transport.in_order import InOrder
 from vegrip.transport.losses import losses
 
@@ -128,11 +128,13 @@ class SimulatedCan:
                 endpoint.hear(frame)
 
 
-class SimulatedEndpoint(ClosedByWith):
+class SimulatedEndpoint(Endpoint):
     """One node's place on a :class:`SimulatedCan`; an :class:`~vegrip.transport.endpoint.Endpoint`.
 
     ``tamper`` may be set to falsify what this node sends.
     """
+
+    brings = FRAMES
 
     def __init__(self, bus: SimulatedCan, node: int, codec: CanCodec, order_window: float = 0.0) -> None:
         self.arrivals: Sequence[int] = ()

@@ -18,7 +18,7 @@ from vegrip.messages import Message
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.connection_limit import ConnectionLimit
 from vegrip.transport.curve import Keys
-from vegrip.transport.endpoint import ClosedByWith
+from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.handshakes import Handshakes
 from vegrip.transport.losses import losses
 from vegrip.transport.subscription import HANDSHAKES, Subscription
@@ -30,7 +30,7 @@ MOST_MESSAGES = 256  # taken in one go; a flood must not keep the loop from its 
 CONNECTION_POLL_S = 0.05  # [s] between two looks at the connections
 
 
-class ZmqEndpoint(ClosedByWith):
+class ZmqEndpoint(Endpoint):
     """Messages in and out as ``[topic, payload]``.
 
     After opening nothing raises. Besides the names of the codec ``rejected`` has ``unsent``, ``parts`` for

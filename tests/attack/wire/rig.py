@@ -14,7 +14,7 @@ from vegrip.messages import Message
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
 from vegrip.transport.codec.line import Line
-from vegrip.transport.endpoint import Intercept
+from vegrip.transport.endpoint import FRAMES, Endpoint, Intercept
 from vegrip.trials.candidates import make_node
 
 PERIOD = 0.005  # [s] between states
@@ -37,7 +37,7 @@ class Course:
     broken: int = 0  # messages of the node that could not be read
 
 
-class Link:
+class Link(Endpoint):
     """The endpoint of the node: bytes on one side, messages on the other."""
 
     def __init__(self, wire: str, clock: SimulatedClock) -> None:
@@ -87,6 +87,8 @@ class Link:
 
 class FrameLink(Link):
     """The endpoint of a node on CAN, which may answer a frame by the compiled step before it is a message."""
+
+    brings = FRAMES
 
     def __init__(self, wire: str, clock: SimulatedClock) -> None:
         super().__init__(wire, clock)

@@ -35,6 +35,6 @@ def test_the_attack_sees_every_node_that_is_broken_on_purpose() -> None:
 
 
 def test_on_can_the_attack_meets_the_compiled_step() -> None:
-    told = "from rig import Rig; rig = Rig('can'); rig.run_until(1.0); print(rig.runner.hot_path.frames)"
+    told = "from rig import Rig; rig = Rig('can'); rig.run_until(1.0); print(rig.runner.frame_path.frames)"
     done = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=False, cwd=HERE)
     assert int(done.stdout) > 300, done.stderr

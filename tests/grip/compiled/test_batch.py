@@ -14,7 +14,7 @@ from vegrip.grip.batch_text import COMMANDED
 from vegrip.grip.finger import LEFT_ALONE
 from vegrip.grip.node import GraspForce
 from vegrip.messages import FingertipState, ForceCommand, SlipMargin
-from vegrip.runtime.batch_path import BatchPath
+from vegrip.runtime.frame_path import BatchPath
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.batch_endpoint import BatchEndpoint
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, BatchCodec
@@ -129,8 +129,8 @@ def test_the_loop_answers_batches_and_reports_besides(hand_log: Log) -> None:
             seq = min(seq + 1, len(states) // fingers - 1)
             runner.step()
             got += theirs.receive(0.0)
-        assert isinstance(runner.hot_path, BatchPath)
-        assert runner.hot_path.frames >= 150
+        assert isinstance(runner.frame_path, BatchPath)
+        assert runner.frame_path.frames >= 150
         assert runner.statistics.commands >= 200
         assert {one.finger for one in got if isinstance(one, ForceCommand)} == set(hand_log.fingers)
         assert any(isinstance(one, SlipMargin) for one in got)

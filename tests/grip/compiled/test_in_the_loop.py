@@ -46,7 +46,7 @@ class Listener:
 
 def frames(scene: Scene) -> int:
     """How many frames ran compiled."""
-    path = scene.grip.runner.hot_path
+    path = scene.grip.runner.frame_path
     return 0 if path is None else path.frames
 
 
@@ -84,8 +84,8 @@ def test_counts_and_status_are_those_of_messages() -> None:
     scene = Scene("pinch", sender_time=True)
     listener = Listener()
     scene.grip.runner._telemetry = telemetry = Telemetry(listener)
-    assert scene.grip.runner.hot_path is not None
-    scene.grip.runner.hot_path._telemetry = telemetry
+    assert scene.grip.runner.frame_path is not None
+    scene.grip.runner.frame_path._telemetry = telemetry
     scene.run_until(UNTIL)
     statistics = scene.grip.runner.statistics
     assert frames(scene) > 400
@@ -118,8 +118,8 @@ def shown(scene: Scene) -> list[str]:
     listener = Listener()
     listener.wanted = True
     telemetry = Telemetry(listener)
-    assert scene.grip.runner.hot_path is not None
-    scene.grip.runner._telemetry = scene.grip.runner.hot_path._telemetry = telemetry
+    assert scene.grip.runner.frame_path is not None
+    scene.grip.runner._telemetry = scene.grip.runner.frame_path._telemetry = telemetry
     scene.run_until(0.9)
     telemetry.drain()
     return list(map(repr, listener.got))

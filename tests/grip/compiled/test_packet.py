@@ -13,7 +13,7 @@ import pytest
 from validation.bus_bytes import delivery_of, split_requests
 from validation.compiled_finger import Log
 from vegrip.c99 import host
-from vegrip.runtime.packet_path import PacketPath
+from vegrip.runtime.frame_path import PacketPath
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.canbus.bus_events import Transmission
@@ -132,5 +132,5 @@ def test_a_packet_is_answered_as_its_frames(hand_log: Log, seed: int) -> None:
             assert [f for f in mine if f[0] < 0x100] == [f for f in others if f[0] < 0x100]
         assert ours.counts() == theirs.counts()
         assert ours.counts()[0] > 300
-        assert isinstance(ours.runner.hot_path, PacketPath)
-        assert ours.runner.hot_path.frames == theirs.runner.hot_path.frames > 300
+        assert isinstance(ours.runner.frame_path, PacketPath)
+        assert ours.runner.frame_path.frames == theirs.runner.frame_path.frames > 300

@@ -33,7 +33,7 @@ from vegrip.transport.canbus.bus_events import BusLoad
 from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.frame import EXTENDED
-from vegrip.transport.endpoint import ClosedByWith
+from vegrip.transport.endpoint import Endpoint
 
 
 @dataclass(slots=True)
@@ -149,7 +149,7 @@ def _estimate(estimate: Estimate) -> dict[str, Any]:
 Keep = Callable[[Message], None]
 
 
-class RecordedBus(ClosedByWith):
+class RecordedBus(Endpoint):
     """An endpoint that receives a recording and keeps what the node sends.
 
     Every state is encoded, carried and decoded as on a real bus, so that the node sees what the wire leaves

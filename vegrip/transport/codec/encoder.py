@@ -101,7 +101,8 @@ class _PartEncoder:
         put(part.counter, f"m.seq % {part.modulus}")
         if part.time is not None:
             put(part.time, f"m.stamp // {MICROSECOND} % {TIME_MODULUS}")
-        lines, scope = ["def made(m):"], {"clip": self._clip}
+        lines: list[str] = ["def made(m):"]
+        scope: dict[str, Any] = {"clip": self._clip}
         for i, slot in enumerate(part.slots):
             scope |= {f"g{i}": slot.get, f"w{i}": slot.convert.write}
             lines.append(f" v{i} = {f'm.{slot.attribute}' if slot.attribute else f'g{i}(m)'}")

@@ -15,7 +15,7 @@ from vegrip.errors import ConfigError, DeviceError
 from vegrip.messages import Message
 from vegrip.transport.byte_link import LINK_KINDS, Link, Open, opener, remedy
 from vegrip.transport.codec import Frame
-from vegrip.transport.endpoint import ClosedByWith, Endpoint
+from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.losses import losses
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.dialogue import Dialogue
@@ -164,7 +164,7 @@ class Device:
             self._heard_at = now
 
 
-class MappedLinkEndpoint(ClosedByWith):
+class MappedLinkEndpoint(Endpoint):
     """Packets of a foreign hand in and out.
 
     After opening nothing raises. Besides the names of the codec ``rejected`` has those of
