@@ -26,7 +26,7 @@ from vegrip.trials.scenario import Scenario
 from vegrip.virtual import Disturbance, HandSettings
 from vegrip.virtual.disturbance import AddedMass, Wetting
 from vegrip.web.live.stream import FedPage
-from vegrip.web.live.view import EventLog, LiveView
+from vegrip.web.live.view import LiveView
 
 PICTURE = Path(__file__).parent / "images" / "live.webp"
 DURATION, SHOWN_FROM = 22.0, 5.0  # [s] of simulated time
@@ -68,13 +68,13 @@ class Stage(FedPage):
 
     def __init__(self, wanted_margin: float) -> None:
         super().__init__(wanted_margin, port=0)
-        self._log = EventLog(LiveView(Board(0)))
+        self.view = LiveView(Board(0))
 
     def show(self, messages: Iterable[Message], now: int) -> None:
         """Show what happened up to ``now`` [ns]."""
         for message in messages:
-            self._log.view.receive(message, now, NODE)
-        self._log.tick(now, self)
+            self.view.receive(message, now, NODE)
+        self.add_event(now, lambda _: self._wanted)
 
 
 class Overheard(GraspForce):

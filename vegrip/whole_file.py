@@ -1,4 +1,4 @@
-"""Files that are whole or not there: written beside their place, then renamed into it."""
+"""Files that are whole or not there: written beside their place, then renamed into it; and their refusals."""
 
 import contextlib
 import os
@@ -6,6 +6,8 @@ import secrets
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+
+from vegrip.errors import InputError, is_missing_from_installation
 
 
 @contextlib.contextmanager
@@ -27,6 +29,28 @@ def whole_file(path: Path) -> Iterator[Path]:
         part.replace(target)
     finally:
         part.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def reading(path: Path, kind: type[InputError] = InputError) -> Iterator[None]:
+    """Raise ``kind`` with one sentence where the system does not let ``path`` be read."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise kind(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise kind(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+@contextlib.contextmanager
+def writing(path: Path, kind: type[InputError] = InputError) -> Iterator[None]:
+    """Raise ``kind`` with one sentence where the system does not let ``path`` be written."""
+    try:
+        yield
+    except OSError as error:
+        if is_missing_from_installation(error):
+            raise
+        raise kind(f"{path}: cannot be written ({error.strerror or error})") from None
 
 
 def write_whole(path: Path, content: str | bytes) -> None:

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from vegrip.cli import bench, main
+from benchmarks import _run
+from vegrip.cli import main
 
 
 def test_a_ratio_is_theirs_over_ours(capsys: pytest.CaptureFixture[str]) -> None:
@@ -32,15 +33,13 @@ def test_results_are_a_table_for_people(capsys: pytest.CaptureFixture[str]) -> N
 def test_every_benchmark_that_is_listed_has_something_to_run() -> None:
     from importlib import import_module
 
-    assert len(bench.benchmarks()) >= 10
-    without = [
-        name for name, module in bench.benchmarks().items() if not hasattr(import_module(module), "run")
-    ]
+    assert len(_run.known()) >= 10
+    without = [name for name, module in _run.known().items() if not hasattr(import_module(module), "run")]
     assert without == []
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", bench.benchmarks())
+@pytest.mark.parametrize("name", _run.known())
 def test_every_benchmark_runs_in_its_smallest_size(
     name: str, tmp_path: Path, runtime: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -64,7 +63,7 @@ def test_a_quick_run_leaves_the_sizes_as_they_were() -> None:
 
 def test_bytes_are_not_told_as_microseconds() -> None:
     row = {"ours_us": 9e3, "theirs_us": 1.44e6, "ratio": 160.0, "ours_bytes": 9e3}
-    assert bench._line("memory_per_finger", row).endswith("160 bytes")
+    assert _run.line("memory_per_finger", row).endswith("160 bytes")
 
 
 def test_a_benchmark_that_fails_costs_no_other_its_result(

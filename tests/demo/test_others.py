@@ -7,8 +7,7 @@ from vegrip.clock import NS
 from vegrip.demo.others import AS_FORCEFUL, AS_SURE, run_other_controllers, sure_knob
 from vegrip.messages import ContactEstimate, Estimate
 from vegrip.trials.candidates import KNOBS
-from vegrip.trials.closed_loop import BELIEF_PERIOD_S, Course, run_scenario
-from vegrip.trials.result import result_of
+from vegrip.trials.closed_loop import BELIEF_PERIOD_S, Course, result_of, run_scenario
 from vegrip.trials.scenario import Scenario
 
 

@@ -31,13 +31,11 @@ PATIENCE = 180.0  # [s] until the nodes of a launch file are active
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 
 HELP = """
-import importlib
-from vegrip.cli import COMMANDS, main
+from vegrip.cli import COMMANDS, load, main
 failed = []
-for name, (place, _) in COMMANDS.items():
-    module, attribute = place.split(":")
-    subs = getattr(getattr(importlib.import_module(module), attribute), "registered_commands", [])
-    for sub in [[], *([one.name or one.callback.__name__] for one in subs)]:
+for name in COMMANDS:
+    subs = load(name).registered_commands
+    for sub in [[], *([one.name or one.callback.__name__] for one in subs if len(subs) > 1)]:
         if main([name, *sub, "--help"]) != 0:
             failed.append([name, *sub])
 raise SystemExit(f"no help: {failed}" if failed else 0)

@@ -7,8 +7,7 @@ import pytest
 
 from validation.controllers.comparison import Trial, run_course, summary, table
 from vegrip.trials.candidates import INFORMED, KNOBS, parameters
-from vegrip.trials.closed_loop import Course
-from vegrip.trials.result import Result, result_of
+from vegrip.trials.closed_loop import Course, Result, result_of
 
 
 @pytest.fixture(scope="module")

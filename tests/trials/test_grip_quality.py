@@ -10,7 +10,15 @@ from scipy.stats import binom
 
 from vegrip.cli import main
 from vegrip.trials.closed_loop import Course
-from vegrip.trials.fronts import QualityTrial, Surroundings, record_trial, run_quality_trial
+from vegrip.trials.fronts import (
+    FLAG,
+    SPEED,
+    QualityTrial,
+    Surroundings,
+    record_trial,
+    run_quality_trial,
+    wrong_slip,
+)
 from vegrip.trials.grip_quality import (
     CLASSES,
     GripRecord,
@@ -21,7 +29,6 @@ from vegrip.trials.grip_quality import (
     least_forces,
 )
 from vegrip.trials.scenario import GRASPS
-from vegrip.trials.slip_channels import FLAG, SPEED, wrong_slip
 from vegrip.virtual import HandSettings
 from vegrip.virtual.disturbance import Push, Twist, Wetting
 from vegrip.virtual.patch import even_grid, utilisation

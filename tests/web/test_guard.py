@@ -10,8 +10,7 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse
 
 from vegrip.errors import DeviceError, UsageError
-from vegrip.web.guard import Guard
-from vegrip.web.server import MAX_REQUEST_BYTES, asked, listening
+from vegrip.web.server import MAX_REQUEST_BYTES, Guard, asked, listening
 
 KEY = "the key"
 

@@ -61,9 +61,8 @@ HEALTH = ModelHealth(0, "thumb", 0, Condition.OK, 1.0, consistent=True)
 STATE = FingertipState(0, "thumb", 0, 2.0, 0.3, 0.4, 1e-3)
 
 
-class Wanted:
-    def wanted_margin(self, node: str) -> float | None:
-        return 0.15 if node == NODE else None
+def wanted(node: str) -> float | None:
+    return 0.15 if node == NODE else None
 
 
 @pytest.fixture
@@ -78,7 +77,7 @@ def view() -> LiveView:
 
 
 def thumb(view: LiveView, now: int) -> dict:
-    return view.snapshot(now, Wanted())["fingers"]["thumb"]
+    return view.snapshot(now, wanted)["fingers"]["thumb"]
 
 
 def test_a_finger_is_shown_with_its_margin_command_and_load(view: LiveView) -> None:
@@ -121,12 +120,12 @@ def test_a_snapshot_is_json_whatever_is_not_a_number(view: LiveView) -> None:
     view.receive(replace(STATE, tangential_force_x=math.nan), 0, NODE)
     view.receive(LearnedParameter(0, "thumb", 0, "K"), 0, NODE)
     view.receive(NodeStatus(0, NODE, 1, Lifecycle.ACTIVE), 0, NODE)
-    json.dumps(view.snapshot(0, Wanted()), allow_nan=False)
+    json.dumps(view.snapshot(0, wanted), allow_nan=False)
 
 
 def test_what_a_node_received_is_no_sign_that_it_lives(view: LiveView) -> None:
     view.receive(STATE, 5 * NS, NODE)
-    assert view.snapshot(5 * NS, Wanted())["nodes"][NODE]["age"] == 5.0
+    assert view.snapshot(5 * NS, wanted)["nodes"][NODE]["age"] == 5.0
 
 
 def test_learned_parameters_of_a_node_that_has_gone_are_not_shown(view: LiveView) -> None:

@@ -19,8 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 from vegrip.trials.candidates import BOUND, INFORMED, KNOBS, NAMES
-from vegrip.trials.closed_loop import Course, run_scenario
-from vegrip.trials.result import Result, result_of
+from vegrip.trials.closed_loop import Course, Result, result_of, run_scenario
 from vegrip.trials.scenario import GRASPS, Scenario
 
 TRIAL_DURATION_S = 20.0  # [s]

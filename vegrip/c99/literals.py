@@ -50,7 +50,6 @@ def whole(value: int) -> str:
 
 
 def is_short(value: int) -> bool:
-    """Return whether a whole number fits into 32 bits."""
     return abs(value) <= MAX_INT32
 
 

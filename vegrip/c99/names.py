@@ -22,9 +22,9 @@ def joined(prefix: str, name: str) -> str:
     return f"{prefix}_{name.strip('_')}"
 
 
-def comment(text: str, indent: str = "") -> list[str]:
+def comment(text: str) -> list[str]:
     lines = [line.rstrip() for line in text.strip().replace("*/", "* /").splitlines()]
-    first = [f"{indent}/* {lines[0]}", *(f"{indent} * {line}".rstrip() for line in lines[1:])]
+    first = [f"/* {lines[0]}", *(f" * {line}".rstrip() for line in lines[1:])]
     if len(first) == 1 and len(first[0]) + 3 <= LINE_WIDTH:
         return [f"{first[0]} */"]
     return [*first[:-1], f"{first[-1]} */"]

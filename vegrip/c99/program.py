@@ -91,8 +91,6 @@ def translate(
 
 @dataclass
 class _Done:
-    """One translated function."""
-
     name: str
     result: Kind
     text: str
@@ -294,39 +292,31 @@ def _values(tree: ast.Module) -> dict[str, object]:
     return {name: value for name, value in scope.items() if not name.startswith("__")}
 
 
+EXTREME = """/* As Python's: the first, unless the second is {than}; NaN stays only as the first. */
+static inline {type} {name}({type} a, {type} b)
+{{
+    return b {sign} a ? b : a;
+}}
+"""
+FLOOR_DIV = """/* Division of whole numbers towards minus infinity. */
+static inline {type} {name}({type} a, {type} b)
+{{
+    const {type} q = a / b;
+    return a % b != 0 && (a < 0) != (b < 0) ? q - 1 : q;
+}}
+"""
+MODULO = """/* Remainder with the sign of the divisor. */
+static inline {type} {name}({type} a, {type} b)
+{{
+    const {type} r = a % b;
+    return r != 0 && (r < 0) != (b < 0) ? r + b : r;
+}}
+"""
 HELPERS = {
-    "max": """/* As Python's: the first, unless the second is greater; NaN stays only as the first. */
-static inline {real} {name}({real} a, {real} b)
-{{
-    return b > a ? b : a;
-}}
-""",
-    "min": """/* As Python's: the first, unless the second is less. */
-static inline {real} {name}({real} a, {real} b)
-{{
-    return b < a ? b : a;
-}}
-""",
-    "max_whole": """static inline int32_t {name}(int32_t a, int32_t b)
-{{
-    return b > a ? b : a;
-}}
-""",
-    "min_whole": """static inline int32_t {name}(int32_t a, int32_t b)
-{{
-    return b < a ? b : a;
-}}
-""",
-    "max_long": """static inline int64_t {name}(int64_t a, int64_t b)
-{{
-    return b > a ? b : a;
-}}
-""",
-    "min_long": """static inline int64_t {name}(int64_t a, int64_t b)
-{{
-    return b < a ? b : a;
-}}
-""",
+    "max": EXTREME.replace("{than}", "greater").replace("{sign}", ">"),
+    "min": EXTREME.replace("{than}", "less").replace("{sign}", "<"),
+    "floor_div": FLOOR_DIV,
+    "modulo": MODULO,
     "real_of_bits": """/* The number of an IEEE 754 single whose bits are given. */
 static inline {real} {name}(int64_t bits)
 {{
@@ -349,34 +339,6 @@ static inline int32_t {name}({real} x)
     return x > -2147483648.0{literal} && x < 2147483648.0{literal} ? (int32_t)x : 0;
 }}
 """,
-    "floor_div": """/* Division of whole numbers towards minus infinity. */
-static inline int32_t {name}(int32_t a, int32_t b)
-{{
-    const int32_t q = a / b;
-    return a % b != 0 && (a < 0) != (b < 0) ? q - 1 : q;
-}}
-""",
-    "floor_div_long": """/* Division of whole numbers towards minus infinity. */
-static inline int64_t {name}(int64_t a, int64_t b)
-{{
-    const int64_t q = a / b;
-    return a % b != 0 && (a < 0) != (b < 0) ? q - 1 : q;
-}}
-""",
-    "modulo_long": """/* Remainder with the sign of the divisor. */
-static inline int64_t {name}(int64_t a, int64_t b)
-{{
-    const int64_t r = a % b;
-    return r != 0 && (r < 0) != (b < 0) ? r + b : r;
-}}
-""",
-    "modulo": """/* Remainder with the sign of the divisor. */
-static inline int32_t {name}(int32_t a, int32_t b)
-{{
-    const int32_t r = a % b;
-    return r != 0 && (r < 0) != (b < 0) ? r + b : r;
-}}
-""",
 }
 POWER = re.compile(r"power(\d+)")
 
@@ -384,7 +346,11 @@ POWER = re.compile(r"power(\d+)")
 def helper(kind: str, name: str, reals: RealType) -> str:
     if found := POWER.fullmatch(kind):
         return _power(int(found[1]), name, reals.c)
-    return HELPERS[kind].format(name=name, real=reals.c, literal=reals.literal)
+    kind_of_number = LONG.c if kind.endswith("_long") else INT.c
+    if kind in ("max", "min"):
+        kind_of_number = reals.c
+    text = HELPERS[kind.removesuffix("_whole").removesuffix("_long")]
+    return text.format(name=name, type=kind_of_number, real=reals.c, literal=reals.literal)
 
 
 def _power(n: int, name: str, real: str) -> str:

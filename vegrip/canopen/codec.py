@@ -52,7 +52,6 @@ class CanopenCodec:
 
     @property
     def lost(self) -> int:
-        """Messages that never arrived."""
         return self._codec.lost
 
     def decode(self, frame: Frame) -> Message | None:

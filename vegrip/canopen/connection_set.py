@@ -68,7 +68,6 @@ class CanopenSettings:
 
 
 def frame_base(name: str) -> int:
-    """Return the identifier of the classic frame ``name`` for finger 0 of hand 0."""
     return int(database().get_message_by_name(name).frame_id)
 
 

@@ -81,83 +81,67 @@ def _plain(message: str) -> str:
     return message[:1].lower() + message[1:]
 
 
-GROUPS: dict[str, dict[str, tuple[str, str]]] = {
-    # heading: name: (module:function or module:app, one line of help)
+GROUPS = {  # heading -> command -> one line of help
     "Start": {
-        "demo": ("vegrip.cli.demo:demo", "Run the main job: virtual hand, virtual bus, node, live table."),
-        "sample": ("vegrip.cli.sample:sample", "Write a sample recording, model or log here."),
-        "doctor": (
-            "vegrip.cli.doctor:doctor",
-            "Check this machine and say how to fix what is wrong; list what your sensors give.",
-        ),
+        "demo": "Run the main job: virtual hand, virtual bus, node, live table.",
+        "sample": "Write a sample recording, model or log here.",
+        "doctor": "Check this machine and say how to fix what is wrong; list what your sensors give.",
     },
     "On a hand": {
-        "connect": (
-            "vegrip.cli.connect:connect",
-            "Map a hand of another make: from its DBC or EDS and its traffic to a file that runs.",
-        ),
-        "launch": ("vegrip.cli.launch:launch", "Start and supervise the nodes of a launch file."),
-        "node": ("vegrip.cli.node:node", "Run one node in this process."),
-        "monitor": ("vegrip.cli.monitor:monitor", "Watch slip margins live."),
-        "topic": ("vegrip.cli.topic:app", "Look at topics: list, echo, hz."),
-        "param": ("vegrip.cli.param:app", "Read and set parameters of running nodes."),
-        "lifecycle": ("vegrip.cli.lifecycle:app", "Read and change the state of running nodes."),
-        "zero": ("vegrip.cli.lifecycle:zero", "Have the sensors of a hand take their own zeros."),
-        "bus-load": (
-            "vegrip.cli.bus_load:bus_load",
-            "Compute whether hands, rates and layout fit a CAN bus.",
-        ),
-        "keys": ("vegrip.cli.keys:app", "Make and exchange keys for networks beyond this machine."),
+        "connect": "Map a hand of another make: from its DBC or EDS and its traffic to a file that runs.",
+        "launch": "Start and supervise the nodes of a launch file.",
+        "node": "Run one node in this process.",
+        "monitor": "Watch slip margins live.",
+        "topic": "Look at topics: list, echo, hz.",
+        "param": "Read and set parameters of running nodes.",
+        "lifecycle": "Read and change the state of running nodes.",
+        "zero": "Have the sensors of a hand take their own zeros.",
+        "bus-load": "Compute whether hands, rates and layout fit a CAN bus.",
+        "keys": "Make and exchange keys for networks beyond this machine.",
     },
     "Recordings": {
-        "record": ("vegrip.cli.record:record", "Record the bus to a folder."),
-        "replay": ("vegrip.cli.replay:replay", "Play a recording on the bus, or run the node over it."),
-        "import": (
-            "vegrip.cli.import_:import_",
-            "Turn a CSV, CAN log, MCAP file or rosbag into a recording.",
-        ),
-        "simulate": ("vegrip.cli.simulate:simulate", "Simulate a recording with a model."),
+        "record": "Record the bus to a folder.",
+        "replay": "Play a recording on the bus, or run the node over it.",
+        "import": "Turn a CSV, CAN log, MCAP file or rosbag into a recording.",
+        "simulate": "Simulate a recording with a model.",
     },
     "The contact model": {
-        "fit": ("vegrip.cli.fit:fit", "Fit the contact model to a recording."),
-        "compare": (
-            "vegrip.cli.compare:compare",
-            "Compare a model with a recording, and see where it fails.",
-        ),
-        "check": ("vegrip.cli.check:check", "See in the browser what a model lacks, and add it."),
-        "diagnose": ("vegrip.cli.diagnose:diagnose", "Find which physical effects the model lacks."),
-        "add": ("vegrip.cli.fit:add", "Put an effect into a model and fit again."),
-        "refine": ("vegrip.cli.refine:refine", "Add effects until the next one does not pay."),
-        "report": ("vegrip.cli.report:report", "Write a recording, a run or a check as one file of HTML."),
-        "experiment": (
-            "vegrip.cli.experiment:experiment",
-            "Find the experiment that separates candidate effects.",
-        ),
-        "calibrate": (
-            "vegrip.cli.calibrate:calibrate",
-            "Guide a new fingertip through its trials to a model with errors.",
-        ),
-        "export": ("vegrip.cli.export:app", "Write the estimator as C99 for firmware: c, learned."),
-        "fleet": ("vegrip.cli.fleet:fleet", "Diagnose a folder of many recordings, on all cores."),
-        "new-effect": (
-            "vegrip.cli.own_effect:new_effect",
-            "Write a package that adds an effect of your own.",
-        ),
-        "test-effect": (
-            "vegrip.cli.own_effect:effect_laws",
-            "Test whether an effect of your own holds to the laws of every effect.",
-        ),
+        "fit": "Fit the contact model to a recording.",
+        "compare": "Compare a model with a recording, and see where it fails.",
+        "check": "See in the browser what a model lacks, and add it.",
+        "diagnose": "Find which physical effects the model lacks.",
+        "add": "Put an effect into a model and fit again.",
+        "refine": "Add effects until the next one does not pay.",
+        "report": "Write a recording, a run or a check as one file of HTML.",
+        "experiment": "Find the experiment that separates candidate effects.",
+        "calibrate": "Guide a new fingertip through its trials to a model with errors.",
+        "export": "Write the estimator as C99 for firmware: c, learned.",
+        "fleet": "Diagnose a folder of many recordings, on all cores.",
+        "new-effect": "Write a package that adds an effect of your own.",
+        "test-effect": "Test whether an effect of your own holds to the laws of every effect.",
     },
     "Evidence": {
-        "paper": ("vegrip.cli.paper:paper", "Print the paper's tables and draw its figures."),
-        "controllers": (
-            "vegrip.cli.controllers:controllers",
-            "Measure grip force over the least that would hold, and slips, of every controller.",
-        ),
-        "bench": ("vegrip.cli.bench:bench", "Measure the speed ratios on this machine; in a checkout."),
+        "paper": "Print the paper's tables and draw its figures.",
+        "controllers": "Measure grip force over the least that would hold, and slips, of every controller.",
+        "bench": "Measure the speed ratios on this machine; in a checkout.",
     },
 }
-COMMANDS = {name: command for group in GROUPS.values() for name, command in group.items()}
+COMMANDS = {name: text for group in GROUPS.values() for name, text in group.items()}
+PLACES = {
+    "topic": "topic:app",
+    "param": "param:app",
+    "lifecycle": "lifecycle:app",
+    "zero": "lifecycle:zero",
+    "keys": "keys:app",
+    "import": "import_:import_",
+    "add": "fit:add",
+    "refine": "fit:refine",
+    "compare": "fit:compare",
+    "export": "export:app",
+    "new-effect": "own_effect:new_effect",
+    "test-effect": "own_effect:effect_laws",
+}
+"""Module in this folder and name in it of a command, where both are not its own name."""
 
 INTERRUPTED = 130  # exit code
 NOTHING = "nothing is written"
@@ -202,16 +186,20 @@ def entry() -> None:
 
 
 def load(name: str) -> typer.Typer:
-    module, attribute = COMMANDS[name][0].split(":")
-    return _as_app(getattr(importlib.import_module(module), attribute))
+    return _as_app(_found(name))
+
+
+def _found(name: str) -> Any:
+    own = name.replace("-", "_")
+    module, attribute = PLACES.get(name, f"{own}:{own}").split(":")
+    return getattr(importlib.import_module(f"vegrip.cli.{module}"), attribute)
 
 
 def whole() -> typer.Typer:
     """Return all commands as one app, as shell completion wants it."""
     app = typer.Typer(add_completion=True, pretty_exceptions_enable=False)
-    for name, (place, text) in COMMANDS.items():
-        module, attribute = place.split(":")
-        command = getattr(importlib.import_module(module), attribute)
+    for name, text in COMMANDS.items():
+        command = _found(name)
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=name, help=text)
         else:
@@ -301,7 +289,7 @@ def _print_help() -> None:
     for heading, commands in GROUPS.items():
         table.add_row("")
         table.add_row(heading, style="bold")
-        for name, (_, text) in commands.items():
+        for name, text in commands.items():
             table.add_row(f"  vegrip {name}", text)
     console.print(table)
     console.print("\nEach command has -h with an example. Try: vegrip demo")

@@ -31,6 +31,13 @@ TOLERANCE = Annotated[
         min=0.0, max=1.0, help="Share of an episode's peak force by which a model may be wrong, e.g. 0.01."
     ),
 ]
+PORT = Annotated[int, typer.Option(min=0, max=65535, help="of the page; 0 = any free one")]
+OPENS = Annotated[bool, typer.Option("--open", help="open the page in the browser")]
+SET = Annotated[list[str] | None, typer.Option("--set", help="KEY=VALUE, e.g. transport.channel=can0.")]
+NODE_NAME = Annotated[
+    str, typer.Argument(help="Name of a running node, e.g. grasp_force or /left/grasp_force.")
+]
+LOGS = (".blf", ".asc", ".log")  # of a CAN bus
 HOLD_BACK = Annotated[
     str,
     typer.Option("--hold-back", metavar="EPISODES", help="Leave these episodes out, as in 2,5..7."),
@@ -41,5 +48,4 @@ ONLY = Annotated[
 
 
 def group(text: str) -> typer.Typer:
-    """Return an app of several commands, whose help is ``text``."""
     return typer.Typer(add_completion=False, pretty_exceptions_enable=False, no_args_is_help=True, help=text)

@@ -24,6 +24,7 @@ FORCE = Annotated[bool, typer.Option("--force", help="Replace what is there alre
 FORMATS = (".png", ".pdf", ".svg", ".jpg", ".webp")
 KNOWN_BEFORE = InputError.exit_code
 LOST_AFTERWARDS = 4
+TAKEN = "is there already; give another name, or --force to replace it"
 
 
 class Outputs:
@@ -48,12 +49,9 @@ class Outputs:
             UsageError: it is a folder.
 
         """
-        if path is None:
-            return
-        if path.is_dir():
-            raise UsageError(f"{path}: is a folder; give the name of a file")
-        self._refuse(path, is_there=path.exists())
-        self._try(path, path.parent)
+        if path is not None:
+            _refuse_file(path, force=self._force)
+            self._try(path, path.parent)
 
     def folder(self, path: Path | None) -> None:
         """Announce a folder of files that are made here.
@@ -63,19 +61,15 @@ class Outputs:
             UsageError: it is a file.
 
         """
-        if path is None:
-            return
-        if path.is_file():
-            raise UsageError(f"{path}: is a file; give the name of a folder")
-        self._refuse(path, is_there=path.is_dir() and any(path.iterdir()))
-        self._try(path, path)
+        if path is not None:
+            _refuse_folder(path, force=self._force)
+            self._try(path, path)
 
     def log(self, path: Path | None) -> None:
         """Announce a file that grows: what is in it stays, unless ``--force`` is given."""
         if path is None:
             return
-        if path.is_dir():
-            raise UsageError(f"{path}: is a folder; give the name of a file")
+        _refuse_file(path, force=True)
         self._try(path, path.parent)
         if self._force:
             self.write(path, lambda old: old.unlink(missing_ok=True))
@@ -128,10 +122,6 @@ class Outputs:
         if error is None and self._code:
             raise typer.Exit(self._code)
 
-    def _refuse(self, path: Path, *, is_there: bool) -> None:
-        if is_there and not self._force:
-            raise InputError(f"{path}: is there already; give another name, or --force to replace it")
-
     def _try(self, path: Path, folder: Path) -> None:
         try:
             for each in reversed([folder, *folder.parents]):
@@ -148,16 +138,30 @@ class Outputs:
             self._code = KNOWN_BEFORE
 
 
-def claim_file(path: Path, *, force: bool) -> None:
-    """Refuse to write a file where one is, and where none can be.
-
-    Raises:
-        InputError: it is there already, and no ``force``; or it cannot be written.
-
-    """
+def _refuse_file(path: Path, *, force: bool) -> None:
+    if path.is_dir():
+        raise UsageError(f"{path}: is a folder; give the name of a file")
     if path.exists() and not force:
-        raise InputError(f"{path}: is there already; give another name, or --force to replace it")
+        raise InputError(f"{path}: {TAKEN}")
+
+
+def _refuse_folder(path: Path, *, force: bool) -> None:
+    if path.is_file():
+        raise UsageError(f"{path}: is a file; give the name of a folder")
+    if path.is_dir() and any(path.iterdir()) and not force:
+        raise InputError(f"{path}: {TAKEN}")
+
+
+def claim_file(path: Path, *, force: bool) -> None:
+    """Refuse to write a file where one is, unless with ``force``, and where none can be."""
+    _refuse_file(path, force=force)
     require_writable(path.parent)
+
+
+def claim_folder(path: Path, *, force: bool) -> None:
+    """Refuse to write a folder where one with files is, unless with ``force``, and where none can be."""
+    _refuse_folder(path, force=force)
+    require_writable(path)
 
 
 def require_matplotlib() -> None:

@@ -24,8 +24,8 @@ def describe(recording: Recording) -> dict[str, Any]:
         "columns": {
             name: {
                 "unit": CHANNELS[name].unit,
-                "min": _number(np.nanmin(values) if np.any(~np.isnan(values)) else np.nan),
-                "max": _number(np.nanmax(values) if np.any(~np.isnan(values)) else np.nan),
+                "min": _number(np.fmin.reduce(values)),
+                "max": _number(np.fmax.reduce(values)),
                 "noise": recording.sensors.get(noise_name(name)),
             }
             for name, values in recording.columns.items()

@@ -4,7 +4,6 @@ As wide as the terminal, wide and unbroken in a file. Nothing here reads markup:
 """
 
 import json
-import math
 import shlex
 import sys
 import time
@@ -16,6 +15,8 @@ import typer
 from rich.console import Console
 from rich.table import Column, Table
 from rich.text import Text
+
+from vegrip.jsonable import jsonable
 
 WIDE_COLUMNS = 240  # columns
 COUNT_PERIOD_S = 1.0  # [s] between counts, where each would be a line
@@ -77,6 +78,14 @@ def announce_page(what: str) -> Callable[[str], None]:
     return lambda address: print(f"{what}: {address}  (Ctrl-C ends)", flush=True)  # noqa: T201
 
 
+def answer(told: Any, show: Callable[[], object], *, as_json: bool) -> None:
+    """Print ``told`` as one JSON object, or have it shown to a person."""
+    if as_json:
+        print_json(told)
+    else:
+        show()
+
+
 def print_json(told: Any) -> None:
     """Print one JSON object; what is not a number is null."""
     typer.echo(json_text(told))
@@ -84,28 +93,7 @@ def print_json(told: Any) -> None:
 
 def json_text(told: Any) -> str:
     """Return one JSON object; what is not a number is null."""
-    return json.dumps(_plain(told), allow_nan=False)
-
-
-def _plain(told: Any) -> Any:
-    if isinstance(told, dict):
-        return {str(key): _plain(value) for key, value in told.items()}
-    if isinstance(told, (list, tuple)):
-        return [_plain(value) for value in told]
-    if isinstance(told, float):
-        return told if math.isfinite(told) else None
-    return told
-
-
-def jsonable(value: Any) -> Any:
-    """Return ``value`` as JSON can carry it: NaN as None, infinity and members of enumerations as text."""
-    if isinstance(value, dict):
-        return {key: jsonable(item) for key, item in value.items()}
-    if isinstance(value, float) and math.isnan(value):
-        return None
-    if isinstance(value, float) and math.isinf(value):
-        return "inf" if value > 0 else "-inf"
-    return getattr(value, "name", value)
+    return json.dumps(jsonable(told), allow_nan=False)
 
 
 @contextmanager

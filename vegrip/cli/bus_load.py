@@ -1,14 +1,13 @@
 """``vegrip bus-load``: whether hands, rates and layout fit a CAN bus."""
 
 import dataclasses
-import json
 import math
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from vegrip.cli._options import JSON
-from vegrip.cli._terminal import printer, show, table
+from vegrip.cli._terminal import answer, printer, show, table
 
 if TYPE_CHECKING:
     from vegrip.transport.canbus.traffic import Forecast, TrafficPlan
@@ -48,44 +47,26 @@ def bus_load(
     }  # fmt: skip
     plan = build(TrafficPlan, table, "bus-load")
     told = forecast_traffic(plan, fifo=queue == "fifo")
-    if as_json:
-        typer.echo(json.dumps(_as_dict(plan, told, queue)))
-    else:
-        _show(told, queue)
+    answer(_as_dict(plan, told, queue), lambda: _show(told, queue), as_json=as_json)
 
 
 def _as_dict(plan: "TrafficPlan", told: "Forecast", queue: str) -> dict[str, Any]:
     frames = [
         {
-            "name": row.name,
-            "owner": row.owner,
-            "identifier": row.identifier,
+            **{key: getattr(row, key) for key in ("name", "owner", "identifier", "sender", "rate")},
             "bytes": row.length,
-            "sender": row.sender,
-            "rate": row.rate,
             "longest_us": row.longest * 1e6,
-            "wait_us": _finite(row.wait * 1e6),
-            "response_us": _finite(row.response * 1e6),
+            "wait_us": row.wait * 1e6,
+            "response_us": row.response * 1e6,
             "fits": row.fits,
         }
         for row in told.rows
     ]
-    return {
-        "load": told.load,
-        "worst_load": told.worst_load,
-        "fits": told.fits,
-        "queue": queue,
-        "plan": dataclasses.asdict(plan),
-        "frames": frames,
-    }
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    said = {"load": told.load, "worst_load": told.worst_load, "fits": told.fits, "queue": queue}
+    return {**said, "plan": dataclasses.asdict(plan), "frames": frames}
 
 
 def _show(told: "Forecast", queue: str) -> None:
-
     out = table("frame", "of", "id", "bytes", "Hz", "longest/us", "wait/us", "response/us", "")
     for row in told.rows:
         out.add_row(

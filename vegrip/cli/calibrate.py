@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vegrip.cli._options import JSON
-from vegrip.cli._terminal import announce_page, figures, print_json, printer, progress
+from vegrip.cli._options import JSON, OPENS, PORT
+from vegrip.cli._terminal import announce_page, answer, figures, printer, progress
 from vegrip.config import parse_toml
 from vegrip.errors import InputError, UsageError, VegripError
-from vegrip.whole_file import write_whole
+from vegrip.whole_file import write_whole, writing
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -60,8 +60,6 @@ PULL = Annotated[float | None, typer.Option("--tangential-force", help="Greatest
 TORQUE = Annotated[float | None, typer.Option("--torque", help="Greatest torque [N m]; 0: cannot twist.")]
 ASK = Annotated[bool, typer.Option("--ask/--no-ask", help="Ask in the terminal for what is next.")]
 WEB = Annotated[bool, typer.Option("--web", help="Guide on a page in the browser.")]
-PORT = Annotated[int, typer.Option(min=0, max=65535, help="of the page; 0 = any free one")]
-OPENS = Annotated[bool, typer.Option("--open", help="open the page in the browser")]
 
 
 def calibrate(
@@ -120,10 +118,9 @@ def calibrate(
     ended = _ended(calibration) if end else None
     if virtual is not None:
         standing, ended = _practised(calibration, standing, virtual, say=not as_json)
-    if as_json:
-        print_json(_as_dict(calibration, standing, ended))
-    elif not asks or ended is not None:
-        _print(calibration, standing, ended)
+    if as_json or not asks or ended is not None:
+        told = _as_dict(calibration, standing, ended)
+        answer(told, lambda: _print(calibration, standing, ended), as_json=as_json)
     if virtual is not None and ended is not None and not as_json:
         _print_truth(virtual, ended.known)
     if ended is not None:
@@ -424,10 +421,8 @@ def write_friction(path: Path, settings: Mapping[str, Any], by: str) -> None:
             f'{path}: has no node with program = "grasp_force" that can be added to; write into yours: '
             f"{wanted}"
         )
-    try:
+    with writing(path):
         write_whole(path, text)
-    except OSError as error:
-        raise InputError(f"{path} cannot be written: {error.strerror or error}") from None
 
 
 def _is_in(text: str, settings: Mapping[str, Any]) -> bool:

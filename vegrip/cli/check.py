@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
-from vegrip.cli._options import EACH, TOLERANCE
+from vegrip.cli._options import EACH, OPENS, PORT, TOLERANCE
 from vegrip.cli._terminal import announce_page
+from vegrip.cli.fit import error_options
 from vegrip.errors import UsageError
 
 RECORDING = Annotated[
@@ -22,8 +23,6 @@ OUT = Annotated[
     Path | None,
     typer.Option("-o", "--output", metavar="DIR", help="Keeps models and state; RECORDING-check by default."),
 ]
-PORT = Annotated[int, typer.Option(min=0, max=65535, help="of the page; 0 = any free one")]
-OPENS = Annotated[bool, typer.Option("--open", help="open the page in the browser")]
 
 
 def check(
@@ -57,10 +56,7 @@ def check(
     if recording is None:
         raise UsageError("give the folder of a recording, or --node NAME of a running node")
     read_recording(recording)  # what cannot be read is refused before a page opens
-    options: tuple[str, ...] = ("--zeros-each-episode",) if zeros_each_episode else ()
-    if tolerance > 0.0:
-        options += ("--tolerance", f"{tolerance:g}")
-
+    options = tuple(error_options(zeros_each_episode, tolerance))
     folder = output or Path(f"{recording.name}-check") if not node else recording.parent / "check"
     announce = announce_page("check page")
     run(recording, model, folder, options, port, announce, opens=opens, node=node or "grasp_force")

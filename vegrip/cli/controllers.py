@@ -9,7 +9,7 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
-from vegrip.cli._terminal import print_json, progress, show, table
+from vegrip.cli._terminal import answer, progress, show, table
 from vegrip.errors import UsageError, suggestion
 
 if TYPE_CHECKING:
@@ -96,15 +96,9 @@ def controllers(
                 lambda done: None if done % every else report(f"{done} of {len(trials)} scenarios"),
             )
         told = fronts.told_of(found, grasp)
-        if output is not None:
-            outputs.write(output, lambda path: _draw(told, grasp, path))
-        if as_json:
-            said = {"grasp": grasp, "seeds": seeds, "duration": duration, "slip_channel": channel}
-            print_json(said | {"controllers": told})
-        else:
-            _print(told)
-            if measure_lag:
-                _print_lags(told)
+        outputs.write(output, lambda path: fronts.draw_fronts(told, grasp, path))
+        said = {"grasp": grasp, "seeds": seeds, "duration": duration, "slip_channel": channel}
+        answer(said | {"controllers": told}, lambda: _print(told, measure_lag), as_json=as_json)
 
 
 def _known(grasp: str, only: list[str]) -> list[str]:
@@ -121,8 +115,7 @@ def _known(grasp: str, only: list[str]) -> list[str]:
 def _surroundings(
     bandwidth: float | None, scale: float, threshold: float | None, delay: float | None, channel: str
 ) -> "Surroundings":
-    from vegrip.trials.fronts import USUAL_SENSOR, Surroundings
-    from vegrip.trials.slip_channels import SLIP_CHANNELS
+    from vegrip.trials.fronts import SLIP_CHANNELS, USUAL_SENSOR, Surroundings
 
     if channel not in SLIP_CHANNELS:
         raise UsageError(f"there is no slip channel {channel!r}; {suggestion(channel, SLIP_CHANNELS)}")
@@ -144,13 +137,7 @@ def _surroundings(
     )
 
 
-def _draw(told: dict[str, Any], grasp: str, path: Path) -> None:
-    from vegrip.trials.front_plot import draw_fronts
-
-    draw_fronts(told, grasp, path)
-
-
-def _print(told: dict[str, Any]) -> None:
+def _print(told: dict[str, Any], shows_lags: bool) -> None:
     columns = table(
         "controller", "knob", "slips", "drops", "slips per trial, 95 %", "force [N]", "over least",
         "micro-slip [um]", "margin, 5 %", "below 0.02 [s]",
@@ -176,6 +163,8 @@ def _print(told: dict[str, Any]) -> None:
         friction.add_row(name, *inside, f"{one['friction_std']:.2f}")
     show(forces)
     show(friction)
+    if shows_lags:
+        _print_lags(told)
 
 
 def _print_lags(told: dict[str, Any]) -> None:

@@ -53,7 +53,7 @@ def diagnose(
 
     Example: vegrip sample press && vegrip diagnose press -o found
     """
-    from vegrip.cli._fits import error_options, judged, opened
+    from vegrip.cli.fit import error_options, judged, opened
     from vegrip.identification.diagnosis import diagnose as diagnose_model
     from vegrip.model import write_model
 

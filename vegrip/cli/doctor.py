@@ -1,13 +1,12 @@
 """``vegrip doctor``: what stands in the way on this machine."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from vegrip.cli._options import JSON
-from vegrip.cli._terminal import print_sentences, printer, show, table
+from vegrip.cli._terminal import print_json, print_sentences, printer, show, table
 
 
 def doctor(
@@ -41,7 +40,7 @@ def doctor(
             {"check": f.check, "grade": f.grade.name.lower(), "text": f.text, "remedy": f.remedy}
             for f in findings
         ]
-        typer.echo(json.dumps({"grade": worst(findings).name.lower(), "findings": told}))
+        print_json({"grade": worst(findings).name.lower(), "findings": told})
     else:
         from rich.text import Text
 
@@ -64,7 +63,7 @@ def _show_sensors(given: str, *, as_json: bool) -> None:
             name: {"outputs": answers(one), "lacking": lacking(one, LOAD_REMEDY)}
             for name, one in sets.items()
         }
-        typer.echo(json.dumps(told))
+        print_json(told)
         return
     content = table("measured", *(output.short for output in OUTPUT_NEEDS))
     for name, one in sets.items():

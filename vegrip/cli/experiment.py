@@ -8,7 +8,7 @@ import typer
 
 from vegrip.cli._options import JSON, RECORDING, REFITTED_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
-from vegrip.cli._terminal import figures, print_json, printer, progress
+from vegrip.cli._terminal import answer, figures, printer, progress
 
 if TYPE_CHECKING:
     from vegrip.identification.experiment import Design, Hypotheses, RigLimits
@@ -59,7 +59,7 @@ def experiment(
     Example: vegrip sample press && vegrip experiment press --candidates adhesion,guide_friction --duration 30
     -o next.toml
     """
-    from vegrip.cli._fits import opened
+    from vegrip.cli.fit import opened
     from vegrip.effects import effect
     from vegrip.errors import UsageError
     from vegrip.identification.experiment import NO_EFFECT, design
@@ -87,10 +87,9 @@ def experiment(
         if best is not None:
             written = outputs.write(output, lambda path: write_protocol(best.whole, path, found.advice))
             outputs.write(plot, partial(draw_simulation, best.whole, dict(contest.models)))
-        if as_json:
-            print_json(found.as_dict() | {"needed": True, "protocol": str(output) if written else None})
-        else:
-            _print(found, output if written else None)
+        target = output if written else None
+        told = found.as_dict() | {"needed": True, "protocol": str(target) if target else None}
+        answer(told, lambda: _print(found, target), as_json=as_json)
         if best is None and plot is not None:
             raise UsageError(f"there is no motion to draw: {found.advice}")
         return None
@@ -140,17 +139,14 @@ def _contest(
 
 
 def _nothing_to_do(told: dict[str, Any], as_json: bool) -> None:
-
     reasons = {
         "adequate": "nothing is missing that this recording shows",
         "named": "the recording already shows: " + ", ".join(told["named"]),
         "unexplained": "no effect of the catalogue explains it, so there are no candidates to separate",
     }
     sentence = f"{reasons[told['verdict']]}; give --candidates to plan an experiment anyway"
-    if as_json:
-        print_json({"needed": False, "advice": sentence, **told})
-    else:
-        typer.echo(f"no experiment is needed: {sentence}")
+    said = {"needed": False, "advice": sentence, **told}
+    answer(said, lambda: typer.echo(f"no experiment is needed: {sentence}"), as_json=as_json)
 
 
 def _print(found: "Design", output: Path | None) -> None:

@@ -1,16 +1,16 @@
 """``vegrip export``: the estimator for firmware, and what firmware has learned back into a model."""
 
 import dataclasses
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from vegrip.cli._options import JSON, group
-from vegrip.cli._outputs import FORCE, claim_file
-from vegrip.cli._terminal import printer
-from vegrip.errors import InputError, UsageError, is_missing_from_installation
+from vegrip.cli._outputs import FORCE, claim_file, claim_folder
+from vegrip.cli._terminal import answer, print_json, printer
+from vegrip.errors import InputError, UsageError
+from vegrip.whole_file import writing
 
 if TYPE_CHECKING:
     from vegrip.export import Exported, Request
@@ -66,17 +66,10 @@ def c_(
         entry=entry,
         fingers=tuple(name.strip() for name in fingers.split(",")),
     )
-    _claim(output, force=force)
-    try:
+    claim_folder(output, force=force)
+    with writing(output):
         exported = write_export(request, output)
-    except OSError as error:
-        if is_missing_from_installation(error):
-            raise
-        raise InputError(f"{output}: cannot be written ({error.strerror or error})") from None
-    if as_json:
-        typer.echo(json.dumps(_as_dict(exported, precision)))
-    else:
-        _show(request, exported, output)
+    answer(_as_dict(exported, precision), lambda: _show(request, exported, output), as_json=as_json)
 
 
 @app.command("learned")
@@ -105,7 +98,7 @@ def learned(
     write_model(found, output)
     values = {symbol: {"value": one.value, "std": one.std} for symbol, one in found.values.items()}
     if as_json:
-        typer.echo(json.dumps({"file": str(output), "parameters": values}))
+        print_json({"file": str(output), "parameters": values})
         return
     for symbol, one in values.items():
         typer.echo(f"{symbol:24} {one['value']:.6g} +- {one['std']:.2g}")
@@ -138,16 +131,6 @@ def _settings(path: Path | None, *, control: bool = False) -> dict[str, Any]:
     }
 
 
-def _claim(folder: Path, *, force: bool) -> None:
-    from vegrip.cli._outputs import require_writable
-
-    if folder.is_file():
-        raise UsageError(f"{folder}: is a file; give the name of a folder")
-    if folder.is_dir() and any(folder.iterdir()) and not force:
-        raise InputError(f"{folder}: is there already; give another name, or --force to replace it")
-    require_writable(folder)
-
-
 def _as_dict(exported: "Exported", precision: str) -> dict[str, Any]:
     from vegrip.export.precision import PRECISIONS
 
@@ -172,7 +155,6 @@ def _as_dict(exported: "Exported", precision: str) -> dict[str, Any]:
 
 
 def _show(request: "Request", exported: "Exported", folder: Path) -> None:
-
     console, measured = printer(), exported.measured
     for path in exported.files:
         console.print(str(path))

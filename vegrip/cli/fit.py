@@ -1,17 +1,35 @@
-"""``vegrip fit`` and ``vegrip add``: a model's parameters from a recording, and one effect more."""
+"""``vegrip fit``, ``add``, ``refine`` and ``compare``, and what every command that fits models shares."""
 
+import json
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vegrip.cli._options import EACH, HOLD_BACK, JSON, MODEL_OUT, RECORDING, START_MODEL, TOLERANCE
+from vegrip.cli._options import EACH, HOLD_BACK, JSON, MODEL_OUT, ONLY, RECORDING, START_MODEL, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
-from vegrip.cli._terminal import print_json, print_next, print_sentences, printer, progress
+from vegrip.cli._terminal import (
+    answer,
+    counted,
+    figures,
+    print_json,
+    print_next,
+    print_sentences,
+    printer,
+    progress,
+)
+from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
+    from vegrip.identification.compare import Comparison
+    from vegrip.identification.diagnosis.data_checks import Doubt
+    from vegrip.identification.diagnosis.error_ladder import Rung
     from vegrip.identification.fit import Fit
+    from vegrip.identification.fit.problem import Problem
+    from vegrip.identification.recording import Recording
+    from vegrip.model import ContactModel
 
 
 def fit(
@@ -31,7 +49,6 @@ def fit(
 
     Example: vegrip sample press && vegrip fit press -o press-fit.toml
     """
-    from vegrip.cli._fits import doubted, error_options, judged, opened, print_fit
     from vegrip.identification.fit import fit as fit_model
     from vegrip.model import write_model
 
@@ -45,14 +62,12 @@ def fit(
         kept = outputs.write(output, partial(write_model, found.model))
         if as_json:
             print_json(found.as_dict() | {"doubts": [doubt.text for doubt in doubts]})
-        else:
-            print_sentences(doubt.text for doubt in doubts)  # before the figures that they put in question
-            print_fit(found)
-            if not any(doubt.is_grave for doubt in doubts):
-                print_next(
-                    *_next(recording, found, output if kept else None),
-                    *error_options(zeros_each_episode, tolerance),
-                )
+            return
+        print_sentences(doubt.text for doubt in doubts)  # before the figures that they put in question
+        print_fit(found)
+        if not any(doubt.is_grave for doubt in doubts):
+            options = error_options(zeros_each_episode, tolerance)
+            print_next(*_next(recording, found, output if kept else None), *options)
 
 
 def _next(recording: Path, found: "Fit", model: Path | None) -> list[object]:
@@ -86,7 +101,6 @@ def add(
 
     Example: vegrip sample press && vegrip add adhesion press -o press-adhesion.toml
     """
-    from vegrip.cli._fits import judged, opened, print_fit
     from vegrip.effects import effect as known_effect
     from vegrip.identification.diagnosis.error_ladder import add_effect
     from vegrip.identification.fit import fit as fit_model
@@ -106,7 +120,242 @@ def add(
             told = after.as_dict()
             kept = {name: told[name] for name in ("parameters", "warnings")}
             print_json({"effect": effect, "error": error} | kept)
-        else:
-            print_fit(after)
-            text = f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)"
-            printer().print(text)
+            return
+        print_fit(after)
+        text = f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)"
+        printer().print(text)
+
+
+REPORT = Annotated[
+    Path | None,
+    typer.Option("--report", metavar="DIR", help="Write ladder.png and report.json, for `vegrip report`."),
+]
+MOST = Annotated[int, typer.Option(min=1, max=10, help="Add at most this many effects.")]
+
+
+def refine(
+    recording: RECORDING,
+    model: START_MODEL = None,
+    output: MODEL_OUT = None,
+    force: FORCE = False,
+    report: REPORT = None,
+    most: MOST = 4,
+    zeros_each_episode: EACH = False,
+    tolerance: TOLERANCE = 0.0,
+    hold_back: HOLD_BACK = "",
+    as_json: JSON = False,
+) -> None:
+    """Add effect after effect, refitting each time, and show the ladder of errors down to the noise.
+
+    It stops when the next effect does not pay, and says so. Held-out errors are those of each episode under
+    a fit without it.
+
+    Example: vegrip sample press && vegrip refine press -o press-refined.toml --report press-ladder
+    """
+    from vegrip.identification.diagnosis import error_ladder
+    from vegrip.identification.diagnosis.account import account
+    from vegrip.identification.experiment.design import next_experiment
+    from vegrip.model import write_model
+
+    with Outputs(force=force) as outputs:
+        outputs.file(output)
+        outputs.pictures(report)
+        measured, start = opened(recording, model, hold_back=hold_back)
+        with progress("refine") as tell:
+            same = judged(measured, tolerance, zeros_each_episode)
+            refined = error_ladder.refine(measured, start, **same, most=most, report=tell)
+        found, rungs = refined.diagnosis, refined.rungs
+        outputs.write(output, partial(write_model, found.model))
+        told = {"ladder": [asdict(rung) for rung in rungs], "verdict": found.verdict, "noise_floor": 1.0}
+        if report is not None:
+            again = f"vegrip refine {recording}" + (f" --model {model}" if model is not None else "")
+            again += f" --hold-back {hold_back}" if hold_back else ""
+            outputs.write(
+                report,
+                partial(_write_report, rungs, account(found, recording, [again], next_experiment(found))),
+            )
+        answer(told, lambda: _print_ladder(told), as_json=as_json)
+
+
+def _write_report(rungs: "list[Rung]", told: dict[str, Any], folder: Path) -> None:
+    from vegrip.identification.diagnosis.error_ladder import draw_ladder
+
+    draw_ladder(rungs, folder / "ladder.png")
+    write_whole(folder / "report.json", json.dumps(told, indent=2) + "\n")
+
+
+def _print_ladder(told: dict[str, Any]) -> None:
+    table = figures("model", "error / noise", "held out", left=("model",))
+    for rung in told["ladder"]:
+        name = "start" if rung["effect"] is None else f"+ {rung['effect']}"
+        table.add_row(name, f"{rung['error']:.3f}", f"{rung['heldout_error']:.3f}")
+    printer().print(table)
+    printer().print(f"verdict: {told['verdict']}; the next effect does not pay")
+
+
+MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model is fitted.")]
+VERSUS = Annotated[
+    Path | None, typer.Option("--versus", help="A second model (file) or recording (folder) beside it.")
+]
+OUT = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Draw pictures into DIR.")]
+FITTED = "the paper's model, fitted"
+CURVES = Annotated[
+    bool,
+    typer.Option("--curves", help="In the JSON: curves over time, residuals by regime and over variables."),
+]
+
+
+def compare(
+    recording: RECORDING,
+    model: MODEL = None,
+    versus: VERSUS = None,
+    output: OUT = None,
+    force: FORCE = False,
+    zeros_each_episode: EACH = False,
+    tolerance: TOLERANCE = 0.0,
+    hold_back: HOLD_BACK = "",
+    only: ONLY = "",
+    as_json: JSON = False,
+    with_curves: CURVES = False,
+) -> None:
+    """Say how large the error of every channel is against its noise, and where the model fails.
+
+    With --versus a second model, or a second recording under the same model, is shown beside.
+    --episodes looks at some of the episodes alone, e.g. at those that a fit held back.
+
+    Example: vegrip sample press && vegrip fit press -o base.toml
+    && vegrip compare press --model base.toml -o pictures
+    """
+    from vegrip.identification.compare import compare as compare_model
+    from vegrip.identification.compare.plot import curves
+
+    with Outputs(force=force) as outputs:
+        outputs.pictures(output)
+        pairs = [(recording, model)]
+        if versus is not None:
+            pairs.append((versus, model) if versus.is_dir() else (recording, versus))
+        names = [file.stem if file is not None else FITTED for _, file in pairs]
+        read = [opened(folder, file, hold_back=hold_back, only=only) for folder, file in pairs]
+        with progress("compare") as report:
+            found = [
+                compare_model(
+                    measured, start, **judged(measured, tolerance, zeros_each_episode), report=report
+                )
+                for measured, start in read
+            ]
+        told = [one.as_dict() | {"doubts": [doubt.text for doubt in doubted(one.problem)]} for one in found]
+        if with_curves:
+            told = [values | {"curves": curves(one)} for one, values in zip(found, told, strict=True)]
+        outputs.write(output, partial(_drawn, found, names))
+        if as_json:
+            print_json(told[0] | ({"versus": told[1]} if len(told) > 1 else {}))
+            return
+        for one, values, name in zip(found, told, names, strict=True):
+            _print_comparison(one, values, name)
+
+
+def _drawn(found: "list[Comparison]", names: list[str], out: Path) -> None:
+    from vegrip.identification.compare.plot import draw_comparison
+
+    for i, (one, name) in enumerate(zip(found, names, strict=True)):
+        files = draw_comparison(one, out if i == 0 else out / "versus", name)
+        printer(stderr=True).print(f"{len(files)} pictures in {files[0].parent}", soft_wrap=True)
+
+
+def _print_comparison(found: "Comparison", told: dict[str, Any], name: str) -> None:
+    from rich.text import Text
+
+    console = printer()
+    origin = name if found.fitted else f"{name} as it is"
+    head = Text(told["recording"], style="bold")
+    console.print(head + Text(f": {origin}, {told['error']:.3f} times the noise", style="not bold"))
+    console.print(channel_table(told["channels"]))
+    print_sentences(regime["note"] for regime in told["where"])
+    if not told["where"]:
+        console.print("nothing stands out of the noise")
+    print_sentences(told["doubts"])
+
+
+def judged(recording: "Recording", tolerance: float, has_own_zeros: bool) -> dict[str, Any]:
+    """Return ``noise`` and ``zeros``, by which every command decides what an error is."""
+    from vegrip.identification.fit import noise_of
+
+    zeros = "episode" if has_own_zeros else "recording"
+    return {"noise": noise_of(recording).tolerant(tolerance), "zeros": zeros}
+
+
+def error_options(has_own_zeros: bool, tolerance: float) -> list[str]:
+    return [
+        *["--zeros-each-episode"] * has_own_zeros,
+        *(["--tolerance", f"{tolerance:g}"] if tolerance else []),
+    ]
+
+
+def opened(
+    recording: Path, model: Path | None, *, hold_back: str = "", only: str = ""
+) -> "tuple[Recording, ContactModel | None]":
+    """Read a recording, all of it or some of its episodes, and, if there is one, a model."""
+    from vegrip.identification.recording import read_recording
+    from vegrip.identification.recording.data import select_episodes
+    from vegrip.model import read_model
+
+    start = read_model(model) if model is not None else None
+    with progress("read") as report:
+        whole = read_recording(recording, progress=counted(report))
+    return select_episodes(whole, only=only, without=hold_back), start
+
+
+def doubted(problem: "Problem") -> "list[Doubt]":
+    """Return what is wrong with the recording itself.
+
+    Raises:
+        RecordingError: nothing in it touches.
+
+    """
+    from vegrip.identification.diagnosis.data_checks import check_before_search, refuse_unusable
+
+    refuse_unusable(problem.measured.recording, problem.measured)
+    return list(check_before_search(problem))
+
+
+def print_fit(fit: "Fit") -> None:
+    """Print values with their standard errors, errors by channel, and warnings."""
+    console = printer()
+    told = fit.as_dict()
+    text = ("parameter", "unit", "in SI", "effect")
+    table = figures("parameter", "value", "std", "unit", "in SI", "effect", left=text)
+    for name, one in told["parameters"].items():
+        is_log = one["scale"] == "log"
+        spread = f"{100.0 * one['std']:.2g} %" if is_log else f"{one['std']:.2g}"
+        si = f"{one['si']['value']:.3g} {one['si']['unit']}" if "si" in one else ""
+        table.add_row(name, f"{one['value']:.5g}", spread, one["unit"], si, one["effect"])
+    console.print(table)
+    console.print(channel_table(told["channels"]))
+    console.print(f"all channels: {told['error']:.3f} times the noise")
+    zeros = told["zeros"]
+    console.print(
+        f"zeros: displacement {zeros['displacement']:.3g} m, normal force {zeros['normal_force']:.3g} N"
+    )
+    print_noise(told["noise"])
+    print_sentences(told["warnings"])
+
+
+def print_noise(noise: dict[str, Any]) -> None:
+    """Say how large the noise of every channel was taken to be, and where that comes from."""
+    console = printer()
+    for channel, source in noise["source"].items():
+        size = f"{noise[channel]:.3g}, " if noise.get(channel) else ""
+        slow = f", {noise['slow_time']:.2g} s" if channel == "slow_force" and noise["slow_force"] else ""
+        console.print(f"noise of {channel}: {size}{source}{slow}")
+    if noise.get("tolerance"):
+        console.print(f"and {100.0 * noise['tolerance']:.3g} % of each episode's peak force, as asked for")
+
+
+def channel_table(channels: dict[str, Any]) -> Any:
+    """Return a table of errors by channel."""
+    head = ("channel", "rmse", "noise", "ratio", "white (p)", "in 95 % band")
+    table = figures(*head, left=("channel",))
+    for name, one in channels.items():
+        cells = (f"{one['rmse']:.3g}", f"{one['noise']:.3g}", f"{one['ratio']:.3f}")
+        table.add_row(name, *cells, f"{one['whiteness_p']:.2g}", f"{100.0 * one['coverage95']:.1f} %")
+    return table

@@ -11,7 +11,7 @@ import typer
 
 from vegrip.cli._options import JSON, START_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
-from vegrip.cli._terminal import print_json, printer, show, table
+from vegrip.cli._terminal import answer, printer, show, table
 from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -70,17 +70,13 @@ def fleet(
                 count(one, row)
         table = summarize_rows(done)
         written = outputs.write(output, lambda path: write_whole(path, write_csv(table)))
-        if as_json:
-            print_json({"findings": [asdict(one) for one in table], "recordings": _recordings(done)})
-        else:
-            _print(table, done, output if written else None)
-
-
-def _recordings(done: "list[tuple[Found, Row]]") -> list[dict[str, Any]]:
-    return [
-        {**asdict(found), **asdict(row)}
-        for found, row in sorted(done, key=lambda pair: (pair[0].date, pair[0].path))
-    ]
+        in_order = sorted(done, key=lambda pair: (pair[0].date, pair[0].path))
+        recordings = [{**asdict(found), **asdict(row)} for found, row in in_order]
+        answer(
+            {"findings": [asdict(one) for one in table], "recordings": recordings},
+            lambda: _print(table, done, output if written else None),
+            as_json=as_json,
+        )
 
 
 @contextmanager

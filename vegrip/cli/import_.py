@@ -1,6 +1,5 @@
 """``vegrip import``: a table of numbers, a CAN log, an MCAP file or a rosbag becomes a recording."""
 
-import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,7 +9,7 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file, claim_recording
-from vegrip.cli._terminal import counted, print_next, progress
+from vegrip.cli._terminal import counted, print_json, print_next, progress
 from vegrip.errors import InputError, UsageError
 
 if TYPE_CHECKING:
@@ -155,7 +154,7 @@ def _print_result(found: "Mapping[Path, Recording]", *, as_json: bool) -> None:
 
     if as_json:
         told = [{"folder": str(folder), **describe(recording)} for folder, recording in found.items()]
-        typer.echo(json.dumps({"recordings": told}))
+        print_json({"recordings": told})
         return
     for folder, recording in found.items():
         print_recording(recording, folder)
@@ -164,8 +163,6 @@ def _print_result(found: "Mapping[Path, Recording]", *, as_json: bool) -> None:
         finding.kind in {Kind.SUSPECT, Kind.IMPLAUSIBLE} for finding in recording.report.findings
     )
     if folder.is_dir() and not is_suspect:
-        is_fit = {
-            "displacement",
-            "normal_force",
-        } <= recording.columns.keys() and recording.fingertip.radius > 0.0
+        has_both = {"displacement", "normal_force"} <= recording.columns.keys()
+        is_fit = has_both and recording.fingertip.radius > 0.0
         print_next("vegrip", *(("fit", folder) if is_fit else ("replay", folder, "--through")))

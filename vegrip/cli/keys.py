@@ -1,12 +1,12 @@
 """``vegrip keys``: keys for networks beyond this machine."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from vegrip.cli._options import JSON, group
+from vegrip.cli._terminal import answer
 
 app = group(
     "Make and exchange keys: an address beyond this machine needs them.\n\n"
@@ -71,4 +71,4 @@ def list_(folder: Folder = Path("keys"), as_json: JSON = False) -> None:
 
 
 def _print_result(found: dict[str, str], sentence: str, *, as_json: bool) -> None:
-    print(json.dumps(found) if as_json else sentence)  # noqa: T201
+    answer(found, lambda: typer.echo(sentence), as_json=as_json)

@@ -102,8 +102,6 @@ def _is_active(name: str) -> bool:
 
 
 class _Prefix:
-    """Prints lines behind a coloured name."""
-
     def __init__(self, name: str, width: int, colour: str) -> None:
         self._prefix = Text(f"{name:<{width}} | ", style=colour)
         self._console = Console(highlight=False, markup=False, soft_wrap=True)

@@ -1,19 +1,16 @@
 """``vegrip lifecycle``: states of running nodes."""
 
-import json
 from typing import Annotated, Any
 
 import typer
 
-from vegrip.cli._options import JSON, group
-from vegrip.cli._terminal import jsonable, show, table
+from vegrip.cli._options import JSON, NODE_NAME, group
+from vegrip.cli._terminal import answer, print_json, show, table
+from vegrip.jsonable import jsonable
 
 app = group(
     "Read and change the state of running nodes.\n\nExample: vegrip lifecycle set grasp_force inactive"
 )
-NodeName = Annotated[
-    str, typer.Argument(help="Name of a running node, e.g. grasp_force or /left/grasp_force.")
-]
 
 
 @app.command("list")
@@ -30,10 +27,10 @@ def list_(as_json: JSON = False) -> None:
         entry.name: {"program": entry.program, "pid": entry.pid, **_state(entry)} for entry in running_nodes()
     }
     if as_json:
-        print(json.dumps(nodes))  # noqa: T201
+        print_json(nodes)
         return
     if not nodes:
-        print("no node runs; try: vegrip launch demo")  # noqa: T201
+        typer.echo("no node runs; try: vegrip launch demo")
         return
     content = table("node", "program", "process", "state", "can, or why not", wraps="can, or why not")
     for name, row in sorted(nodes.items()):
@@ -44,7 +41,7 @@ def list_(as_json: JSON = False) -> None:
 
 
 @app.command()
-def get(node: NodeName, as_json: JSON = False) -> None:
+def get(node: NODE_NAME, as_json: JSON = False) -> None:
     """Print the state of a node.
 
     Example: vegrip lifecycle get grasp_force
@@ -54,23 +51,20 @@ def get(node: NodeName, as_json: JSON = False) -> None:
 
 
 @app.command()
-def status(node: NodeName, as_json: JSON = False) -> None:
+def status(node: NODE_NAME, as_json: JSON = False) -> None:
     """Print how a node is doing: its last NodeStatus, and the hand's clock where it is estimated.
 
     Example: vegrip lifecycle status grasp_force
 
     """
-    told = jsonable(_ask_or_recall(node, "status"))
-    if as_json:
-        print(json.dumps(told))  # noqa: T201
-        return
-    for name, value in (told or {}).items():
-        print(f"{name}: {value}")  # noqa: T201
+    told = jsonable(_ask_or_recall(node, "status"), says_infinity=True)
+    lines = "\n".join(f"{name}: {value}" for name, value in (told or {}).items())
+    answer(told, lambda: typer.echo(lines), as_json=as_json)
 
 
 @app.command("set")
 def set_(
-    node: NodeName,
+    node: NODE_NAME,
     target: Annotated[
         str,
         typer.Argument(help="unconfigured, inactive, active, finalized, or a transition such as activate."),
@@ -87,7 +81,7 @@ def set_(
     _show(ask(find_node(node), "set_state", patience=CONFIGURING_MAY_TAKE, target=target), as_json)
 
 
-def zero(node: NodeName, as_json: JSON = False) -> None:
+def zero(node: NODE_NAME, as_json: JSON = False) -> None:
     """Have the sensors of a hand take their own zeros, by the command that its map has for that.
 
     The node must be inactive: what it may hold would weigh nothing afterwards.
@@ -98,7 +92,7 @@ def zero(node: NodeName, as_json: JSON = False) -> None:
     from vegrip.runtime.registry import ask, find_node
 
     ask(find_node(node), "zero")
-    print(json.dumps({"zero": "asked for"}) if as_json else "zero: asked for")  # noqa: T201
+    answer({"zero": "asked for"}, lambda: typer.echo("zero: asked for"), as_json=as_json)
 
 
 def _ask_or_recall(node: str, call: str) -> Any:
@@ -130,7 +124,7 @@ def _ended(words: Any) -> dict[str, Any]:
 def _show(state: dict[str, Any], as_json: bool) -> None:
     held = " (on hold)" if state["on_hold"] else ""
     reason = f": {state['reason']}" if "reason" in state else ""
-    print(json.dumps(state) if as_json else state["state"] + held + reason)  # noqa: T201
+    answer(state, lambda: typer.echo(state["state"] + held + reason), as_json=as_json)
 
 
 def _state(entry: Any) -> dict[str, Any]:

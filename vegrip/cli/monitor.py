@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from vegrip.cli._options import OPENS, PORT
 from vegrip.cli._terminal import announce_page, printer
 
 STATUS_WAIT_S = 1.5  # [s] in which every node says how it is, at the usual period
@@ -18,8 +19,8 @@ def monitor(
     once: Annotated[bool, typer.Option("--once", help="watch for a moment, print the table once")] = False,
     json: Annotated[bool, typer.Option("--json", help="watch for a moment, print one JSON object")] = False,
     web: Annotated[bool, typer.Option("--web", help="show it as a page in the browser")] = False,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="of the page; 0 = any free one")] = 8520,
-    opens: Annotated[bool, typer.Option("--open", help="open the page in the browser")] = False,
+    port: PORT = 8520,
+    opens: OPENS = False,
 ) -> None:
     """Watch running nodes: per finger force, contact, margin with its bound, command and health.
 

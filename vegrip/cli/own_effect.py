@@ -1,6 +1,5 @@
 """``vegrip new-effect`` and ``vegrip test-effect``: an effect of one's own, and its laws."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -8,7 +7,7 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, require_writable
-from vegrip.cli._terminal import printer
+from vegrip.cli._terminal import print_json, printer
 
 NAMES = Annotated[
     list[str] | None,
@@ -35,7 +34,7 @@ def new_effect(
     require_writable(folder)
     written = write_package(name, folder, replace=force)
     if as_json:
-        typer.echo(json.dumps({"files": [str(path) for path in written]}))
+        print_json({"files": [str(path) for path in written]})
         return
     console = printer()
     for path in written:
@@ -72,7 +71,7 @@ def effect_laws(
         if not as_json:
             _print_result(name, broken[name], len(LAWS))
     if as_json:
-        typer.echo(json.dumps({name: {"broken": sentences} for name, sentences in broken.items()}))
+        print_json({name: {"broken": sentences} for name, sentences in broken.items()})
     if any(broken.values()):
         raise typer.Exit(EXIT_BROKEN_LAW)
 

@@ -1,25 +1,21 @@
 """``vegrip param``: parameters of running nodes."""
 
-import json
 from typing import Annotated, Any
 
 import typer
 
-from vegrip.cli._options import JSON, group
-from vegrip.cli._terminal import show, table
+from vegrip.cli._options import JSON, NODE_NAME, group
+from vegrip.cli._terminal import answer, print_json, show, table
 from vegrip.errors import suggestion
 
 app = group(
     "Read and set parameters of running nodes.\n\n"
     "Example: vegrip param set grasp_force grip.wanted_margin 0.4"
 )
-NodeName = Annotated[
-    str, typer.Argument(help="Name of a running node, e.g. grasp_force or /left/grasp_force.")
-]
 
 
 @app.command("list")
-def list_(node: NodeName, as_json: JSON = False) -> None:
+def list_(node: NODE_NAME, as_json: JSON = False) -> None:
     """List the parameters of a node with value, unit, bounds and meaning.
 
     Example: vegrip param list grasp_force
@@ -27,7 +23,7 @@ def list_(node: NodeName, as_json: JSON = False) -> None:
     """
     rows = _ask(node, "parameters")
     if as_json:
-        print(json.dumps({row["name"]: row for row in rows}))  # noqa: T201
+        print_json({row["name"]: row for row in rows})
         return
     content = table("parameter", "value", "unit", "bounds", "meaning", wraps="meaning")
     for row in rows:
@@ -38,7 +34,7 @@ def list_(node: NodeName, as_json: JSON = False) -> None:
 
 @app.command()
 def get(
-    node: NodeName, name: Annotated[str, typer.Argument(help="Parameter.")], as_json: JSON = False
+    node: NODE_NAME, name: Annotated[str, typer.Argument(help="Parameter.")], as_json: JSON = False
 ) -> None:
     """Print the value of one parameter.
 
@@ -50,7 +46,7 @@ def get(
 
 @app.command("set", context_settings={"ignore_unknown_options": True})  # a value may be -1
 def set_(
-    node: NodeName,
+    node: NODE_NAME,
     name: Annotated[str, typer.Argument(help="Parameter.")],
     value: Annotated[str, typer.Argument(help="New value, written as in TOML.")],
     as_json: JSON = False,
@@ -73,7 +69,7 @@ def _show(rows: list[dict[str, Any]], node: str, name: str, as_json: bool) -> No
         raise UsageError(f"{node}: there is no parameter {name!r}; {suggestion(name, found, 'it has')}")
     row = found[name]
     unit = "" if row["unit"] == "1" else row["unit"]
-    print(json.dumps(row) if as_json else f"{row['value']} {unit}".rstrip())  # noqa: T201
+    answer(row, lambda: typer.echo(f"{row['value']} {unit}".rstrip()), as_json=as_json)
 
 
 def _bounds(row: dict[str, Any]) -> str:

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from vegrip.cli._options import SET
 from vegrip.cli._outputs import FORCE, claim_recording
 from vegrip.cli._terminal import progress
 from vegrip.errors import UsageError
@@ -13,7 +14,6 @@ OUT = Annotated[
     Path | None, typer.Option("-o", "--output", help="Folder to make; default recordings/<UTC time>.")
 ]
 CONFIG = Annotated[Path | None, typer.Option(help="Launch file with a node `record`, to take its bus from.")]
-SET = Annotated[list[str] | None, typer.Option("--set", help="KEY=VALUE, e.g. transport.channel=can0.")]
 RADIUS = Annotated[str, typer.Option(help="Radius of the fingertips, e.g. '8 mm', written to the recording.")]
 NODE = Annotated[
     str, typer.Option("--node", help="Record what this running node receives and says, without its bus.")

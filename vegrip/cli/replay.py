@@ -1,6 +1,5 @@
 """``vegrip replay``: play a recording on a bus, or run the node over it."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -9,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._options import LOGS, SET
 from vegrip.cli._outputs import FORCE, Outputs, claim_recording
-from vegrip.cli._terminal import figures, print_sentences, printer, progress
+from vegrip.cli._terminal import figures, print_json, print_sentences, printer, progress
 
 if TYPE_CHECKING:
     from vegrip.identification.recording import LoadReport, Recording
@@ -31,7 +31,6 @@ CONFIG = Annotated[
         "with its bus, or a launch file that names one.",
     ),
 ]
-LOGS = (".blf", ".asc", ".log")
 OUTCOME_ROWS = (
     ("samples", "samples", ""),
     ("in contact", "contact_time", " s"),
@@ -44,7 +43,6 @@ OUTCOME_ROWS = (
     ("highest command", "highest_command", " N"),
 )
 PATIENCE_S = 1.0  # for which a frame waits for room on the bus
-SET = Annotated[list[str] | None, typer.Option("--set", help="KEY=VALUE, e.g. transport.channel=can0.")]
 FINGER = Annotated[str, typer.Option(help="Play a single recording as this finger.")]
 SPEED = Annotated[float, typer.Option(min=0.01, max=100.0, help="Faster or slower than recorded.")]
 THROUGH = Annotated[
@@ -216,7 +214,7 @@ def _run_through(
         for name, picture in pictures.items():
             outputs.write(picture, partial(_draw, session / name, f"{folder.name}, {name}"))
         if as_json:
-            typer.echo(json.dumps({"recording": str(folder), **outcome.as_dict()}))
+            print_json({"recording": str(folder), **outcome.as_dict()})
         else:
             _print_outcome(outcome, {name: each.report for name, each in recordings.items()})
             for name, each in recordings.items():

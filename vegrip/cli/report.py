@@ -7,7 +7,7 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
-from vegrip.cli._terminal import print_json, printer, progress
+from vegrip.cli._terminal import answer, printer, progress
 from vegrip.whole_file import write_whole
 
 WHAT = Annotated[
@@ -43,7 +43,6 @@ def report(
         with progress("report") as tell:
             text = make_report(what, start, model, tell)
         outputs.write(target, lambda path: write_whole(path, text))
-        if as_json:
-            print_json({"report": str(target), "bytes": len(text.encode())})
-        else:
-            printer().print(f"{target}: open it in a browser, print it to PDF there")
+        said = f"{target}: open it in a browser, print it to PDF there"
+        told = {"report": str(target), "bytes": len(text.encode())}
+        answer(told, lambda: printer().print(said), as_json=as_json)

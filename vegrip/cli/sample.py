@@ -1,6 +1,5 @@
 """``vegrip sample``: something to try the commands on."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -8,7 +7,7 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file, claim_recording
-from vegrip.cli._terminal import printer, show, table
+from vegrip.cli._terminal import answer, printer, show, table
 from vegrip.errors import UsageError, suggestion
 from vegrip.identification.samples import SAMPLES
 
@@ -24,7 +23,7 @@ def sample(name: NAME = "", output: OUT = None, force: FORCE = False, as_json: J
     Example: vegrip sample press
     """
     if not name:
-        _list(as_json=as_json)
+        answer({name: one.about for name, one in SAMPLES.items()}, _list, as_json=as_json)
         return
     if name not in SAMPLES:
         raise UsageError(f"there is no sample {name!r}; {suggestion(name, SAMPLES)}")
@@ -32,17 +31,11 @@ def sample(name: NAME = "", output: OUT = None, force: FORCE = False, as_json: J
     if force or not SAMPLES[name].is_at(path):  # a second time is no mistake
         (claim_file if "." in name else claim_recording)(path, force=force)
         SAMPLES[name].write(path)
-    if as_json:
-        typer.echo(json.dumps({"sample": name, "path": str(path)}))
-    else:
-        printer().print(f"{path}: {SAMPLES[name].about}")
+    said = f"{path}: {SAMPLES[name].about}"
+    answer({"sample": name, "path": str(path)}, lambda: printer().print(said), as_json=as_json)
 
 
-def _list(*, as_json: bool) -> None:
-
-    if as_json:
-        typer.echo(json.dumps({name: one.about for name, one in SAMPLES.items()}))
-        return
+def _list() -> None:
     content = table("sample", "what it is", wraps="what it is")
     for name, one in SAMPLES.items():
         content.add_row(name, one.about)

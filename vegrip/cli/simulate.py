@@ -86,9 +86,9 @@ def simulate(
         made = read_recording(output)
         if as_json:
             print_json({"recording": str(output), **describe(made)})
-        else:
-            print_recording(made, output)
-            printer(stderr=True).print(f"simulated, seed {seed}")
+            return
+        print_recording(made, output)
+        printer(stderr=True).print(f"simulated, seed {seed}")
 
 
 def _model(path: Path, extra: list[str]) -> "ContactModel":

@@ -12,8 +12,9 @@ from typing import Annotated, Any
 import typer
 
 from vegrip.cli._options import group
-from vegrip.cli._terminal import complain, jsonable, show, table
+from vegrip.cli._terminal import complain, print_json, show, table
 from vegrip.errors import suggestion
+from vegrip.jsonable import jsonable
 
 app = group(
     "Look at topics of running nodes.\n\nExample: vegrip topic echo /hand/thumb/slip_margin --count 3"
@@ -35,10 +36,10 @@ def list_(as_json: Json = False) -> None:
     """
     topics = _topics()
     if as_json:
-        print(json.dumps(topics))  # noqa: T201
+        print_json(topics)
         return
     if not topics:
-        print("no topic yet; does a node run? See: vegrip lifecycle list")  # noqa: T201
+        typer.echo("no topic yet; does a node run? See: vegrip lifecycle list")
         return
     content = table("topic", "sent by", "received by", "messages", wraps="received by")
     for topic, row in sorted(topics.items()):
@@ -56,12 +57,9 @@ def echo(topic: Prefix, count: Count = 0, duration: Duration = 0.0, as_json: Jso
 
     """
     for name, message in _messages(topic, count, duration):
-        fields = _plain(message)
-        if as_json:
-            print(json.dumps({"topic": name, **fields}), flush=True)  # noqa: T201
-        else:
-            text = "\n".join(f"  {key}: {value}" for key, value in fields.items() if value is not None)
-            print(f"{name}\n{text}\n---", flush=True)  # noqa: T201
+        fields = jsonable(dataclasses.asdict(message), says_infinity=True)
+        text = "\n".join(f"  {key}: {value}" for key, value in fields.items() if value is not None)
+        print(json.dumps({"topic": name, **fields}) if as_json else f"{name}\n{text}\n---", flush=True)  # noqa: T201
 
 
 @app.command()
@@ -76,10 +74,10 @@ def hz(topic: Prefix = "/", count: Count = 0, duration: Duration = 5.0, as_json:
         arrivals[name].append(time.monotonic())
     rates = {name: _rate(times) for name, times in sorted(arrivals.items())}
     if as_json:
-        print(json.dumps(rates))  # noqa: T201
+        print_json(rates)
         return
     if not rates:
-        print(f"nothing came on {topic} within {duration:g} s")  # noqa: T201
+        typer.echo(f"nothing came on {topic} within {duration:g} s")
         return
     content = table("topic", "Hz", "shortest/ms", "longest/ms", "messages")
     for name, rate in rates.items():
@@ -163,8 +161,3 @@ def _topics() -> dict[str, dict[str, Any]]:
             row["to"] += [entry.name] if counts["in"] else []
             row["messages"] = max(row["messages"], counts["out"], counts["in"])
     return found
-
-
-def _plain(message: Any) -> dict[str, Any]:
-    """Return the fields of a message; NaN and infinity, which JSON lacks, as None and text."""
-    return {key: jsonable(value) for key, value in dataclasses.asdict(message).items()}

@@ -2,7 +2,6 @@
 
 import importlib.util
 import json as json_format
-import math
 import os
 import sys
 import time
@@ -19,6 +18,7 @@ from vegrip.demo.others import run_other_controllers
 from vegrip.demo.report import as_json, describe_scenario, summary
 from vegrip.demo.run import Demo, Outcome, Page, run
 from vegrip.errors import DeviceError
+from vegrip.jsonable import jsonable
 from vegrip.runtime.monitor import render
 from vegrip.trials import candidates
 from vegrip.trials.closed_loop import Course
@@ -51,7 +51,7 @@ def run_demo(
     console.print(summary(outcome, courses))
     console.print(f"next: {what_to_try(folder, web=web)}", markup=False, soft_wrap=True)
     if json:
-        sys.stdout.write(json_format.dumps(_plain(as_json(outcome))) + "\n")
+        sys.stdout.write(json_format.dumps(jsonable(as_json(outcome))) + "\n")
     if outcome.problem:
         raise DeviceError(outcome.problem)
     return outcome.interrupted
@@ -118,10 +118,3 @@ def _draw(courses: dict[str, Course], scenario: Scenario, folder: Path, console:
 
 def _can_draw() -> bool:
     return importlib.util.find_spec("matplotlib") is not None
-
-
-def _plain(value: Any) -> Any:
-    """Return ``value`` with what is not a number as null: JSON has no NaN."""
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -36,7 +36,6 @@ class DemoHand(VirtualHandNode):
         super().__init__("virtual_hand", settings)
 
     def configure(self) -> None:
-        """Compile the simulation, and what tells the truth of it."""
         super().configure()
         self.new_hand().truths()
 
@@ -51,7 +50,6 @@ class DemoHand(VirtualHandNode):
         return states
 
     def news(self) -> HandNews:
-        """Return how the object is doing now."""
         time = self.hand.time
         acting = tuple(
             type(event).__name__
@@ -61,10 +59,8 @@ class DemoHand(VirtualHandNode):
         return HandNews(time, self.hand.slips, self.hand.dropped, acting)
 
     def rest(self) -> Any:
-        """Return the truth of the whole run."""
         self.course.slips, self.course.dropped = self.hand.slips, self.hand.dropped
         return self.course
 
     def new_hand(self) -> VirtualHand:
-        """Return the hand of the scenario."""
         return self.scenario.hand()

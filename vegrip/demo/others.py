@@ -6,8 +6,7 @@ second slips, they run once more with the least force that slips no more than ve
 """
 
 from vegrip.trials.candidates import KNOBS, LABEL
-from vegrip.trials.closed_loop import Course, run_scenario
-from vegrip.trials.result import result_of
+from vegrip.trials.closed_loop import Course, result_of, run_scenario
 from vegrip.trials.scenario import Scenario
 
 AS_FORCEFUL = ", same force"
@@ -21,7 +20,6 @@ MOST_RUNS = 8  # in search of the knob
 
 
 def label_of(name: str) -> str:
-    """Return what a controller is called in tables and sentences."""
     base = name.removesuffix(AS_FORCEFUL).removesuffix(AS_SURE)
     return LABEL[base].removesuffix(" grip") + name[len(base) :] if base != name else LABEL[base]
 
@@ -50,7 +48,6 @@ def run_other_controllers(scenario: Scenario, ours: Course) -> dict[str, Course]
 
 
 def is_as_sure(course: Course, slips: int) -> bool:
-    """Return whether a controller held with no more than ``slips``."""
     return not course.dropped and course.slips <= slips
 
 

@@ -8,9 +8,8 @@ from rich.text import Text
 
 from vegrip.demo.others import AS_FORCEFUL, AS_SURE, SAME_FORCE, label_of
 from vegrip.demo.run import Outcome
-from vegrip.trials.closed_loop import Course
+from vegrip.trials.closed_loop import Course, Result, result_of
 from vegrip.trials.grip_quality import force_over_least
-from vegrip.trials.result import Result, result_of
 from vegrip.trials.scenario import CORES_OF_THE_HAND, SETTLED_S, Scenario
 
 TOO_SHORT = (

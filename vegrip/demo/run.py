@@ -17,16 +17,16 @@ from typing import Any, Protocol
 
 from vegrip.clock import NS
 from vegrip.demo.hand_node import DemoHand, HandNews
-from vegrip.demo.recorder import FrameRecorder
-from vegrip.demo.worker import Job, RunStatistics
-from vegrip.demo.worker_handle import WorkerHandle
+from vegrip.demo.worker import Job, RunStatistics, WorkerHandle
 from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission, processor_time
+from vegrip.identification.recording.frame_log import FrameLog
 from vegrip.identification.recording.writer import RecordingWriter
-from vegrip.messages import ContactEstimate, Message
+from vegrip.messages import ContactEstimate, ForceCommand, Message, Reason
 from vegrip.runtime.monitor import Board
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.canbus.virtual_can import hub_process
 from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.codec.frame import FrameBlock
 from vegrip.transport.open import Hand, open_endpoint
 from vegrip.trials import candidates
 from vegrip.trials.closed_loop import Course
@@ -36,6 +36,59 @@ REFRESH_PERIOD_S = 0.1  # [s] of the screen
 LOOK_PAUSE_S = 0.02  # [s] between two looks at the bus: a process that waits for each frame is woken by each
 FLUSH_PERIOD_S = 1.0  # [s] between two flushes of what is recorded
 TICK_PERIODS_S = {"hand": 0.002, "node": 0.005}  # [s]
+
+
+FRAMES = "frames.log"
+"""In the folder of the recording while the demonstration runs, and after one that was killed."""
+
+HOLD_REASONS = (Reason.INPUT_HOLD, Reason.FAIL_SAFE)
+
+
+class FrameRecorder:
+    """Keeps the frames of one hand, and writes what they say when it is closed.
+
+    Args:
+        writer: of the recording.
+        channel: name of the bus.
+        fingers: of the hand, in the order of the bus.
+
+    """
+
+    def __init__(self, writer: RecordingWriter, channel: str, fingers: Sequence[str]) -> None:
+        self.commands = 0
+        """Commands since the hand has told of itself; known when it is closed, as the next."""
+        self.held = 0  # of them that only held, because states came too late or not at all
+        self.since: int | None = None  # [ns] when the hand told of itself first
+        self._writer, self._fingers = writer, fingers
+        self._log = FrameLog(writer.folder / FRAMES, channel)
+
+    def offer(self, frame: Frame) -> None:
+        """Keep ``frame``; never waits."""
+        self._log.offer(frame)
+
+    def offer_block(self, block: FrameBlock) -> None:
+        """Keep all frames of ``block``; never waits."""
+        self._log.offer_block(block)
+
+    def flush(self) -> None:
+        self._log.flush()
+
+    def close(self) -> None:
+        """Decode what was kept, write it to the recording, and close that."""
+        self._log.flush()
+        codec = CanCodec(self._fingers, fd=True, use_sender_time=True)
+        for frame in self._log.frames():
+            message = codec.decode(frame)
+            if message is None:
+                continue
+            self._writer.write(message)
+            if isinstance(message, ForceCommand) and self.since is not None and frame.stamp >= self.since:
+                self.commands += 1
+                self.held += message.reason in HOLD_REASONS
+        self._writer.dropped = self._log.lost
+        self._writer.close()
+        if not self._writer.problem:
+            self._log.path.unlink(missing_ok=True)
 
 
 NODE = "/grasp_force"  # as a page calls it
@@ -277,7 +330,6 @@ class CoreCount:
     _looks: list[tuple[float, dict[str, float]]] = field(default_factory=list)  # the first and the last
 
     def begin(self) -> None:
-        """Count from now on."""
         self._looks = [self._now()] * 2
 
     def look(self) -> None:
@@ -301,5 +353,4 @@ class CoreCount:
 
 
 def elapsed(demo: Demo) -> float:
-    """Return the time since the hand started [s]."""
     return (time.monotonic_ns() - demo.board.start) / NS

@@ -9,7 +9,7 @@ from string import Template
 
 from vegrip.effects import names
 from vegrip.errors import InputError, UsageError
-from vegrip.whole_file import write_whole
+from vegrip.whole_file import write_whole, writing
 
 PYPROJECT = """\
 [build-system]
@@ -131,10 +131,8 @@ def write_package(name: str, folder: Path, *, replace: bool = False) -> list[Pat
     written = []
     for path, text in FILES.items():
         target = folder / Template(path).substitute(name=name)
-        try:
+        with writing(target):
             target.parent.mkdir(parents=True, exist_ok=True)
             write_whole(target, Template(text).substitute(name=name, dashed=name.replace("_", "-")))
-        except OSError as error:
-            raise InputError(f"{target}: cannot be written ({error.strerror or error})") from None
         written.append(target)
     return written

@@ -77,7 +77,6 @@ def _frames(request: Request) -> Iterator[Frame]:
 
 
 def _answered(node: GraspForce, codec: CanCodec, meeting: Meeting, name: str) -> Meeting:
-    """Let the node meet it."""
     line = codec.line(name)
     assert line is not None  # noqa: S101
     if meeting.data:

@@ -120,7 +120,6 @@ def _size(
     flags: tuple[str, ...],
     here: Path,
 ) -> Size | None:
-    """Compile the exported file alone."""
     p, entry = names
     object_file = here / f"{entry}.o"
     source = folder / f"{p}_{entry}.c"

@@ -12,6 +12,7 @@ from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.estimator.compiled import text_of
 from vegrip.estimator.saved_numbers import SavedNumbers
 from vegrip.model import ContactModel
+from vegrip.whole_file import reading
 
 LARGEST_FILE = 1 << 20  # [bytes]
 NUMBER_DIGITS = 12
@@ -33,7 +34,6 @@ def packed(mark: float, numbers: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def checksum(numbers: NDArray[np.float64]) -> float:
-    """Return the CRC-32 of numbers as little-endian doubles."""
     return float(zlib.crc32(numbers.astype("<f8").tobytes()))
 
 
@@ -83,11 +83,8 @@ def read_numbers(path: Path) -> NDArray[np.float64]:
         InputError: the file is neither.
 
     """
-    try:
-        with path.open("rb") as stream:
-            data = stream.read(LARGEST_FILE + 1)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    with reading(path), path.open("rb") as stream:
+        data = stream.read(LARGEST_FILE + 1)
     if len(data) > LARGEST_FILE:
         raise InputError(f"{path}: is too large for the numbers of a finger")
     try:

@@ -1,9 +1,10 @@
 """The files of an export, as texts: the templates with the names and numbers of a model put in."""
 
 import hashlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib import resources
+from importlib.metadata import version
 from string import Template
 from textwrap import wrap
 
@@ -17,13 +18,32 @@ from vegrip.estimator.compiled import text_of
 from vegrip.estimator.layout import NAMED, Layout, layout_of
 from vegrip.estimator.memory import SampleLayout
 from vegrip.estimator.saved_numbers import CORRELATED, SavedNumbers, Span
-from vegrip.export import estimator, finger, frameworks
+from vegrip.export import estimator, finger
 from vegrip.export.precision import PRECISIONS
 from vegrip.export.request import Request
 from vegrip.export.saved import HEAD, NUMBER_DIGITS, TAIL, packed, text_number
 from vegrip.model import ContactModel
 from vegrip.model.file import model_text
 
+SHARED = {  # as an Arduino library and as a Zephyr module
+    "arduino_library.properties": "arduino/{p}_{entry}/library.properties",
+    "zephyr_module.yml": "zephyr/module.yml",
+    "zephyr_CMakeLists.txt": "zephyr/CMakeLists.txt",
+    "zephyr_Kconfig": "zephyr/Kconfig",
+    "zephyr_sample_CMakeLists.txt": "zephyr/sample/CMakeLists.txt",
+}
+OWN_OF_FRAMEWORKS = {
+    "arduino.ino": "arduino/{p}_{entry}/examples/grip/grip.ino",
+    "zephyr_prj.conf": "zephyr/sample/prj.conf",
+    "zephyr_sample.yaml": "zephyr/sample/sample.yaml",
+    "zephyr_main.c": "zephyr/sample/src/main.c",
+}
+"""Template -> path in the folder."""
+TITLES = {"estimator": "Estimator of a soft fingertip's contact", "finger": "Grip of soft fingertips"}
+SENTENCES = {
+    "estimator": "Contact, friction, slip margin and least force of a soft fingertip from what it measures.",
+    "finger": "The grip of soft fingertips: CAN FD frames of states in, frames of commands out.",
+}
 ONE_LINE = 6  # numbers
 NAMES = {
     "indentation": ("DEPTH_NOW", "DEPTH_STD"), "normal_force": ("FORCE", "FORCE_STD"),
@@ -42,7 +62,7 @@ FILES = {
 }  # fmt: skip
 OWN_FILES = {
     "vectors.h": "{p}_vectors.h", "selftest.c": "{p}_selftest.c", "worst.c": "{p}_worst.c",
-    "bare_metal.c": "examples/bare_metal.c", "linux.c": "examples/linux.c", **frameworks.OWN,
+    "bare_metal.c": "examples/bare_metal.c", "linux.c": "examples/linux.c", **OWN_OF_FRAMEWORKS,
 }  # fmt: skip
 """Templates of which each entry has its own; those of the finger begin with ``finger_``."""
 PARTS = "/* ---- */\n"
@@ -91,7 +111,7 @@ def write(request: Request) -> Texts:
         "reals_named": _record(f"{p}_reals", reals.c, _real_sections(unit.blank.layout)),
         "wholes_named": _record(f"{p}_wholes", "int64_t", unit.blank.layout.whole_sections()),
         "accessors": "\n".join(_accessor(p, entry, name) for name in NAMES),
-        **precision.known, **frameworks.words(entry), **unit.words,
+        **precision.known, **framework_words(entry), **unit.words,
     }  # fmt: skip
     ellipse = request.settings.surface == "ellipse"
     mark = text_number(hashlib.sha256(text_of(model, layout, ellipse=ellipse).encode()).hexdigest())
@@ -100,19 +120,18 @@ def write(request: Request) -> Texts:
     known["part_c"] = filled(f"{entry}.c", known)
     known["about"], known["types"], known["calls"] = filled(f"{entry}.h", known).split(PARTS)
     own = "finger_" if entry == "finger" else ""
-    wanted = FILES | {f"{own}{template}": name for template, name in OWN_FILES.items()} | frameworks.SHARED
+    wanted = FILES | {f"{own}{template}": name for template, name in OWN_FILES.items()} | SHARED
     files = {
         name.format(p=p, entry=entry, core=known["core"]): filled(template, known)
         for template, name in wanted.items()
     }
-    files |= frameworks.arduino_sources(p, entry, files)
+    files |= arduino_sources(p, entry, files)
     files["examples/finger.txt"] = saved_text(mark, model, layout, unit.reals[: layout.size])
     files["model.toml"] = model_text(model)
     return Texts(files, program, digest, n_bytes)
 
 
 def filled(template: str, known: dict[str, str]) -> str:
-    """Return the text of a template with its words put in."""
     folder = resources.files("vegrip.export") / "templates"
     return Template((folder / f"{template}.tmpl").read_text("utf-8")).substitute(known)
 
@@ -174,7 +193,21 @@ def _real_sections(layout: SampleLayout) -> Iterator[tuple[str, tuple[str, ...],
 
 
 def _table(words: Iterable[str]) -> str:
-    """Return the lines of an array in C."""
     every = list(words)
     lines = [every[i : i + ONE_LINE] for i in range(0, len(every), ONE_LINE)]
     return "\n".join(f"    {', '.join(line)}," for line in lines)
+
+
+def framework_words(entry: str) -> dict[str, str]:
+    """Return what these templates know by name."""
+    return {
+        "ENTRY": entry.upper(),
+        "title": TITLES[entry],
+        "sentence": SENTENCES[entry],
+        "version": version("vegrip"),
+    }
+
+
+def arduino_sources(p: str, entry: str, files: Mapping[str, str]) -> dict[str, str]:
+    """Return copies of header and source where Arduino looks: a library must be whole by itself."""
+    return {f"arduino/{p}_{entry}/src/{p}_{entry}.{kind}": files[f"{p}_{entry}.{kind}"] for kind in "hc"}

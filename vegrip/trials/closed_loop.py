@@ -21,7 +21,7 @@ from vegrip.hand_sample import HandSample
 from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message
 from vegrip.trials.candidates import BOUND, parameters
 from vegrip.trials.known_contact import KnownContact
-from vegrip.trials.scenario import Scenario
+from vegrip.trials.scenario import SETTLED_S, Scenario
 from vegrip.types import Floats
 from vegrip.virtual import VirtualHand
 from vegrip.virtual.hand import TRUTHS
@@ -83,7 +83,6 @@ class Course:
         self.command.append(np.array(commands))
 
     def finish(self, hand: VirtualHand) -> None:
-        """Take from ``hand`` what is counted over the whole run."""
         self.slips, self.dropped = hand.slips, hand.dropped
         self.largest_micro_slip = hand.largest_micro_slip
 
@@ -220,6 +219,37 @@ def run_grip(
 
 
 def run_scenario(scenario: Scenario, name: str, knob: float) -> Course:
-    """Run the controller ``name`` through ``scenario``."""
     settings = parameters(name, knob, scenario.settings.tip.friction)
     return run_grip(scenario.hand(), settings, scenario.duration, knows=name == BOUND)
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """Figures of one run, from the truth of the hand, not from an estimate.
+
+    Grip force is the normal force on the first finger, which equals the sum of what the others press.
+    """
+
+    slips: int
+    dropped: bool
+    mean_grip_force: float  # [N] while the object was held
+    peak_grip_force: float  # [N]
+    min_margin: float  # [-] least of all fingers; zero or less on the limit surface
+
+
+def result_of(course: Course, until: float = math.inf) -> Result:
+    """Sum up ``course`` from the time on that the hand carries the object.
+
+    Force and margin are those up to ``until`` [s].
+    """
+    time, margin, force = course.since(SETTLED_S)
+    margin, force = margin[time <= until], force[time <= until]
+    if not len(force):
+        return Result(course.slips, course.dropped, math.nan, math.nan, math.nan)
+    return Result(
+        slips=course.slips,
+        dropped=course.dropped,
+        mean_grip_force=float(np.mean(force[:, 0])),
+        peak_grip_force=float(np.max(force[:, 0])),
+        min_margin=float(np.min(margin)),
+    )

@@ -9,13 +9,17 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from vegrip.plotting import new_figure, save_figure
 from vegrip.trials.candidates import BOUND, KNOBS, parameters, told_of_slip
 from vegrip.trials.closed_loop import SAMPLING_S, Course, run_grip
 from vegrip.trials.grip_quality import GripRecord, figures_of, record_of
 from vegrip.trials.scenario import Scenario
-from vegrip.trials.slip_channels import wrong_slip
+from vegrip.types import Floats
 from vegrip.virtual import HandSettings, VirtualHand
 from vegrip.virtual.settings import SensorSettings
 
@@ -81,7 +85,6 @@ class QualityTrial:
 
 
 def run_quality_trial(trial: QualityTrial) -> Course:
-    """Run one trial."""
     scenario = Scenario(trial.seed, trial.duration, trial.grasp)
     hand = trial.surroundings.applied(scenario.settings)
     settings = told_of_slip(parameters(trial.name, trial.knob, hand.tip.friction), hand.sensor)
@@ -169,3 +172,67 @@ def knobs_of(grasp: str, names: Sequence[str], *, sweep: bool) -> dict[str, tupl
     if not sweep:
         return tuned
     return {name: tuple(sorted({*SWEEPS[grasp].get(name, ()), *tuned[name]})) for name in names}
+
+
+SLIP_CHANNELS = ("absent", "sound", "dead", "stuck", "noisy")
+"""dead: flag and speed are 0, whatever slides; stuck: they say slip, whatever holds; noisy: some of the flags
+are wrong, and the speed has the noise below besides; absent: not measured."""
+
+WRONG_FLAGS, SPEED_NOISE_M_S = 0.02, 2e-3  # of a noisy slip channel
+STUCK_SPEED_M_S = 1e-3  # that a stuck channel says
+FLAG, SPEED = 6, 7  # columns of the sensed values (:class:`vegrip.hand_sample.HandSample`)
+
+
+def wrong_slip(channel: str, seed: int) -> Callable[[Floats], None] | None:
+    """Return what a slip channel does to the values of a sample, in place; None: nothing is wrong."""
+    if channel == "noisy":
+        rng = np.random.default_rng([seed, 4])
+
+        def spoil(values: Floats) -> None:
+            noise, wrong = rng.standard_normal(len(values)), rng.random(len(values)) < WRONG_FLAGS
+            values[wrong, FLAG] = 1.0 - values[wrong, FLAG]
+            values[:, SPEED] = np.maximum(values[:, SPEED] + SPEED_NOISE_M_S * noise, 0.0)
+
+        return spoil
+    said = {"dead": (0.0, 0.0), "stuck": (1.0, STUCK_SPEED_M_S)}.get(channel)
+    if said is None:
+        return None
+
+    def say(values: Floats) -> None:
+        values[:, [FLAG, SPEED]] = said
+
+    return say
+
+
+COLOURS = {
+    "vegrip": "#0b6e4f", "learning": "#b8336a", "known": "#222222",
+    "ellipse": "#7fb69f", "constant": "#8a8a8a",
+    "cone": "#d1603d", "elastic": "#4a7bd0",
+}  # fmt: skip
+
+
+def draw_fronts(told: Mapping[str, Any], grasp: str, path: Path) -> None:
+    """Draw the share of trials with a slip against the force over the least, of ``told`` as in the JSON."""
+    figure, (axes,) = new_figure(size=(8.0, 5.0))
+    for name, one in told.items():
+        front = one["front"]
+        colour = COLOURS.get(name, "#000000")
+        across = [point["force_over_least"] for point in front]
+        up = [100.0 * point["trials_with_slip"] / point["trials"] for point in front]
+        axes.plot(across, up, "o-", color=colour, markersize=4, linewidth=1.2, label=name)
+        point = next(point for point in front if point["knob"] == one["knob"])
+        at = point["force_over_least"], 100.0 * point["trials_with_slip"] / point["trials"]
+        low, high = (100.0 * bound for bound in point["slip_probability_bounds"])
+        axes.errorbar(
+            *at, yerr=[[at[1] - low], [high - at[1]]], color=colour, capsize=3, linewidth=0.8, alpha=0.6
+        )
+        axes.plot(*at, "s", color=colour, markersize=10, fillstyle="none", markeredgewidth=1.6)
+    axes.axvline(1.0, color="black", linewidth=0.8)
+    axes.set_xlabel("grip force over the least possible force [-]")
+    axes.set_ylabel("trials with a slip [%]")
+    axes.set_xlim(left=0.95)
+    axes.set_ylim(bottom=-1.0)
+    axes.grid(alpha=0.25)
+    axes.set_title(f"{grasp}: every controller over its knob; squares: operating points with 95 % intervals")
+    axes.legend(frameon=False)
+    save_figure(figure, path, dpi=140)

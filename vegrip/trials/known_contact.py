@@ -37,21 +37,17 @@ class KnownContact:
 
     @property
     def in_contact(self) -> bool:
-        """Whether the fingertip touches."""
         return self._hand.contact(self._number)[0] > 0.0
 
     @property
     def normal_force(self) -> Estimate:
-        """The normal force [N]."""
         return Estimate(self._hand.contact(self._number)[0], 0.0, valid=True, age=0.0)
 
     def assimilate(self, state: FingertipState) -> None:
-        """Take in one state."""
         self._stamp = state.stamp
         self._load = math.hypot(state.tangential_force_x, state.tangential_force_y), abs(state.torque_z)
 
     def contact_estimate(self) -> ContactEstimate:
-        """Return what is known of the contact."""
         force, mu, radius, exponent = (
             Estimate(value, 0.0, valid=True, age=0.0) for value in self._hand.contact(self._number)
         )
@@ -61,11 +57,9 @@ class KnownContact:
         )  # fmt: skip
 
     def slip_margin(self) -> SlipMargin:
-        """Return the margin at the last state, which nothing here asks for."""
         return SlipMargin(self._stamp, self._finger, 0)
 
     def health(self) -> ModelHealth:
-        """Return whether the truth explains what was measured."""
         return ModelHealth(self._stamp, self._finger, 0, nis=1.0, consistent=True)
 
     def reset_health(self) -> None:
@@ -83,5 +77,4 @@ class KnownContact:
         return least_force(force, tangential, abs(torque), mu * (1.0 - margin), radius, exponent)
 
     def reset(self) -> None:
-        """Forget the last state."""
         self._stamp, self._load = 0, (0.0, 0.0)

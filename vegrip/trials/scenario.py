@@ -65,13 +65,11 @@ class Scenario:
 
     @property
     def events(self) -> tuple[Disturbance, ...]:
-        """The disturbances, in order of their start."""
         plate = self.settings.plate
         events = disturbances(self.seed, self.duration, weight=plate.mass * plate.gravity)
         return tuple(sorted((*events, *self._wetting()), key=lambda event: event.start))
 
     def hand(self) -> VirtualHand:
-        """Return a new hand at time zero."""
         return VirtualHand(self.settings, self.seed, self.events)
 
     def _wetting(self) -> tuple[Disturbance, ...]:

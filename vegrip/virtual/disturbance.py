@@ -62,7 +62,6 @@ class Push(Disturbance):
     force_y: float  # [N]
 
     def acting(self, part: float) -> Burden:
-        """Return the force of the pulse."""
         height = math.sin(math.pi * part)
         return Burden(force_x=height * self.force_x, force_y=height * self.force_y)
 
@@ -74,7 +73,6 @@ class Twist(Disturbance):
     torque: float  # [N m] at the peak
 
     def acting(self, part: float) -> Burden:
-        """Return the torque of the pulse."""
         return Burden(torque=self.torque * math.sin(math.pi * part))
 
 
@@ -86,7 +84,6 @@ class SlowLoad(Disturbance):
     force_y: float  # [N]
 
     def acting(self, part: float) -> Burden:
-        """Return the force so far."""
         height = min(part / 0.8, (1.0 - part) / 0.2)
         return Burden(force_x=height * self.force_x, force_y=height * self.force_y)
 
@@ -100,7 +97,6 @@ class Shake(Disturbance):
     direction: float  # [rad] from the x axis
 
     def acting(self, part: float) -> Burden:
-        """Return the inertial force."""
         wave = math.sin(math.pi * part) * math.sin(2.0 * math.pi * self.frequency * part * self.duration)
         force = self.force * wave
         return Burden(force_x=force * math.cos(self.direction), force_y=force * math.sin(self.direction))
@@ -113,7 +109,6 @@ class AddedMass(Disturbance):
     mass: float  # [kg]
 
     def acting(self, part: float) -> Burden:
-        """Return the mass on the object."""
         return Burden(mass=self.mass * plateau(part))
 
 
@@ -124,7 +119,6 @@ class Turn(Disturbance):
     angle: float  # [rad]
 
     def acting(self, part: float) -> Burden:
-        """Return the angle of the hand."""
         return Burden(turn=self.angle * plateau(part))
 
 
@@ -135,7 +129,6 @@ class Wetting(Disturbance):
     friction: float  # [-] factor
 
     def acting(self, part: float) -> Burden:
-        """Return the factor on friction."""
         return Burden(friction=1.0 - (1.0 - self.friction) * plateau(part))
 
 

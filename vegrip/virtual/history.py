@@ -12,13 +12,13 @@ lumped at the last weight. :attr:`History.error_bound` states what that can cost
 """
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 
 from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.kernels import Memory
-from vegrip.virtual.quadrature import gauss_legendre
 from vegrip.virtual.relaxation import Relaxation
 
 
@@ -127,3 +127,10 @@ def _means(g: Relaxation, start: float, width: float, count: int) -> Floats:
     times = start + width * (np.arange(count)[:, None] + x)
     means: Floats = g(times) @ weights
     return means
+
+
+@cache
+def gauss_legendre(points: int) -> tuple[Floats, Floats]:
+    """Return nodes and weights on 0..1, exact for polynomials of degree ``2 points - 1``."""
+    x, w = np.polynomial.legendre.leggauss(points)
+    return (x + 1.0) / 2.0, w / 2.0

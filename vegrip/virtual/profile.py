@@ -11,7 +11,6 @@ import numpy as np
 
 from vegrip.types import Floats
 from vegrip.virtual import kernels
-from vegrip.virtual.quadrature import tanh_sinh
 
 EXPONENTS = np.geomspace(kernels.LOWEST_EXPONENT, kernels.HIGHEST_EXPONENT, kernels.EXPONENTS)
 """Pressure exponents k of the tables [-]: from sharper than Hertz to nearly uniform."""
@@ -71,3 +70,17 @@ def shares_on_rings(k: Floats, edges: tuple[float, ...]) -> Floats:
     for one, row in zip(k.tolist(), shares, strict=True):
         kernels.share_out(one, ring_shares(edges), 1, row)
     return shares
+
+
+@cache
+def tanh_sinh(points: int = 81, reach: float = 3.2) -> tuple[Floats, Floats, Floats]:
+    """Return nodes x, their logarithms, and weights on 0..1.
+
+    The double-exponential rule [TakahasiMori1974]_ does not mind the vertical tangent that the pressure has
+    at the rim; ``log x`` is returned apart because x has no digits left there.
+    """
+    t, step = np.linspace(-reach, reach, points, retstep=True)
+    s = np.pi / 2 * np.sinh(t)
+    x, rest = 1.0 / (1.0 + np.exp(-2.0 * s)), 1.0 / (1.0 + np.exp(2.0 * s))
+    weights = step * np.pi * np.cosh(t) * x * rest
+    return x, -np.log1p(np.exp(-2.0 * s)), weights

@@ -5,6 +5,7 @@ from typing import Any
 
 from vegrip.identification.compare.where import format_quantity
 from vegrip.web.axes import Axes, extent, runs
+from vegrip.web.markup import Markup, table
 
 WIDE, LOW = (1300, 260), (1300, 170)  # [px]
 MAX_POINT_COLUMNS = 80  # columns, with less of which each is drawn as a point
@@ -99,14 +100,12 @@ WORST = 1.15  # rms over noise from which on a bin is marked
 def over_phases(phases: Sequence[Told]) -> str:
     """Return the residual by regime as a table with bars."""
     most = max((one["rms"] for one in phases), default=1.0)
-    rows = "".join(
-        f'<tr><td>{one["name"]}</td><td class="num">{one["rows"]}</td><td class="num">{one["mean"]:+.2f}</td>'
-        f'<td class="num">{one["rms"]:.2f}</td>'
-        f"<td>{bar(one['rms'] / most, is_bad=one['rms'] > WORST)}</td></tr>"
+    rows = [
+        (one["name"], one["rows"], f"{one['mean']:+.2f}", f"{one['rms']:.2f}",
+         Markup(bar(one["rms"] / most, is_bad=one["rms"] > WORST)))
         for one in phases
-    )
-    head = "<tr><th>regime</th>" + "".join(f'<th class="num">{name}</th>' for name in ("rows", "mean", "rms"))
-    return f'<table class="phases">{head}<th></th></tr>{rows}</table>'
+    ]  # fmt: skip
+    return table(("regime", "rows", "mean", "rms", ""), rows, numbers=(1, 2, 3), kind="phases")
 
 
 def ladder(rungs: Sequence[Told]) -> str:

@@ -15,16 +15,16 @@ from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import suppress
 from html import escape
 from pathlib import Path
+from string import Template
 from typing import IO, Any
 
-from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
+from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from vegrip.errors import UsageError, VegripError
+from vegrip.errors import UsageError
 from vegrip.web.markup import commands
-from vegrip.web.server import STATIC, STATUS_OF_EXIT_CODE, asked, events
+from vegrip.web.server import STATIC, answering, events
 
 LINES = 6  # of progress that are kept
 END_GRACE_S = 3.0  # [s] a stopped command has to end by itself
@@ -197,26 +197,21 @@ def progress(what: str, elapsed: float, lines: Sequence[str]) -> str:
     return f'<b>{escape(what)}</b> <span class="soft">{last}, {elapsed:.0f} s</span>'
 
 
-def job_routes(html: str, shown: JobPage, actions: Actions) -> list[Route]:
-    """Return the routes: the static file ``html``, its events, what it asks for, and the motion as a file."""
+def job_routes(name: str, subject: str, shown: JobPage, actions: Actions) -> list[Route]:
+    """Return the routes: the page ``name``, its events, what it asks for, and the motion as a file."""
+    html = Template((STATIC / "job.html").read_text("utf-8")).substitute(name=name, subject=subject)
 
     async def page(_: Request) -> Response:
-        return FileResponse(STATIC / html)
+        return HTMLResponse(html)
 
     async def live(_: Request) -> Response:
         return StreamingResponse(events(_texts(shown)), media_type="text/event-stream")
 
-    async def act(request: Request) -> Response:
-        try:
-            told = await asked(request)
-            if told.get("do") not in actions:
-                raise UsageError("the page asks for what this server does not know; load it again")
-            await run_in_threadpool(actions[told["do"]], told)
-        except VegripError as error:
-            return JSONResponse({"error": str(error)}, STATUS_OF_EXIT_CODE.get(error.exit_code, 500))
-        except (KeyError, ValueError) as error:
-            return JSONResponse({"error": f"the request is not complete: {error}"}, 400)
-        return JSONResponse({})
+    def act(told: dict[str, Any]) -> dict[str, Any]:
+        if told.get("do") not in actions:
+            raise UsageError("the page asks for what this server does not know; load it again")
+        actions[told["do"]](told)
+        return {}
 
     async def file(_: Request) -> Response:
         found = shown.motion()
@@ -228,7 +223,7 @@ def job_routes(html: str, shown: JobPage, actions: Actions) -> list[Route]:
         Route("/", page),
         Route("/live", live),
         Route("/motion", file),
-        Route("/do", act, methods=["POST"]),
+        Route("/do", answering(act), methods=["POST"]),
     ]
 
 

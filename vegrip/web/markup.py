@@ -1,6 +1,6 @@
 """Cards, tables and lists of pages and reports. Pure; all text but :class:`Markup` is escaped."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -74,17 +74,25 @@ def table(
     numbers: Sequence[int] = (),
     identifier: str = "",
     kind: str = "",
+    named: Collection[int] = (),
 ) -> str:
-    """Return a table of this ``id`` and CSS class; columns at the places ``numbers`` are aligned right."""
+    """Return a table of this ``id`` and CSS class.
+
+    Columns at the places ``numbers`` are aligned right; rows at the places ``named``, from 1, stand out.
+    """
 
     def cell(tag: str, place: int, value: object) -> str:
         text = value if isinstance(value, Markup) else escape(str(value))
         return f"<{tag}{' class=num' if place in numbers else ''}>{text}</{tag}>"
 
     lines = [("th", head), *(("td", row) for row in rows)]
-    body = "".join(f"<tr>{''.join(cell(tag, i, v) for i, v in enumerate(line))}</tr>" for tag, line in lines)
-    attributes = (f' class="{kind}"' if kind else "") + (f' id="{identifier}"' if identifier else "")
-    return f'<div class="scroll"><table{attributes}>{body}</table></div>'
+    body = "".join(
+        f"<tr{attributes(class_='named' if row in named else '')}>"
+        f"{''.join(cell(tag, i, v) for i, v in enumerate(line))}</tr>"
+        for row, (tag, line) in enumerate(lines)
+    )
+    given = attributes(class_=kind, id=identifier)
+    return f'<div class="scroll"><table{given}>{body}</table></div>'
 
 
 def listed(texts: Sequence[str]) -> str:

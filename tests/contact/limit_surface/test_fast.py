@@ -170,10 +170,6 @@ def test_batches_are_the_single_queries() -> None:
     k, f, m = rng.uniform(1, 9, 50), rng.uniform(0, 1, 50), rng.uniform(0, 1, 50)
     assert fast.gauges(k, f, m).tolist() == [fast.gauge(*row) for row in zip(k, f, m, strict=True)]
     assert fast.radii(k, f).tolist() == [fast.radius(*row) for row in zip(k, f, strict=True)]
-    contact = (0.5, 0.005, 2.5, 1.0, 0.3, 0.0)
-    assert fast.least_normal_forces(f, 0.01 * m, *contact).tolist() == [
-        fast.least_normal_force(*row, *contact) for row in zip(f, 0.01 * m, strict=True)
-    ]
 
 
 def test_the_file_imports_nothing_compiled_from_elsewhere() -> None:

@@ -328,24 +328,6 @@ def radii(k: Array, psi: Array) -> Array:
 
 
 @njit
-def least_normal_forces(
-    force: Array,
-    torque: Array,
-    mu: float,
-    radius: float,
-    k: float,
-    at: float,
-    radius_power: float,
-    k_power: float,
-) -> Array:
-    """Least normal force [N] of many loads (n,) on one contact."""
-    out = np.empty(len(force))
-    for i in range(len(force)):
-        out[i] = least_normal_force(force[i], torque[i], mu, radius, k, at, radius_power, k_power)
-    return out
-
-
-@njit
 def _torsion(t: float) -> tuple[float, float]:
     """Torsion limit and its derivative in t = 2/k - 1: even and odd powers side by side, by Horner's rule."""
     q = t * t

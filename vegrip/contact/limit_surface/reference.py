@@ -33,10 +33,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.integrate import tanhsinh
 from scipy.optimize.elementwise import find_root
-from scipy.special import ellipe, elliprd, gammaln
+from scipy.special import ellipe, elliprd
 
 from vegrip.contact.domain import not_negative, within
 from vegrip.contact.pressure import coefficient
+from vegrip.contact.pressure import torsion_limit as torsion_limit  # noqa: PLC0414 (reads as one surface)
 from vegrip.errors import DomainError
 from vegrip.types import Floats
 
@@ -122,16 +123,6 @@ def support(k: ArrayLike, d: ArrayLike) -> Floats:
     """
     f, m = point(k, d)
     return np.asarray(np.asarray(d, dtype=np.float64) * f + m)
-
-
-def torsion_limit(k: ArrayLike) -> Floats:
-    """Greatest pure torque |m_n|/(mu N a), (2 C_k/k) B(3/k, 1 + 1/k), for k in [1, inf].
-
-    Written with x = 1/k as (2/3) Gamma(1 + 3x)^2 / (Gamma(1 + 2x) Gamma(1 + 4x)): nothing special at k = inf.
-    """
-    x = 1.0 / exponent(k)
-    gammas = 2.0 * gammaln(1.0 + 3.0 * x) - gammaln(1.0 + 2.0 * x) - gammaln(1.0 + 4.0 * x)
-    return np.asarray(2.0 / 3.0 * np.exp(gammas))
 
 
 def cor_distance(k: ArrayLike, psi: ArrayLike) -> Floats:

@@ -50,7 +50,6 @@ def seconds(t: float) -> str:
 
 
 def letter(ax: Axes, text: str) -> None:
-    """Mark a panel as the paper does: (a), (b)."""
     ax.set_title(f"({text})", loc="left", fontsize=10)
 
 

@@ -33,7 +33,7 @@ from vegrip.identification.recording import Fingertip, Recording, read_recording
 from vegrip.identification.recording.data import join_recordings
 from vegrip.identification.slip_channel import SlipChannel, slides_of, slip_channel
 from vegrip.model import read_model, write_model
-from vegrip.whole_file import write_whole
+from vegrip.whole_file import write_whole, writing
 
 CALIBRATION_FILE = "calibration.json"
 NEXT, MODEL, JOINED, REPORT = "next.toml", "model.toml", "recording", "report.html"
@@ -213,11 +213,9 @@ def save(calibration: Calibration) -> None:
         "trials": [asdict(one) for one in calibration.trials],
         "asked": calibration.asked,
     }
-    try:
+    with writing(calibration.folder):
         calibration.folder.mkdir(parents=True, exist_ok=True)
         write_whole(calibration.folder / CALIBRATION_FILE, json.dumps(told, indent=1) + "\n")
-    except OSError as error:
-        raise InputError(f"{calibration.folder} cannot be written: {error.strerror or error}") from None
 
 
 def load(folder: Path) -> Calibration | None:

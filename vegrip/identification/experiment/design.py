@@ -132,12 +132,10 @@ def design(
     contest: Hypotheses,
     limits: RigLimits,
     *,
-    enough: float = SUFFICIENT_NATS,
     is_thorough: bool = True,
-    threads: int = 2,
     report: Report = lambda _: None,
 ) -> Design:
-    """Find the experiment that tells the contestants apart by ``enough`` nats in the shortest time.
+    """Find the experiment that tells the contestants apart by enough nats in the shortest time.
 
     Where none does, the one that comes closest. The menu is gone through with linear refits, the most
     promising ones are refitted in full. ``is_thorough`` looks at more of them, searches on from the
@@ -159,21 +157,19 @@ def design(
         return Planned(item.name, amplitudes, protocol, expected_separation(contest, protocol))
 
     def score(one: Planned) -> float:
-        return _score(one, limits, enough)
+        return _score(one, limits)
 
-    with ThreadPoolExecutor(threads) as pool:
+    with ThreadPoolExecutor(2) as pool:
         report(f"{len(jobs)} experiments on the menu")
         scanned = sorted(pool.map(plan, jobs), key=score, reverse=True)
         chosen = _promising(scanned)[: REFITTED if is_thorough else QUICK_REPETITIONS]
         report(f"refits for {len(chosen)} of them")
         refitted = list(pool.map(lambda one: _refitted(one, contest), chosen))
-    best = max((_often(one, limits, enough) for one in refitted), key=score)
+    best = max((_often(one, limits) for one in refitted), key=score)
     if is_thorough:
         report(f"amplitudes of {best.item}")
-        refitted.append(_polished(replace(best, times=1), contest, limits, rig, enough))
-    tried = _one_each(
-        sorted((_often(one, limits, enough) for one in refitted), key=score, reverse=True), scanned
-    )
+        refitted.append(_polished(replace(best, times=1), contest, limits, rig))
+    tried = _one_each(sorted((_often(one, limits) for one in refitted), key=score, reverse=True), scanned)
     made = Design(contest, limits, rig.depth, tuple(tried), left_out)
     if is_thorough and made.best is not None:
         report("simulates the best one")
@@ -250,13 +246,13 @@ def suited_rig(item: Item, contest: Hypotheses, limits: RigLimits, rig: Rig) -> 
     return replace(rig, depth=_depth_for(contest, rig, min(allowed, limits.force))), ""
 
 
-def _score(planned: Planned, limits: RigLimits, enough: float) -> float:
-    """Return what is to be large: nats up to ``enough``, then speed."""
-    reached = min(planned.nats / enough, 1.0)
+def _score(planned: Planned, limits: RigLimits) -> float:
+    """Return what is to be large: nats, up to enough, then speed."""
+    reached = min(planned.nats / SUFFICIENT_NATS, 1.0)
     return reached - DURATION_COST * planned.whole.duration / limits.duration
 
 
-def _polished(planned: Planned, contest: Hypotheses, limits: RigLimits, rig: Rig, enough: float) -> Planned:
+def _polished(planned: Planned, contest: Hypotheses, limits: RigLimits, rig: Rig) -> Planned:
     item = next(item for item in MENU if item.name == planned.item)
     own, _ = suited_rig(item, contest, limits, rig)
     best = planned
@@ -267,20 +263,20 @@ def _polished(planned: Planned, contest: Hypotheses, limits: RigLimits, rig: Rig
             if protocol.duration > limits.duration or (name in WITHIN and amplitudes[name] > 1.0):
                 continue
             tried = _refitted(replace(best, amplitudes=amplitudes, protocol=protocol), contest)
-            if _score(tried, limits, enough) > _score(best, limits, enough):
+            if _score(tried, limits) > _score(best, limits):
                 best = tried
                 break
     return best
 
 
-def _often(planned: Planned, limits: RigLimits, enough: float) -> Planned:
+def _often(planned: Planned, limits: RigLimits) -> Planned:
     """Repeat an experiment that tells something but not enough, as often as the time allows."""
     nats = planned.separation.nats
-    if not FAINT <= nats < enough:
+    if not FAINT <= nats < SUFFICIENT_NATS:
         return planned
     once = planned.protocol.duration + planned.protocol.pause
     room = int((limits.duration + planned.protocol.pause) // once)
-    times = int(np.clip(math.ceil(enough / nats), 1, min(room, MAX_REPETITIONS)))
+    times = int(np.clip(math.ceil(SUFFICIENT_NATS / nats), 1, min(room, MAX_REPETITIONS)))
     return replace(planned, times=times)
 
 

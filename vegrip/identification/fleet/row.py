@@ -14,8 +14,10 @@ from typing import Any
 
 from vegrip import __version__
 from vegrip.config import read_toml
-from vegrip.errors import ConfigError, DeviceError, InputError, RecordingError, VegripError
+from vegrip.errors import ConfigError, DeviceError, RecordingError, VegripError
 from vegrip.identification.recording.folder import CSV, TOML, existing_folder
+from vegrip.jsonable import jsonable
+from vegrip.whole_file import writing
 
 DATES = ("date", "began", "recorded")
 FAILED = "failed"
@@ -182,12 +184,9 @@ class Ledger:
         if row.is_machine_failure:
             return
         self._known[self._key(found)] = row
-        told = {key: None if value != value else value for key, value in asdict(row).items()}  # noqa: PLR0124 (NaN)
-        try:
-            with self.path.open("a", encoding="utf-8") as stream:
-                stream.write(json.dumps({"key": self._key(found), **told}) + "\n")
-        except OSError as error:
-            raise InputError(f"{self.path}: cannot be written ({error.strerror or error})") from None
+        told = jsonable(asdict(row))
+        with writing(self.path), self.path.open("a", encoding="utf-8") as stream:
+            stream.write(json.dumps({"key": self._key(found), **told}) + "\n")
 
     def _key(self, found: Found) -> str:
         return f"{self._context}:{found.fingerprint}:{found.path}"

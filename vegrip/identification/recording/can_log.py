@@ -19,7 +19,7 @@ from can.io.blf import BLFParseError
 from vegrip.clock import NS
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.channels import CHANNELS
-from vegrip.identification.recording.checks import report_doubts, usable_rows
+from vegrip.identification.recording.checks import kept_rows
 from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.report import MISSING, Kind, LoadReport, MissingStates, told
 from vegrip.messages import FingertipState
@@ -141,12 +141,6 @@ def _recording(
     radius: float,
 ) -> Recording:
     report = LoadReport(rows_read=len(states))
-    lines = np.arange(1, len(states) + 1)
-    t = np.array([(state.stamp - start) / NS for state in states])
-    keep = usable_rows(t, lines, report)
-    report.rows_kept = int(np.count_nonzero(keep))
-    columns = {name: np.array([getattr(s, name) for s in states])[keep] for name in CHANNELS}
-    columns = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
     for cause, count in sorted(refused.items()):
         report.add(Kind.NOTE, f"{count} frames refused: {cause}")
     missing = MissingStates()
@@ -156,8 +150,8 @@ def _recording(
     if missing.count:
         source[MISSING] = missing.count
         report.add(Kind.NOTE, told(missing.count))
-    episode = np.zeros(report.rows_kept, dtype=np.int64)
-    report_doubts(t[keep], episode, columns, radius, lines[keep], report)
-    name = f"{path.stem} {finger}"
-    fingertip = Fingertip(radius, finger)
-    return Recording(name, t[keep], episode, columns, fingertip, {}, source, start, report)
+    t = np.array([(state.stamp - start) / NS for state in states])
+    columns = {name: np.array([getattr(s, name) for s in states]) for name in CHANNELS}
+    lines, one_trial = np.arange(1, len(states) + 1), np.zeros(len(states), dtype=np.int64)
+    kept = kept_rows(path, t, one_trial, columns, radius, lines, report)
+    return Recording(f"{path.stem} {finger}", *kept, Fingertip(radius, finger), {}, source, start, report)

@@ -3,11 +3,13 @@
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vegrip.errors import RecordingError
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import report_if
@@ -48,6 +50,35 @@ def usable_rows(t: Floats, lines: Lines, report: LoadReport, what: str = "") -> 
     report_if(report, Kind.DUPLICATE, what, lines[twice])
     report_if(report, Kind.BACKWARDS, what, lines[left_out & ~twice])
     return keep
+
+
+def kept_rows(
+    path: Path,
+    t: Floats,
+    episode: NDArray[np.int64],
+    columns: Mapping[str, Floats],
+    radius: float,
+    lines: Lines,
+    report: LoadReport,
+) -> tuple[Floats, NDArray[np.int64], dict[str, Floats]]:
+    """Return time, episode and columns of the rows whose stamps grow, and report every doubt about them.
+
+    Columns in which nothing ever stands were not measured: a recorder writes all.
+
+    Raises:
+        RecordingError: no row, or no value, is left.
+
+    """
+    keep = usable_rows(t, lines, report)
+    report.rows_kept = int(np.count_nonzero(keep))
+    if not report.rows_kept:
+        raise RecordingError(f"{path}: no usable row; {report.summary()}")
+    columns = {name: values[keep] for name, values in columns.items()}
+    columns = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
+    if not columns:
+        raise RecordingError(f"{path}: no channel holds a single value")
+    report_doubts(t[keep], episode[keep], columns, radius, lines[keep], report)
+    return t[keep], episode[keep], columns
 
 
 def stretches_of(episode: NDArray[np.int64]) -> Iterator[slice]:

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from vegrip.config import build, read_toml, toml_value
 from vegrip.errors import ConfigError, RecordingError, suggestion
 from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
-from vegrip.identification.recording.checks import report_doubts, usable_rows
+from vegrip.identification.recording.checks import kept_rows
 from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.report import MISSING, Kind, LoadReport, told
 from vegrip.identification.recording.table import BLOCK_ROWS, Layout, Progress, read_header, read_table
 from vegrip.types import Floats
-from vegrip.whole_file import whole_file
+from vegrip.whole_file import whole_file, writing
 
 TOML = "recording.toml"
 CSV = "recording.csv"
@@ -86,22 +86,20 @@ def write_recording(recording: Recording, folder: Path | str, *, compressed: boo
 
     """
     folder = Path(folder)
-    try:
+    name, other = (f"{CSV}.gz", CSV) if compressed else (CSV, f"{CSV}.gz")
+    with writing(folder, RecordingError):
         folder.mkdir(parents=True, exist_ok=True)
-        name, other = (f"{CSV}.gz", CSV) if compressed else (CSV, f"{CSV}.gz")
-        with whole_file(folder / TOML) as about, whole_file(folder / name) as table:
-            about.write_text(toml_text(recording), encoding="utf-8")
-            with table.open("wb") as raw:
-                if compressed:
-                    with gzip.GzipFile("", "wb", fileobj=raw, mtime=0) as file:
+        try:
+            with whole_file(folder / TOML) as about, whole_file(folder / name) as table:
+                about.write_text(toml_text(recording), encoding="utf-8")
+                with table.open("wb") as raw:
+                    packed = gzip.GzipFile("", "wb", fileobj=raw, mtime=0) if compressed else None
+                    with packed or contextlib.nullcontext(raw) as file:
                         file.writelines(_csv_blocks(recording))
-                else:
-                    raw.writelines(_csv_blocks(recording))
+        finally:
+            with contextlib.suppress(OSError):
+                folder.rmdir()  # where nothing is in it: nothing could be written
         (folder / other).unlink(missing_ok=True)
-    except OSError as error:
-        with contextlib.suppress(OSError):
-            folder.rmdir()  # where nothing else is in it
-        raise RecordingError(f"{folder}: cannot be written ({error.strerror or error})") from None
 
 
 def _csv_blocks(recording: Recording) -> Iterator[bytes]:
@@ -199,14 +197,6 @@ def _measurements(
     table = read_table(path, ["t", *episode, *channels], [], layout, report, progress)
     trial = table.numbers["episode"] if episode else np.zeros(len(table.lines))
     t = np.where(trial == np.rint(trial), table.numbers["t"], np.nan)  # no whole number: no trial
-    keep = usable_rows(t, table.lines, report)
-    report.rows_kept = int(np.count_nonzero(keep))
-    if not report.rows_kept:
-        raise RecordingError(f"{path}: no usable row; {report.summary()}")
-    columns = {name: table.numbers[name][keep] for name in channels}
-    # a recorder writes all columns; those in which nothing ever stood were not measured
-    columns = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
-    if not columns:
-        raise RecordingError(f"{path}: no channel holds a single value")
-    report_doubts(t[keep], trial[keep].astype(np.int64), columns, radius, table.lines[keep], report)
-    return t[keep], trial[keep].astype(np.int64), columns
+    columns = {name: table.numbers[name] for name in channels}
+    whole = np.nan_to_num(trial).astype(np.int64)
+    return kept_rows(path, t, whole, columns, radius, table.lines, report)

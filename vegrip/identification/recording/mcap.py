@@ -42,7 +42,7 @@ from vegrip.identification.recording.writer import FILE_OF_MESSAGE, SESSION, exa
 from vegrip.messages import FingertipState, Message, NodeStatus
 from vegrip.transport.codec.schema import Field, message_set
 from vegrip.transport.codec.topics import PLACE
-from vegrip.whole_file import whole_file, write_whole
+from vegrip.whole_file import reading, whole_file, write_whole, writing
 
 NUMBER: Final = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
 INFINITY: Final = {"inf": "1e999", "-inf": "-1e999"}
@@ -227,7 +227,7 @@ def write_mcap(folder: Path | str, path: Path | str) -> dict[Path, Recording]:
     library = bag_library("mcap.writer")
     recordings = read_all(folder)
     tables = list(tables_of(folder, recordings))
-    try:
+    with writing(path, RecordingError):
         path.parent.mkdir(parents=True, exist_ok=True)
         with whole_file(path) as part, part.open("wb") as file:
             writer = library.Writer(file, enable_data_crcs=True)
@@ -238,8 +238,6 @@ def write_mcap(folder: Path | str, path: Path | str) -> dict[Path, Recording]:
                 writer.add_metadata(METADATA, missing)
             _write_tables(writer, tables)
             writer.finish()
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot be written ({error.strerror or error})") from None
     return recordings
 
 
@@ -313,15 +311,13 @@ def read_mcap(path: Path | str, folder: Path | str) -> dict[Path, Recording]:
         raise RecordingError(f"{folder}: is there already; choose another folder")
     with _records(path) as records:
         texts = _texts(path, records)
-    try:
+    with writing(folder, RecordingError):
         folder.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".vegrip-") as scratch:
             found = _unpacked(path, texts, Path(scratch) / folder.name)
             if folder.exists():
                 folder.rmdir()
             (Path(scratch) / folder.name).rename(folder)
-    except OSError as error:
-        raise RecordingError(f"{folder}: cannot be written ({error.strerror or error})") from None
     return {folder / place: recording for place, recording in found.items()}
 
 
@@ -344,15 +340,11 @@ def _records(path: Path) -> Iterator[Iterator[Any]]:
     library = bag_library("mcap.stream_reader")
     damage = (bag_library("mcap.exceptions").McapError, bag_library("zstandard").ZstdError, *DAMAGE)
     try:
-        with path.open("rb") as file:
+        with reading(path, RecordingError), path.open("rb") as file:
             reader = library.StreamReader(
                 file, validate_crcs=True, record_size_limit=MAX_RECORD_BYTES, emit_chunks=True
             )
             yield _unchunked(path, reader.records)
-    except FileNotFoundError:
-        raise RecordingError(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot be read ({error.strerror or error})") from None
     except damage as error:
         raise RecordingError(
             f"{path}: is not a whole MCAP file ({str(error) or type(error).__name__})"
@@ -384,7 +376,6 @@ def _inflated(path: Path, compression: str, data: bytes) -> bytes:
 
 
 def _texts(path: Path, records: Iterator[Any]) -> dict[str, str]:
-    """Return file -> its text of every file that went into ``path``."""
     kinds = bag_library("mcap.records")
     texts: dict[str, str] = {}
     tables: dict[int, _Table] = {}

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from vegrip.errors import RecordingError, suggestion
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.types import Floats
+from vegrip.whole_file import reading
 
 BLOCK_ROWS: Final = 20_000
 """Rows converted at once, fewer when they are wide."""
@@ -118,14 +119,10 @@ def read_table(
 
 
 def _opened(path: Path, layout: Layout) -> TextIO:
-    try:
+    with reading(path, RecordingError):
         if path.suffix == ".gz":
             return gzip.open(path, "rt", encoding=layout.encoding, newline="")
         return path.open(encoding=layout.encoding, newline="")
-    except FileNotFoundError:
-        raise RecordingError(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot be read ({error.strerror or error})") from None
 
 
 def _texts(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[int, str]]:

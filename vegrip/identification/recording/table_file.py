@@ -39,7 +39,6 @@ class TableFile:
         self._is_remade = False  # the file was lost, and is made anew
 
     def add(self, row: str) -> None:
-        """Take one row, without its line end."""
         self._waiting.append(row)
 
     def flush(self) -> int:

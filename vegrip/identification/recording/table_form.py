@@ -5,6 +5,7 @@ header, UTF-16 or a mark of UTF-8, as its language and its maker want it. What t
 rest is what makes most numbers of the most lines.
 """
 
+import contextlib
 import csv
 import gzip
 import io
@@ -17,6 +18,7 @@ from typing import Final
 
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.table import Layout, split_line
+from vegrip.whole_file import reading
 
 SEEN_BYTES: Final = 2**17  # [bytes] that are looked at
 SEEN_LINES: Final = 400
@@ -66,15 +68,11 @@ def find_layout(path: Path, delimiter: str = "", decimal: str = "", skip: int = 
 
 
 def _head(path: Path) -> bytes:
-    try:
-        with gzip.open(path) if path.suffix == ".gz" else path.open("rb") as file:
-            return file.read(SEEN_BYTES)
-    except FileNotFoundError:
-        raise RecordingError(f"{path}: there is no such file") from None
-    except (EOFError, zlib.error, gzip.BadGzipFile):
-        return b""  # told when the table is read, with the line
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot be read ({error.strerror or error})") from None
+    damage = EOFError, zlib.error, gzip.BadGzipFile  # told when the table is read, with the line
+    opened = gzip.open if path.suffix == ".gz" else open
+    with reading(path, RecordingError), contextlib.suppress(*damage), opened(path, "rb") as file:
+        return file.read(SEEN_BYTES)
+    return b""
 
 
 def _encoding(head: bytes) -> tuple[str, str]:

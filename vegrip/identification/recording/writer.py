@@ -50,7 +50,7 @@ from vegrip.messages import (
     NodeStatus,
     SlipMargin,
 )
-from vegrip.whole_file import write_whole
+from vegrip.whole_file import write_whole, writing
 
 FILE_OF_MESSAGE: Final[dict[type[Message], str]] = {
     FingertipState: "recording.csv",
@@ -248,11 +248,9 @@ class RecordingWriter:
     def _make(self) -> None:
         if (self.folder / SESSION).exists() or (self.folder / "recording.toml").exists():
             raise RecordingError(f"{self.folder}: holds a recording already; choose another folder")
-        try:
+        with writing(self.folder, RecordingError):
             self.folder.mkdir(parents=True, exist_ok=True)
             write_whole(self.folder / SESSION, f'began = "{self._began}"\n')
-        except OSError as error:
-            raise RecordingError(f"{self.folder}: cannot be written ({error.strerror or error})") from None
 
     def _new(self, name: str, message: Message) -> TableFile:
         if name.endswith("/recording.csv"):

@@ -24,12 +24,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from vegrip.config import build, parameter, read_toml
+from vegrip.config import build, parameter, read_toml, toml_value
 from vegrip.errors import ConfigError, suggestion
 from vegrip.model import ContactModel
 from vegrip.virtual.bench.protocol import Episode, Segment, standard_protocol
 from vegrip.virtual.settings import FingertipSettings
-from vegrip.whole_file import write_whole
+from vegrip.whole_file import write_whole, writing
 
 __all__ = ["Episode", "Protocol", "Segment", "read_protocol", "write_protocol"]
 EPISODE_PAUSE_S = 20.0  # [s]
@@ -170,17 +170,15 @@ def write_protocol(protocol: Protocol, path: Path | str, comment: str = "") -> N
 
     """
     lines = [f"# {line}".rstrip() for line in comment.splitlines()]
-    lines += ["# SI units: s, m, N, m/s, rad/s, Hz.", f"name = {_text(protocol.name)}"]
+    lines += ["# SI units: s, m, N, m/s, rad/s, Hz.", f"name = {toml_value(protocol.name)}"]
     lines += [f"pause = {protocol.pause!r}  # [s] between episodes, out of contact"]
     notes = protocol.notes or ("",) * len(protocol.episodes)
     for episode, note in zip(protocol.episodes, notes, strict=True):
-        lines += ["", "[[episode]]", *([f"note = {_text(note)}"] if note else []), "segments = ["]
+        lines += ["", "[[episode]]", *([f"note = {toml_value(note)}"] if note else []), "segments = ["]
         lines += [f"    {{ {_line(segment)} }}," for segment in episode]
         lines.append("]")
-    try:
+    with writing(Path(path), ConfigError):
         write_whole(Path(path), "\n".join(lines) + "\n")
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be written ({error.strerror or error})") from None
 
 
 def _line(segment: Segment) -> str:
@@ -188,10 +186,6 @@ def _line(segment: Segment) -> str:
     rest = {name: getattr(segment, name) for name in ("amplitude", "frequency", "pull_x", "pull_y", "spin")}
     told |= {name: value for name, value in rest.items() if value}
     return ", ".join(f"{name} = {float(value)!r}" for name, value in told.items() if value is not None)
-
-
-def _text(text: str) -> str:
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", " ") + '"'
 
 
 def clear(model: ContactModel) -> Segment:

@@ -1,11 +1,11 @@
 """The board: what is known of fingers and nodes, how old it is, and a short log. Pure; time is passed in."""
 
-import math
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 
 from vegrip.clock import NS
+from vegrip.jsonable import jsonable
 from vegrip.messages import (
     Condition,
     ContactEstimate,
@@ -223,7 +223,7 @@ def as_json(board: Board, now: int) -> dict[str, object]:
     fingers = {
         finger: {
             name: {
-                **_jsonable(asdict(message)),
+                **jsonable(asdict(message)),
                 "age": row.age(kind, now),
                 "fresh": row.fresh(kind, now) is not None,
             }
@@ -236,22 +236,10 @@ def as_json(board: Board, now: int) -> dict[str, object]:
         "fingers": fingers,
         "nodes": {
             name: {
-                **_jsonable(asdict(row.status) if row.status is not None else {}),
+                **jsonable(asdict(row.status) if row.status is not None else {}),
                 "age": row.age(now),
                 "presence": row.presence.value,
             }
             for name, row in board.nodes.items()
         },
     }
-
-
-def _jsonable(value: dict[str, object]) -> dict[str, object]:
-    return {key: _jsonable_item(item) for key, item in value.items()}
-
-
-def _jsonable_item(value: object) -> object:
-    if isinstance(value, dict):
-        return _jsonable(value)
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return getattr(value, "name", value)

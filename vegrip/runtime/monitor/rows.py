@@ -7,9 +7,13 @@ from typing import TypeVar
 
 from vegrip.clock import NS
 from vegrip.messages import (
+    KNOWN,
+    PROBED,
     Condition,
     ContactEstimate,
     Estimate,
+    FingertipState,
+    ForceCommand,
     Lifecycle,
     Message,
     ModelHealth,
@@ -28,6 +32,34 @@ class _Heard:
     message: Message
     at: int  # [ns]
     gap: float  # [s]
+
+
+@dataclass(frozen=True, slots=True)
+class Now:
+    """What is said of a finger now; None where it is too old."""
+
+    state: FingertipState | None
+    contact: ContactEstimate | None
+    margin: SlipMargin | None
+    command: ForceCommand | None
+    health: ModelHealth | None
+    margin_age: float  # [s] of the newest margin, shown or not
+
+    @property
+    def friction(self) -> str:
+        """What is done with friction on purpose, by :attr:`vegrip.messages.ModelHealth.friction`."""
+        return self.health.friction if self.health is not None else ""
+
+    @property
+    def lets_go(self) -> bool:
+        """Whether a small margin is meant.
+
+        While friction is probed, slip is what is waited for, and felt. A finger whose friction is known holds
+        with less than the confidence of the reported bound, so that its margin itself has to be gone.
+        """
+        if self.margin is None:
+            return False
+        return self.friction == PROBED or (self.friction == KNOWN and not self.margin.margin.value < 0.0)
 
 
 @dataclass
@@ -51,6 +83,12 @@ class FingerRow:
 
     def fresh(self, kind: type[M], now: int) -> M | None:
         return self.newest(kind) if self.age(kind, now) <= self._patience(kind) else None
+
+    def now(self, now: int) -> Now:
+        """Return what is said of the finger at ``now`` [ns]."""
+        kinds = (FingertipState, ContactEstimate, SlipMargin, ForceCommand, ModelHealth)
+        state, contact, margin, command, health = (self.fresh(kind, now) for kind in kinds)
+        return Now(state, contact, margin, command, health, self.age(SlipMargin, now))  # type: ignore[arg-type]
 
     def age(self, kind: type[object], now: int) -> float:
         """Return how old the newest of ``kind`` is [s]; inf = there is none.

@@ -14,14 +14,13 @@ from vegrip.messages import (
     Condition,
     ContactEstimate,
     Estimate,
-    FingertipState,
     ForceCommand,
     ModelHealth,
     Reason,
     SlipMargin,
 )
 from vegrip.runtime.monitor.board import BUSY, Board, LogLine, words
-from vegrip.runtime.monitor.rows import FRESH, FingerRow, NodeRow, Presence
+from vegrip.runtime.monitor.rows import FRESH, FingerRow, NodeRow, Now, Presence
 
 BAR = 24  # characters of the margin bar
 NARROW_BAR = 13  # as long as "no news 59 min"
@@ -123,32 +122,26 @@ def _numbers(table: Table, *columns: tuple[str, int]) -> None:
 
 
 def _cells(finger: str, row: FingerRow, now: int, *, wide: bool, alarm: bool) -> list[RenderableType]:
-    contact, command = row.fresh(ContactEstimate, now), row.fresh(ForceCommand, now)
-    margin = row.fresh(SlipMargin, now)
+    said = row.now(now)
+    contact, margin, command = said.contact or ContactEstimate(0, finger, 0), said.margin, said.command
     learned = [
-        _estimate(contact.contact_radius if contact else Estimate(), 2, 1e3),
-        _estimate(contact.pressure_exponent if contact else Estimate(), 2),
-        _estimate(contact.friction_coefficient if contact else Estimate(), 2),
+        _estimate(contact.contact_radius, 2, 1e3),
+        _estimate(contact.pressure_exponent, 2),
+        _estimate(contact.friction_coefficient, 2),
     ]
+    measured = said.state.normal_force if said.state is not None else contact.normal_force.value
     return [
         finger,
-        _number(_force(row, now), 2),
+        _number(measured, 2),
         *(learned if wide else []),
-        _bar(row, now, BAR if wide else NARROW_BAR, alarm=alarm),
+        _bar(said, BAR if wide else NARROW_BAR, alarm=alarm),
         _number(margin.margin.value if margin else math.nan, 2, valid=margin is None or margin.margin.valid),
         _number(margin.lower_bound if margin else math.nan, 2),
         _number(command.normal_force if command else math.nan, 2),
         Text(words(command.reason), REASON_STYLE.get(command.reason, "")) if command else "",
         *([_age(row, now)] if wide else []),
-        _one_line(_health(row, now)),
+        _one_line(_health(said.health, is_new=row.announced is None)),
     ]
-
-
-def _force(row: FingerRow, now: int) -> float:
-    state, contact = row.fresh(FingertipState, now), row.fresh(ContactEstimate, now)
-    if state is not None:
-        return state.normal_force
-    return contact.normal_force.value if contact is not None else math.nan
 
 
 def _number(value: float, digits: int, *, valid: bool = True) -> Text:
@@ -162,21 +155,18 @@ def _estimate(estimate: Estimate, digits: int, scale: float = 1.0) -> Text:
     return Text(f"{scale * estimate.value:.{digits}f}{spread}", "" if estimate.valid else "dim")
 
 
-def _bar(row: FingerRow, now: int, width: int, *, alarm: bool) -> Text:
-    margin, contact = row.fresh(SlipMargin, now), row.fresh(ContactEstimate, now)
+def _bar(said: Now, width: int, *, alarm: bool) -> Text:
+    margin, contact = said.margin, said.contact
     if margin is None:
-        age = row.age(SlipMargin, now)
-        if not math.isfinite(age):
+        if not math.isfinite(said.margin_age):
             return Text("no margin yet", "dim")
-        return Text(f"no news {spoken(age)}", "bold red" if alarm else "dim")
+        return Text(f"no news {spoken(said.margin_age)}", "bold red" if alarm else "dim")
     if not math.isfinite(margin.margin.value):
         return Text("no contact" if contact is not None and not contact.in_contact else "-", "dim")
     value, bound = min(max(margin.margin.value, 0.0), 1.0), margin.lower_bound
     full = round(width * value)
-    health = row.fresh(ModelHealth, now)
-    friction = health.friction if health is not None else ""
-    purpose = friction == PROBED or (friction == KNOWN and margin.margin.value >= 0.0)
-    text = Text("█" * full, ON_PURPOSE if purpose else _colour(bound if math.isfinite(bound) else value))
+    colour = ON_PURPOSE if said.lets_go else _colour(bound if math.isfinite(bound) else value)
+    text = Text("█" * full, colour)
     text.append("·" * (width - full), "dim")
     if math.isfinite(bound):
         at = min(max(round(width * bound), 0), width - 1)
@@ -206,12 +196,11 @@ def spoken(age: float) -> str:
     return f"{age / 60.0:.0f} min" if age < 5940.0 else f"{age / 3600.0:.0f} h"
 
 
-def _health(row: FingerRow, now: int) -> Text:
-    health = row.fresh(ModelHealth, now)
+def _health(health: ModelHealth | None, *, is_new: bool) -> Text:
     if health is None:
         return Text("-", "dim")
     if health.condition > Condition.DEGRADED:
-        if row.announced is None and health.condition <= Condition.MISSING:
+        if is_new and health.condition <= Condition.MISSING:
             return Text("no input yet", "dim")
         return Text(words(health.condition), "bold red")
     if not health.consistent and health.channel:

@@ -111,8 +111,6 @@ class Watch:
 
 
 class _Topics:
-    """The topics of one node."""
-
     def __init__(self, entry: Entry) -> None:
         self._entry = entry
         self._topics = MsgpackCodec(entry.namespace, remap=entry.remap).topics

@@ -314,7 +314,7 @@ def _masked(name: Pattern) -> Iterator[Masked]:
     places: dict[str, tuple[list[tuple[str, Words]], ...]] = defaultdict(lambda: ([], []))
     for side, part in enumerate(name):
         for i, word in enumerate(part):
-            ends = ((word, FINGER),)
+            ends: tuple[tuple[str, str], ...] = ((word, FINGER),)
             if not word.isdecimal():
                 ends = tuple({word[0]: FINGER + word[1:], word[-1]: word[:-1] + FINGER}.items())
             for mark, left in ends:

@@ -117,7 +117,7 @@ def routes(calibrator: Calibrator) -> list[Route]:
         "look": lambda _: calibrator.refresh(),
         "stop": lambda _: calibrator.stop(),
     }
-    return job_routes("calibrate.html", calibrator, actions)
+    return job_routes("calibrate", "trial", calibrator, actions)
 
 
 def run(folder: Path, node: str, port: int, announce: Callable[[str], None], *, opens: bool = False) -> None:

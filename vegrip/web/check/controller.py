@@ -10,13 +10,14 @@ from typing import Any
 
 from starlette.routing import Route
 
-from vegrip.errors import InputError, UsageError
+from vegrip.errors import UsageError
 from vegrip.identification.recording.data import episodes_text, parse_episodes
 from vegrip.runtime.registry import ask, find_node
 from vegrip.web.check.render import body, verdict
 from vegrip.web.check.session import Rung, Session, load, save
 from vegrip.web.job_page import Actions, JobPage, job_routes
 from vegrip.web.server import serve
+from vegrip.whole_file import writing
 
 
 @dataclass(frozen=True)
@@ -230,10 +231,8 @@ class Controller(JobPage):
                 raise UsageError("a model file ends in .toml")
             if path.exists():
                 raise UsageError(f"{path} is there already; give another name")
-            try:
+            with writing(path):
                 shutil.copyfile(self.folder / rung.model, path)
-            except OSError as error:
-                raise InputError(f"{path} cannot be written: {error.strerror}") from None
             self._say(f"saved as {path}", f"cp {shlex.quote(self._path(rung.model))} {shlex.quote(name)}")
 
     def use_in_node(self, node: str) -> None:
@@ -356,7 +355,7 @@ def routes(controller: Controller) -> list[Route]:
         "write_model": lambda told: controller.write_model(str(told["name"])),
         "use_in_node": lambda told: controller.use_in_node(str(told["node"])),
     }
-    return job_routes("check.html", controller, actions)
+    return job_routes("check", "model", controller, actions)
 
 
 def _place(told: Any) -> int | None:

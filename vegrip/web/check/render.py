@@ -142,17 +142,15 @@ def ranking(rung: Rung, have: Sequence[str], *, is_busy: bool, has_buttons: bool
         nothing = "<p>No further effect of the catalogue explains anything more.</p>"
         return section("what may be missing", nothing, _undecided(told))
     most = max([1.0, *(one["heldout_gain"] for one in told["effects"])])
-    rows = "".join(
-        _candidate(one, most, named=one["name"] in told["named"], has_buttons=has_buttons, is_busy=is_busy)
-        for one in tried
-    )
-    head = (
-        '<tr><th>effect</th><th class="num">evidence [nats]</th><th class="num">held out [nats]</th><th></th>'
-        '<th class="num">error after / noise</th><th>fails</th><th></th></tr>'
-    )
+    named = [place for place, one in enumerate(tried, 1) if one["name"] in told["named"]]
+    rows = [
+        _candidate(one, most, named=place in named, has_buttons=has_buttons, is_busy=is_busy)
+        for place, one in enumerate(tried, 1)
+    ]
+    head = ("effect", "evidence [nats]", "held out [nats]", "", "error after / noise", "fails", "")
     return section(
         "what may be missing",
-        f'{_undecided(told)}<div class="scroll"><table class="ranking">{head}{rows}</table></div>',
+        _undecided(told) + table(head, rows, numbers=(1, 2, 4), kind="ranking", named=named),
         '<p class="soft">Evidence: how much better the effect explains the recording, its price paid. '
         "Held out: on episodes that the fit has not seen. An effect that fails a test is no finding.</p>",
     )
@@ -352,18 +350,18 @@ def _channel(name: str, error: Told | None, told: Told, other: str, beside: Told
     )
 
 
-def _candidate(one: Told, most: float, *, named: bool, has_buttons: bool, is_busy: bool) -> str:
+def _candidate(
+    one: Told, most: float, *, named: bool, has_buttons: bool, is_busy: bool
+) -> tuple[object, ...]:
     name = one["name"]
     label = escape(name.replace("_", " "))
     given = {"class_": "main" if named else "", "id": f"add-{name}", "data_effect": name}
     adds = button("add", "add", is_busy=is_busy, **given) if has_buttons else ""
     fails = escape(", ".join(one["failed"])) or '<span class="ok">passes all tests</span>'
-    return (
-        f'<tr class="{"named" if named else ""}"><td>{"<b>" + label + "</b>" if named else label}</td>'
-        f'<td class="num">{one["evidence_gain"]:.0f}</td><td class="num">{one["heldout_gain"]:.0f}</td>'
-        f'<td>{bar(one["heldout_gain"] / most)}</td><td class="num">{one["error_after"]:.2f}</td>'
-        f"<td>{fails}</td><td>{adds}</td></tr>"
-    )
+    gains = (f"{one['evidence_gain']:.0f}", f"{one['heldout_gain']:.0f}")
+    size = Markup(bar(one["heldout_gain"] / most))
+    title = Markup(f"<b>{label}</b>" if named else label)
+    return (title, *gains, size, f"{one['error_after']:.2f}", Markup(fails), Markup(adds))
 
 
 def _undecided(told: Told) -> str:

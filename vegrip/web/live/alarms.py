@@ -9,13 +9,8 @@ from enum import Enum
 
 from vegrip.clock import NS
 from vegrip.messages import (
-    KNOWN,
-    PROBED,
     Condition,
-    ContactEstimate,
-    ForceCommand,
     Lifecycle,
-    ModelHealth,
     Reason,
     SlipMargin,
 )
@@ -90,19 +85,16 @@ def alarms_of(board: Board, now: int) -> list[Alarm]:
 
 
 def _of_finger(name: str, row: FingerRow, now: int) -> list[Alarm]:
-    margin, command = row.fresh(SlipMargin, now), row.fresh(ForceCommand, now)
-    contact, health = row.fresh(ContactEstimate, now), row.fresh(ModelHealth, now)
+    said = row.now(now)
+    margin, command, contact, health = said.margin, said.command, said.contact, said.health
     found = []
     if health is not None and health.condition > Condition.DEGRADED:
-        found.append(
-            Alarm(
-                f"input {name}", Level.BAD, CONDITIONS[health.condition], name, CONDITIONS[health.condition]
-            )
-        )
+        text = CONDITIONS[health.condition]
+        found.append(Alarm(f"input {name}", Level.BAD, text, name, text))
     if command is not None and command.reason is Reason.SLIP:
         found.append(Alarm(f"slip {name}", Level.BAD, "slip is felt, the grip is raised", name, "slips"))
-    if contact is not None and contact.in_contact and margin is not None:
-        found += _of_margin(name, margin, health.friction if health is not None else "")
+    if contact is not None and contact.in_contact and margin is not None and not said.lets_go:
+        found += _of_margin(name, margin)
     if command is not None and command.reason in (Reason.MAX_LIMIT, Reason.FAIL_SAFE):
         found.append(Alarm(f"limit {name}", Level.WARN, REASONS[command.reason], name, words(command.reason)))
     if health is not None and health.channel and not health.consistent:
@@ -114,20 +106,13 @@ def states_of(board: Board, now: int) -> list[Alarm]:
     """Return what fingers do on purpose at ``now`` [ns] that would be alarming otherwise."""
     found = []
     for name, row in board.rows.items():
-        health, margin = row.fresh(ModelHealth, now), row.fresh(SlipMargin, now)
-        if health is not None and margin is not None and (text := FRICTION.get(health.friction)):
+        said = row.now(now)
+        if said.margin is not None and (text := FRICTION.get(said.friction)):
             found.append(Alarm(f"friction {name}", Level.CALM, text, name))
     return found
 
 
-def _of_margin(name: str, margin: SlipMargin, friction: str) -> list[Alarm]:
-    """Return what the margin warns of; one that is small on purpose does not warn.
-
-    While friction is probed, slip is what is waited for, and felt. A finger whose friction is known holds
-    with less than the confidence of the reported bound, so that its margin itself has to be gone.
-    """
-    if friction == PROBED or (friction == KNOWN and not margin.margin.value < 0.0):
-        return []
+def _of_margin(name: str, margin: SlipMargin) -> list[Alarm]:
     if margin.margin.valid and margin.lower_bound < 0.0:
         text = "may be slipping: the lower bound of the margin is below zero"
         return [Alarm(f"bound {name}", Level.BAD, text, name, "may slip")]

@@ -37,6 +37,8 @@ CONFIDENCE = 0.95  # one-sided, of the inner limit surface where the margin name
 
 OF_THE_CONTACT = ("mu", "k")  # are in ContactEstimate, as they are now
 
+SHOWN = ("normal_force", "contact_radius", "pressure_exponent", "friction_coefficient", "indentation")
+
 NO_LOAD = 0.98  # margin from which on the load is too small to tell the sure limit from
 
 
@@ -57,19 +59,18 @@ def finger_view(
         learned: newest of each parameter, by symbol.
 
     """
-    contact, margin = row.fresh(ContactEstimate, now), row.fresh(SlipMargin, now)
-    command, health = row.fresh(ForceCommand, now), row.fresh(ModelHealth, now)
-    state = row.fresh(FingertipState, now)
+    said = row.now(now)
+    contact, margin = said.contact, said.margin
     return {
-        "age": finite(row.age(SlipMargin, now)),
+        "age": finite(said.margin_age),
         "fresh": margin is not None,
         "in_contact": contact.in_contact if contact is not None else None,
         "margin": _margin(margin, wanted),
-        "command": _command(command),
+        "command": _command(said.command),
         "contact": _contact(contact),
         "surface": _surface(contact, margin),
-        "load": _load(state),
-        "health": _health(health),
+        "load": _load(said.state),
+        "health": _health(said.health),
         "learned": [_learned(one) for symbol, one in learned.items() if symbol not in OF_THE_CONTACT],
     }
 
@@ -111,14 +112,8 @@ def _command(command: ForceCommand | None) -> dict[str, Any] | None:
 def _contact(contact: ContactEstimate | None) -> dict[str, Any] | None:
     if contact is None:
         return None
-    return {
-        "normal_force": _estimate(contact.normal_force),
-        "contact_radius": _estimate(contact.contact_radius),
-        "pressure_exponent": _estimate(contact.pressure_exponent),
-        "friction_coefficient": _estimate(contact.friction_coefficient),
-        "indentation": _estimate(contact.indentation),
-        "peak_pressure": _peak_pressure(contact),  # [Pa]
-    }
+    shown = {name: _estimate(getattr(contact, name)) for name in SHOWN}
+    return {**shown, "peak_pressure": _peak_pressure(contact)}  # [Pa]
 
 
 def _peak_pressure(contact: ContactEstimate) -> float | None:

@@ -5,16 +5,16 @@ import threading
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import closing
-from typing import Any, Protocol
+from typing import Any
 
 import uvicorn
-from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
+from starlette.responses import FileResponse, Response, StreamingResponse
 from starlette.routing import Route
 
 from vegrip.clock import NS
 from vegrip.errors import DeviceError, VegripError
+from vegrip.jsonable import jsonable
 from vegrip.messages import (
     ContactEstimate,
     FingertipState,
@@ -28,24 +28,10 @@ from vegrip.runtime.monitor.board import Board
 from vegrip.runtime.monitor.watch import Watch
 from vegrip.runtime.registry import CONFIGURING_MAY_TAKE, ask, find_node, running_nodes
 from vegrip.web.live.view import COLUMN_PERIOD_S, EventLog, LiveView
-from vegrip.web.server import STATIC, STATUS_OF_EXIT_CODE, asked, events, guarded, listening, serve
+from vegrip.web.server import STATIC, answering, events, guarded, listening, serve
 
 
-class EventSource(Protocol):
-    """The source of the events of the page."""
-
-    @property
-    def number(self) -> int:
-        """The number of the newest event."""
-
-    def first(self) -> tuple[int, str]:
-        """Return number and text of the event for a page that has just come."""
-
-    def since(self, number: int) -> tuple[int, str]:
-        """Return number and text of the event with what is new since the event ``number``."""
-
-
-def routes(stream: EventSource) -> list[Route]:
+def routes(stream: EventLog) -> list[Route]:
     async def page(_: Request) -> Response:
         return FileResponse(STATIC / "live.html")
 
@@ -55,14 +41,14 @@ def routes(stream: EventSource) -> list[Route]:
     return [
         Route("/", page),
         Route("/live", live),
-        Route("/parameters", _answers(_parameters), methods=["GET"]),
-        Route("/parameters", _answers(_set_parameter), methods=["POST"]),
-        Route("/state", _answers(lambda told: ask(find_node(told["node"]), "state")), methods=["GET"]),
-        Route("/state", _answers(_set_state), methods=["POST"]),
+        Route("/parameters", answering(_parameters), methods=["GET"]),
+        Route("/parameters", answering(_set_parameter), methods=["POST"]),
+        Route("/state", answering(lambda told: ask(find_node(told["node"]), "state")), methods=["GET"]),
+        Route("/state", answering(_set_state), methods=["POST"]),
     ]
 
 
-async def _texts(stream: EventSource) -> AsyncIterator[str]:
+async def _texts(stream: EventLog) -> AsyncIterator[str]:
     number, text = stream.first()
     yield text
     while True:
@@ -73,36 +59,15 @@ async def _texts(stream: EventSource) -> AsyncIterator[str]:
 
 
 def _parameters(told: dict[str, Any]) -> Any:
-    return [_finite(row) for row in ask(find_node(told["node"]), "parameters")]
+    return jsonable(ask(find_node(told["node"]), "parameters"))
 
 
 def _set_parameter(told: dict[str, Any]) -> Any:
-    rows = ask(find_node(told["node"]), "set_parameter", name=told["name"], value=told["value"])
-    return [_finite(row) for row in rows]
+    return jsonable(ask(find_node(told["node"]), "set_parameter", name=told["name"], value=told["value"]))
 
 
 def _set_state(told: dict[str, Any]) -> Any:
     return ask(find_node(told["node"]), "set_state", CONFIGURING_MAY_TAKE, target=told["target"])
-
-
-def _answers(call: Callable[[dict[str, Any]], Any]) -> Callable[[Request], Any]:
-    """Return an endpoint that answers JSON: what ``call`` returns, or one sentence and the exit code."""
-
-    async def endpoint(request: Request) -> Response:
-        try:
-            return JSONResponse(await run_in_threadpool(call, await asked(request)))
-        except VegripError as error:
-            sentence = {"error": str(error), "exit_code": error.exit_code}
-            return JSONResponse(sentence, STATUS_OF_EXIT_CODE.get(error.exit_code, 500))
-        except KeyError as missing:
-            return JSONResponse({"error": f"the request lacks {missing}", "exit_code": 2}, 400)
-
-    return endpoint
-
-
-def _finite(row: dict[str, Any]) -> dict[str, Any]:
-    infinite = (float("inf"), -float("inf"))
-    return {key: None if value in infinite or value != value else value for key, value in row.items()}  # noqa: PLR0124 (NaN)
 
 
 EVERY_ONE = (SlipMargin, LearnedParameter)
@@ -137,7 +102,7 @@ class Stream:
         while not self._stop.is_set():
             self._watch.step(self.log.view)
             if (now := time.monotonic()) >= due:
-                self.log.tick(time.monotonic_ns(), self._wishes)
+                self.log.add_event(time.monotonic_ns(), self._wishes.wanted_margin)
                 due = max(due + COLUMN_PERIOD_S, now)
             self._stop.wait(max(0.0, min(due - time.monotonic(), COLUMN_PERIOD_S / 2)))
 
@@ -189,7 +154,7 @@ def run(port: int, announce: Callable[[str], None], *, opens: bool = False) -> N
 LOOKED_AT_S = 2.0  # [s] after the last look of a page in which messages are taken
 
 
-class FedPage:
+class FedPage(EventLog):
     """Serves the live page from a thread; costs nothing while it is not looked at.
 
     Args:
@@ -199,8 +164,8 @@ class FedPage:
     """
 
     def __init__(self, wanted_margin: float, port: int) -> None:
+        super().__init__(LiveView(Board(time.monotonic_ns())))
         self._wanted = wanted_margin
-        self._log = EventLog(LiveView(Board(time.monotonic_ns())))
         self._looked = self._due = 0.0
         try:
             self._listener = listening(port)
@@ -222,31 +187,23 @@ class FedPage:
     def receive(self, message: Message, now: int, node: str) -> None:
         """Take a message that came at ``now`` [ns]; dropped while no page looks."""
         if now / NS - self._looked < LOOKED_AT_S:
-            self._log.view.receive(message, now, node)
+            self.view.receive(message, now, node)
 
     def tick(self) -> None:
         """Make the next event, when it is due and a page looks; called by the thread that takes."""
         now = time.monotonic()
         if now >= self._due and now - self._looked < LOOKED_AT_S:
             self._due = now + COLUMN_PERIOD_S
-            self._log.tick(time.monotonic_ns(), self)
-
-    def wanted_margin(self, node: str) -> float | None:
-        del node
-        return self._wanted
+            self.add_event(time.monotonic_ns(), lambda _: self._wanted)
 
     @property
     def number(self) -> int:
         self._looked = time.monotonic()
-        return self._log.number
+        return self._number
 
     def first(self) -> tuple[int, str]:
         self._looked = time.monotonic()
-        return self._log.first()
-
-    def since(self, number: int) -> tuple[int, str]:
-        """Return number and text of the event with what is new since the event ``number``."""
-        return self._log.since(number)
+        return super().first()
 
     def _serve(self) -> None:
         self._server.run(sockets=[self._listener])

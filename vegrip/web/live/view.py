@@ -7,9 +7,9 @@ import json
 import math
 import threading
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 from vegrip.clock import NS
 from vegrip.messages import (
@@ -79,11 +79,8 @@ MOST_LEARNED = 32  # parameters of one finger
 PERCENTILES = ("latency_p50", "latency_p99", "latency_max", "lateness_max")
 
 
-class Wishes(Protocol):
-    """Who knows the margin that a node keeps."""
-
-    def wanted_margin(self, node: str) -> float | None:
-        """Return the margin that ``node`` keeps, None = not known."""
+Wanted = Callable[[str], float | None]
+"""Margin that a node keeps, by its name; None = not known."""
 
 
 @dataclass
@@ -124,7 +121,7 @@ class LiveView:
             self.columns.setdefault(finger, Columns())
         return {finger: columns.close() for finger, columns in self.columns.items()}
 
-    def snapshot(self, now: int, wishes: Wishes) -> dict[str, Any]:
+    def snapshot(self, now: int, wanted: Wanted) -> dict[str, Any]:
         """Return everything as of ``now`` [ns] but the columns."""
         self.board.refresh(now)
         board = self.board
@@ -137,7 +134,7 @@ class LiveView:
                 | finger_view(
                     row,
                     now,
-                    wanted=wishes.wanted_margin(row.source),
+                    wanted=wanted(row.source),
                     learned=self._learned.get(name, {}) if self._is_heard(row.source) else {},
                 )
                 for name, row in board.rows.items()
@@ -203,10 +200,10 @@ def _node(row: NodeRow, now: int) -> dict[str, Any]:
 
 
 class EventLog:
-    """Turns a view into events, one for each :meth:`tick`; pages read from any thread.
+    """Turns a view into events, one for each :meth:`add_event`; pages read from any thread.
 
     Args:
-        view: that is shown; only the thread that ticks may change it.
+        view: that is shown; only the thread that adds events may change it.
 
     """
 
@@ -221,9 +218,9 @@ class EventLog:
     def number(self) -> int:
         return self._number
 
-    def tick(self, now: int, wishes: Wishes) -> None:
+    def add_event(self, now: int, wanted: Wanted) -> None:
         """Close the columns and make the event of ``now`` [ns]."""
-        snapshot = json.dumps(self.view.snapshot(now, wishes), separators=(",", ":"), allow_nan=False)
+        snapshot = json.dumps(self.view.snapshot(now, wanted), separators=(",", ":"), allow_nan=False)
         with self._lock:
             self._number += 1
             self._recent.append((self._number, self.view.close_columns()))
