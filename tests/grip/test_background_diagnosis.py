@@ -8,7 +8,7 @@ import pytest
 from vegrip.nodes.grasp_force import build
 
 from validation.health_detection import fit_finger, run_estimator
-from vegrip.estimator.health import CALM, FAILS, MENDED, NO_CELL, HealthHysteresis
+from vegrip.estimator.health import NO_CELL, HealthHysteresis
 from vegrip.grip import background_diagnosis
 from vegrip.grip.background_diagnosis import BackgroundDiagnosis, SampleRing
 from vegrip.grip.model_swap import ModelSwap
@@ -164,14 +164,14 @@ def test_a_running_node_takes_the_extended_model_over_and_its_innovations_fall_a
 def test_the_verdict_comes_after_a_while_and_goes_after_a_longer_one() -> None:
     watch, now = HealthHysteresis(), 0
     assert watch.update(14, 1.2, 0.0, now) == NO_CELL
-    assert watch.update(14, 1.2, 0.0, now + round(FAILS * 1e9)) == 14
+    assert watch.update(14, 1.2, 0.0, now + 500_000_000) == 14
     now += 10**9
     assert watch.update(14, 0.9, 0.9, now) == 14  # between calm and the edge it stays
     now += 10**11
     assert watch.update(14, 0.9, 0.9, now) == 14
-    assert watch.update(2, CALM / 2, 0.1, now) == 14
-    assert watch.update(2, CALM / 2, 0.1, now + round(0.9 * MENDED * 1e9)) == 14
-    assert watch.update(2, CALM / 2, 0.1, now + round(MENDED * 1e9)) == NO_CELL
+    assert watch.update(2, 0.4, 0.1, now) == 14
+    assert watch.update(2, 0.4, 0.1, now + 9_000_000_000) == 14
+    assert watch.update(2, 0.4, 0.1, now + 10_000_000_000) == NO_CELL
 
 
 def test_a_single_look_a_little_outside_changes_nothing_and_one_far_outside_does() -> None:

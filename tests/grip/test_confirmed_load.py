@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vegrip.grip.confirmed_load import CONFIRM_NOISE, CONFIRM_PART, CONFIRM_SIZE, confirm_load
+from vegrip.grip.confirmed_load import CONFIRM_SIZE, confirm_load
 from vegrip.grip.controller import GripController
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.settings import ControlSettings
@@ -31,8 +31,8 @@ def test_a_lone_sample_counts_for_no_more_than_a_band_and_the_next_one_in_full(o
     load = (0.3, -0.4, 5e-3)
     wrong = (load[0] + off[0], load[1] + off[1], load[2] + off[2])
     told = counted([load, load, wrong, load, load])
-    band = CONFIRM_PART * 0.5 + CONFIRM_NOISE * NOISE
-    bands = band, band, CONFIRM_PART * 5e-3 + CONFIRM_NOISE * TORQUE_NOISE
+    band = 0.25 * 0.5 + 6.0 * NOISE
+    bands = band, band, 0.25 * 5e-3 + 6.0 * TORQUE_NOISE
     for value, before, most in zip(told[2], load, bands, strict=True):
         assert abs(value - before) <= most * (1.0 + 1e-12)
     assert told[3] == pytest.approx(load, rel=0.3)
@@ -60,7 +60,7 @@ def test_without_a_band_it_is_the_median_of_three() -> None:
     q, told = [math.nan] * CONFIRM_SIZE, []
     for value in values:
         before = [q[0], q[3]]
-        confirm_load(q, 0, value, 0.0, 0.0, -CONFIRM_PART / CONFIRM_NOISE * math.hypot(*q[:2]), 0.0)
+        confirm_load(q, 0, value, 0.0, 0.0, -0.25 / 6.0 * math.hypot(*q[:2]), 0.0)
         told.append((q[0], sorted([*before, value])[1]))
     got, median = np.array(told[1:]).T
     assert got == pytest.approx(median, abs=1e-12)

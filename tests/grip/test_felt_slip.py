@@ -7,7 +7,6 @@ import pytest
 from vegrip.grip.felt_slip import (
     FELT_BY_LOAD,
     FELT_BY_OTHER,
-    FELT_DISTRUST,
     FELT_FLAG,
     FELT_OFF,
     FELT_SILENT,
@@ -114,7 +113,7 @@ def test_what_is_felt_late_is_given_so_much_longer() -> None:
 def test_a_channel_is_believed_again_when_it_has_been_quiet_for_long_enough() -> None:
     q = felt()
     feel(q, 1.0, 1.0, 2e-5, 0.5)
-    feel(q, FELT_DISTRUST - 1.0, 0.0, 0.0, 0.5)
+    feel(q, 29.0, 0.0, 0.0, 0.5)
     assert is_believed(q) == (False, True)
     feel(q, 1.1, 0.0, 0.0, 0.5)
     assert is_believed(q) == (True, True)

@@ -53,6 +53,12 @@ def test_the_stated_interval_is_that_of_the_mixture(std, rise, spread):
         assert end == pytest.approx(brentq(lambda x, c=chance: share(x) - c, -5.0, 5.0), abs=1e-5)
 
 
+def test_what_is_stated_of_a_known_friction_and_of_one_that_fell():
+    """It may have fallen by a quarter, give or take a tenth, or be back: at a chance of 8 % each."""
+    assert stated_friction(-0.3, 0.1, 0.1, 0.05, UNKNOWN) == pytest.approx((-0.248692, 0.190385), abs=1e-6)
+    assert stated_friction(-0.3, 0.05, -0.3, 0.05, UNKNOWN) == pytest.approx((-0.404188, 0.102277), abs=1e-6)
+
+
 def test_of_an_object_that_is_unknown_the_belief_itself_is_stated():
     assert stated_friction(-0.4, 0.4, 0.3, 0.1, UNKNOWN) == (-0.4, 0.4)
     assert stated_friction(-0.4, math.inf, 0.3, 0.1, UNKNOWN) == (-0.4, math.inf)

@@ -10,7 +10,6 @@ from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.grip.controller import GripController
 from vegrip.grip.friction_settings import FrictionSettings
-from vegrip.grip.joint_confidence import FINGER_CORRELATION
 from vegrip.grip.node import GraspForce
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import PROBED, Condition, FingertipState
@@ -162,9 +161,9 @@ def test_probing_says_why_it_is_off_and_is_careful_then(
     friction: FrictionSettings, slip: float, sentence: str
 ) -> None:
     _, std = controller(LEARNING).friction.belief("index")
-    as_alone = replace(friction, own_spread=std * math.sqrt(1.0 - FINGER_CORRELATION))
+    as_alone = replace(friction, own_spread=std * math.sqrt(1.0 - 0.9))
     bench = Bench(controller(as_alone))
-    assert bench.hand.friction.correlation == pytest.approx(FINGER_CORRELATION, rel=1e-9)
+    assert bench.hand.friction.correlation == pytest.approx(0.9, rel=1e-9)
     seconds = 0.6 if sentence else 3.0  # an unknown object is lifted with as much, and then let go of
     bench.run(seconds, 0.6, dict.fromkeys(NAMES, slip))
     why = bench.hand.friction.why_not_probing

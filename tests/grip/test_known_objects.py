@@ -9,7 +9,7 @@ import pytest
 
 from validation.faults.testbed import Scene
 from vegrip.errors import ConfigError
-from vegrip.grip.known_objects import ANEW, KnownObjects, ObjectFriction
+from vegrip.grip.known_objects import KnownObjects, ObjectFriction
 from vegrip.grip.parameters import GraspParameters
 from vegrip.trials.candidates import demo_parameters, learning_parameters, make_node
 
@@ -50,7 +50,7 @@ def test_the_file_holds_the_friction_of_the_object_within_its_error(tmp_path: Pa
     assert found is not None
     true = math.log(float(np.mean([tip.friction for tip in scene.hand_node.hand.soft.tips])))
     assert abs(found.mean - true) < 3.0 * found.prior[1]
-    assert found.prior[1] == pytest.approx(math.hypot(found.std, ANEW))
+    assert found.prior[1] == pytest.approx(math.hypot(found.std, 0.1))
     assert KnownObjects(tmp_path).read("cup") is None
 
 

@@ -46,7 +46,9 @@ def test_a_slide_is_over_where_the_load_has_fallen_far_below_that_of_then() -> N
     for _ in range(20):
         recall_load(q, 0, 0.002, 0.5)
     assert present_slip(q, 0, 1.0) == 1.0
-    recall_load(q, 0, 0.002, 0.39)
+    recall_load(q, 0, 0.002, 0.405)
+    assert present_slip(q, 0, 1.0) == 1.0
+    recall_load(q, 0, 0.002, 0.395)
     assert present_slip(q, 0, 1.0) == 0.0
     assert present_slip(q, 1, 1.0) == 1.0, "another finger"
     assert math.isnan(present_slip(q, 0, math.nan)), "what is not sensed stays so"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vegrip.grip.drive_lag import DRIVE_KNOWN, DRIVE_LAG, begin_drives, tell_drives
-from vegrip.grip.load_lead import LEAD_MOST, LEAD_SIZE, begin_lead, lead_load, lead_variance
+from vegrip.grip.load_lead import LEAD_SIZE, begin_lead, lead_load, lead_variance
 
 DT, NOISE, TORQUE_NOISE, LAG = 0.002, 0.01, 1e-4, 0.01
 
@@ -67,9 +67,9 @@ def test_a_measured_lag_counts_instead_of_the_one_that_is_told() -> None:
 
 def test_of_a_long_measured_lag_a_part_is_led_and_more_is_held_for_the_rest() -> None:
     steady = [(2.0, 0.0, 0.01)] * 100
-    force, torque = led(steady, measured=LEAD_MOST + 0.02)[-1]
+    force, torque = led(steady, measured=0.035)[-1]
     assert (force, torque) == pytest.approx((2.2, 0.011))
-    assert led(steady, measured=LEAD_MOST)[-1] == pytest.approx((2.0, 0.01))
+    assert led(steady, measured=0.015)[-1] == pytest.approx((2.0, 0.01))
 
 
 @pytest.mark.parametrize(("keep", "hold"), [(0.5, 0.9), (0.0, 0.99), (0.9, 0.9), (0.3, 0.0)])
@@ -82,3 +82,29 @@ def test_the_variance_of_fast_minus_slow_is_that_of_its_weights(keep, hold) -> N
 
 def test_two_that_keep_everything_have_no_variance() -> None:
     assert lead_variance(1.0, 1.0) == 0.0
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_step_is_followed_in_3_and_12_ms_and_two_deviations_of_their_difference_do_not_count(
+    noise, sign
+) -> None:
+    q = [0.0] * LEAD_SIZE
+    begin_lead(q, noise, 0.0)
+    lead_load(q, 0, 0.003, 0.0, 0.0, 0.0)
+    begin_drives(q, NOISE)
+    tell_drives(q, 0.01, measured=False, burst=5.0)
+    ahead, _ = lead_load(q, 0, 0.003, 0.0, sign, 0.0)
+    fast, slow = 1.0 - math.exp(-1.0), 1.0 - math.exp(-0.25)
+    n = np.arange(2000)
+    weights = fast * (1.0 - fast) ** n - slow * (1.0 - slow) ** n
+    off = max(fast - slow - 2.0 * noise * math.sqrt(float(np.sum(weights**2))), 0.0)
+    assert ahead == pytest.approx(fast + 0.013 * off / 0.009)
+
+
+@pytest.mark.parametrize(("measured", "held"), [(0.015, 1.0), (0.025, 1.05)])
+def test_what_is_held_beyond_fifteen_milliseconds_grows_with_the_burst(measured, held) -> None:
+    assert led([(2.0, 0.0, 0.0)] * 50, measured=measured)[-1][0] == pytest.approx(2.0 * held)
+    ramp = [(0.0, 20.0 * k * DT, 0.0) for k in range(100)]
+    lead = led(ramp, measured=measured)[-1][0] / held - ramp[-1][1]
+    assert lead == pytest.approx(20.0 * 0.015, rel=0.1)

@@ -1,7 +1,6 @@
 """A reader that does not read: the kernel drops the newest frames and tells nobody; the counters show it."""
 
 from vegrip.messages import FingertipState
-from vegrip.transport.codec.sequence import RESYNC
 
 SENT = 600
 
@@ -18,6 +17,6 @@ def test_what_the_kernel_dropped_is_counted_as_lost_and_what_follows_is_taken(en
     sender.send(FingertipState(0, "thumb", SENT, normal_force=2.0))
     (fresh,) = receiver.receive(1.0)
     assert (fresh.seq, fresh.normal_force) == (SENT, 2.0)
-    silent = fresh.stamp - kept[-1].stamp > RESYNC  # on a slow machine: then a stream may go on anywhere
+    silent = fresh.stamp - kept[-1].stamp > 500_000_000  # on a slow machine: then a stream may go on anywhere
     assert receiver.rejected == ({} if silent else {"lost": SENT - len(kept)})
     assert sender.rejected == {}

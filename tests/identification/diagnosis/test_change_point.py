@@ -123,6 +123,18 @@ def test_no_change_makes_a_force_that_pulls(cracked, amount) -> None:
     assert np.all(force[before == 0.0] == 0.0)
 
 
+@pytest.mark.parametrize(("variable", "at"), [("time", 3.1), ("displacement", 7e-4)])
+def test_an_error_of_the_motion_makes_as_much_force_as_the_changed_stiffness(cracked, variable, at) -> None:
+    changed, plain = (Changed(cracked.problem, variable, is_relaxing=True) for _ in range(2))
+    changed.at = at
+    changed.freeze(np.append(cracked.optimum.u, 0.3))
+    plain.freeze(np.append(cracked.optimum.u, 0.0))
+    there = (changed.places >= at) & (plain.stiffness > 0.0)
+    more = 0.3 * (plain.stiffness if variable == "time" else changed.scale) * there
+    assert there.sum() > 100
+    assert changed.stiffness == pytest.approx(plain.stiffness + more, rel=1e-9)
+
+
 @pytest.mark.parametrize("variable", ["time", "displacement"])
 @pytest.mark.parametrize("is_relaxing", [False, True])
 def test_the_evidence_of_a_change_is_that_of_one_column_more(cracked, variable, is_relaxing) -> None:
