@@ -242,7 +242,7 @@ def unpack_delivery(packet: bytes) -> Delivery | None:
     """Return the delivery of a packet; None when it is not one."""
     if len(packet) < DELIVERY.size:
         return None
-    found = Delivery(*DELIVERY.unpack_from(packet), packet[DELIVERY.size :])
+    found = Delivery._make((*DELIVERY.unpack_from(packet), packet[DELIVERY.size :]))
     return found if has_form(found.identifier, found.flags, found.code, len(found.data)) else None
 
 
