@@ -39,12 +39,16 @@ class MappedCanEndpoint(CanEndpoint):
         self, bus: can.BusABC, codec: MappedCodec, reopen: Open | None = None, timing: BitTiming | None = None
     ) -> None:
         super().__init__(bus, codec, reopen, timing, extended=True)
-        self.sentences = price(codec.plan)
         self._mapped = codec
         self._opened = time.monotonic_ns()
         self._was_heard = False
         for frame in codec.opening:
             self.send_frame(frame)
+
+    @property
+    def sentences(self) -> Sequence[str]:
+        """What the owner of the hand must know before it grips."""
+        return price(self._mapped.plan)
 
     @property
     def rejected(self) -> Mapping[str, int]:
@@ -114,11 +118,15 @@ class MappedZmqEndpoint(ZmqEndpoint):
     def __init__(
         self, publish: str, subscribe: Sequence[str], codec: TopicCodec, keys: Keys | None = None
     ) -> None:
-        self.sentences = price(codec.plan)
         self._mapped = codec
         self._opened = time.monotonic_ns()
         self._was_heard = False
         super().__init__(publish, subscribe, codec, keys)  # type: ignore[arg-type]
+
+    @property
+    def sentences(self) -> Sequence[str]:
+        """What the owner of the hand must know before it grips."""
+        return price(self._mapped.plan)
 
     @property
     def rejected(self) -> Mapping[str, int]:

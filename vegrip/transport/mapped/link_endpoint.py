@@ -175,8 +175,6 @@ class MappedLinkEndpoint(Endpoint):
 
     def __init__(self, links: Sequence[tuple[Link, Open]], codec: MappedCodec) -> None:
         self.arrivals: Sequence[int] = ()
-        self.sentences = price(codec.plan)
-        self.broken = codec.broken
         self._codec = codec
         self._faults: Counter[str] = Counter()
         plan = codec.plan
@@ -202,11 +200,21 @@ class MappedLinkEndpoint(Endpoint):
         return Dialogue(hand.device, device, hand.sending.period, self._faults, str(hand.path))
 
     @property
+    def sentences(self) -> Sequence[str]:
+        """What the owner of the hand must know before it grips."""
+        return price(self._codec.plan)
+
+    @property
     def rejected(self) -> Mapping[str, int]:
         """What went wrong so far, by name."""
         held = {"command_held": self._codec.encoder.held}
         found = {**self._codec.rejected, **self._faults, **losses(self._codec), **held}
         return {name: count for name, count in found.items() if count}
+
+    @property
+    def broken(self) -> Mapping[str, int]:
+        """States that arrived and could not be understood, by finger."""
+        return self._codec.broken
 
     @property
     def clock(self) -> ClockEstimate | None:
