@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.compiled import njit
+from vegrip.transport.canbus.bus_records import FD, SWITCH
 from vegrip.transport.canbus.frame_time import FD_SIZES
-from vegrip.transport.canbus.hub_wire import DELIVERY_AT, PLAIN_PLACES, plain_flags
+from vegrip.transport.canbus.hub_wire import DELIVERY_AT
 from vegrip.transport.canbus.virtual_can import VegripBus
 from vegrip.transport.codec.frame import FrameBlock
 
@@ -26,10 +27,10 @@ class Head(NamedTuple):
     code: int  # of the length
     mask: int  # of the flags that matter
     wanted: int  # what they are for a CAN FD data frame with 11 bits
-    frame: int  # where it begins
+    data: int  # where they begin
 
 
-HEAD: Final = np.array([*PLAIN_PLACES, *plain_flags(0)[:2], DELIVERY_AT["data"]])  # a Head
+HEAD: Final = np.array(list(Head(**DELIVERY_AT, mask=~SWITCH & 0xFF, wanted=FD)))
 SIZES: Final = np.array(FD_SIZES)
 
 

@@ -191,8 +191,6 @@ DELIVERY_AT = {
     "data": DELIVERY.size,
 }
 """Where what lies in a delivery, likewise."""
-PLAIN_PLACES = tuple(DELIVERY_AT.values())[:-1]
-"""The same of its head, in that order."""
 
 
 class Delivery(NamedTuple):
@@ -216,14 +214,6 @@ class Delivery(NamedTuple):
     def frame(self) -> BusFrame:
         """The frame as the bus sees it."""
         return BusFrame(self.identifier, self.data, *FRAME_KINDS[self.flags % ERROR], self.code)
-
-
-def plain_flags(length: int) -> tuple[int, int, int]:
-    """Return what makes a delivery that of a CAN FD data frame of ``length`` bytes with 11 bits.
-
-    The flags that matter, what they are then, and the code of the length.
-    """
-    return ~SWITCH & 0xFF, FD, _CODES[length]
 
 
 def split_deliveries(packet: bytes) -> list[bytes]:
