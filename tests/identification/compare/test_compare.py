@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -104,6 +105,16 @@ def test_a_press_that_takes_a_minute_is_loading_and_no_hold() -> None:
     for begin, end, name in ((12.0, 34.0, "loading"), (37.0, 49.0, "hold"), (51.0, 54.0, "unloading")):
         rows = (t > begin) & (t < end)
         assert np.mean(phase[rows] == PHASES.index(name)) > 0.95, name
+
+
+@pytest.mark.slow
+def test_a_zero_of_the_force_sensor_sorts_no_row_by_its_noise() -> None:
+    plain = recorded()
+    force = plain.columns["normal_force"] + 5.0 * plain.sensors["normal_force"]
+    moved = replace(plain, columns={**plain.columns, "normal_force": force})
+    here, there = compare(plain).features.phase, compare(moved).features.phase
+    assert np.mean(here == PHASES.index("out of contact")) > 0.1
+    assert np.mean(here == there) > 0.999
 
 
 @pytest.mark.slow
