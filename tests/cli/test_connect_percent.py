@@ -180,14 +180,20 @@ def test_the_noise_of_a_held_value_covers_what_it_is_late_by(log, folder):
     assert noise < 3.0 * np.sqrt(5.0) * np.hypot(late, 0.0005 * INCH / np.sqrt(12.0))
 
 
-def test_a_finger_that_was_not_pressed_has_no_zero_of_its_indentation_and_that_is_told(log, folder, capsys):
+@pytest.mark.parametrize("step", ["0.0005", "-0.0005"])  # in the air it says -56 mm, or 56 mm
+def test_a_finger_that_was_not_pressed_has_no_zero_of_its_indentation_and_that_is_told(
+    log, folder, capsys, step
+):
+    (folder / "krn.dbc").write_text(
+        DBC.replace("M2_Travel m2 : 15|16@0- (0.0005", f"M2_Travel m2 : 15|16@0- ({step}")
+    )
     connect(log, *WINDOWS, *GAINS, "--json")
-    (told,) = [
-        each for each in json.loads(capsys.readouterr().out)["open"] if "not pressed from the air" in each
-    ]
-    assert "where MOTOR_FB" in told
-    assert told.startswith("index")
-    assert "displacement" not in tomllib.loads((folder / "hand.toml").read_text())["fingers"]["index"]
+    said = json.loads(capsys.readouterr().out)["open"]
+    (told,) = [each for each in said if "index was not pressed from the air" in each]
+    is_left_out = step.startswith("-")
+    assert ("left out: in the air it says 5" in told) == is_left_out
+    index = tomllib.loads((folder / "hand.toml").read_text())["fingers"]["index"]
+    assert ("displacement" in index) != is_left_out
 
 
 def test_what_is_said_stands_against_what_is_found(log, folder):

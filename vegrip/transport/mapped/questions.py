@@ -63,9 +63,11 @@ def learn(
     for finger in fingers:
         finger.learn()
     _inherit(proposal)
+    for finger in fingers:
+        finger.doubt_touch()
     has_force = any("normal_force" in f.channels or f.taxels for f in proposal.fingers.values())
     if "press" in windows and not has_force:
-        raise InputError(fingers[0].without_force(proposal))
+        raise InputError(fingers[0].without_force())
     if "press" in windows and not any("presses" in text for text in proposal.learned):
         proposal.implausible.append(
             "no finger answers to the press: nothing mapped as normal force moves in that "
@@ -86,17 +88,18 @@ class _Finger:
         self.name, self.finger, self.heard, self.windows = name, finger, heard, windows
         self.proposal, self.database = proposal, database
         self.rest = windows.get("rest") or _quietest(finger, heard)
+        self.is_touch_known = True
 
-    def without_force(self, proposal: Proposal) -> str:
+    def without_force(self) -> str:
         """Say that no normal force is mapped, and which signal of no known use answers to the press."""
-        left = self.heard.keys() - set(signals_of(proposal)) if self.rest is not None else ()
+        left = self.heard.keys() - set(signals_of(self.proposal)) if self.rest is not None else ()
         answers = {
             name: abs(self._response(name, self.windows["press"])) / self._spread(name) for name in left
         }
         best = max(sorted(answers), key=lambda name: answers[name], default="")
         if not best or not answers[best]:
             return f"{self.database.name}: no signal is mapped as normal force, and none answers to the press"
-        option = option_of(best, proposal, self.database)
+        option = option_of(best, self.proposal, self.database)
         return (
             f"{self.database.name}: no signal is mapped as normal force and nothing is written; {best} "
             f"answers to the press most: {option}, with what one count is worth"
@@ -357,7 +360,7 @@ class _Finger:
             if len(above) and len(before) and before[0] < above[0]:
                 break
         else:
-            self._doubt_touch(displacement)
+            self.is_touch_known = False
             return
         trace = self._trace(displacement)
         half_way = above[force[above] > 0.5 * highest]
@@ -369,10 +372,17 @@ class _Finger:
             why = "where the normal force begins: F^(2/3) of the first press, drawn on to zero"
             displacement.set("zero", float(f"{zero:.6g}"), why)
 
-    def _doubt_touch(self, displacement: Draft) -> None:
-        left_out = ""
-        if BY_USER not in displacement.notes.values():
-            left_out = ", and the channel is left out"
+    def doubt_touch(self) -> None:
+        """Leave out an indentation that is one in the air; where it only may be wrong, say so."""
+        displacement = self._draft("displacement")
+        if self.is_touch_known or displacement is None or self.rest is None:
+            return
+        t, (first, last) = self.heard[displacement.signal].t, self.rest
+        still = self._si("displacement", displacement)[(t >= first) & (t <= last)]
+        in_air, left_out = float(np.median(still)) if still.size else 0.0, ""
+        clear = MIN_RESPONSE_STD * float(displacement.keys.get("noise", 0.0))
+        if in_air > clear and BY_USER not in displacement.notes.values():
+            left_out = f", and it is left out: in the air it says {1e3 * in_air:.3g} mm"
             del self.finger.channels["displacement"]
         self.proposal.doubts.append(
             f"{self.name} was not pressed from the air, so where {displacement.signal} touches is not "
