@@ -30,7 +30,7 @@ test-ci: $(STAMP)  ## the same; up to five tests that fail are told, and run onc
 	@$(ALL_TESTS) || { code=$$?; [ $$code = 1 ] && [ $$(grep -c :: $(FAILED)) -le 5 ] || exit $$code; \
 	  echo "FAILED AT FIRST, and run once more, alone:"; grep :: $(FAILED); $(TESTS) -n 0 --last-failed; }
 
-test-long: $(STAMP)  ## the few tests that take the longest
+test-long: $(STAMP)  ## tests that take the longest, and those of many trials for one figure
 	$(V)/python -m pytest -q -n auto --dist load -m long $$(grep -rl --include='*.py' mark.long tests)
 
 test-fast: $(STAMP)

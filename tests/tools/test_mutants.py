@@ -125,7 +125,6 @@ def test_a_change_is_seen_by_the_functions_that_it_is_in_or_that_take_it(
     mutants.named_in.cache_clear()
 
 
-@pytest.mark.slow
 @pytest.mark.long
 def test_a_mutant_meets_the_quickest_test_that_enters_it_and_one_without_end_is_noticed_by_time(
     tmp_path, monkeypatch
