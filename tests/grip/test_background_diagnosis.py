@@ -77,40 +77,15 @@ def test_with_nothing_hidden_it_stays_quiet_and_starts_no_process(node) -> None:
     assert node.diagnoser.busy is None
 
 
-REGIME = {
-    "adhesion": {"air"},
-    "second_relaxation": {
-        "loading",
-        "deep loading",
-        "fast loading",
-        "unloading",
-        "fast unloading",
-        "hold",
-        "deep hold",
-        "late hold",
-    },
-    "series_compliance": {
-        "loading",
-        "deep loading",
-        "fast loading",
-        "unloading",
-        "fast unloading",
-        "hold",
-        "deep hold",
-        "late hold",
-    },
+IN_CONTACT = {
+    *("loading", "deep loading", "fast loading", "unloading", "fast unloading"),
+    *("hold", "deep hold", "late hold"),
 }
+REGIME = {"adhesion": {"air"}, "second_relaxation": IN_CONTACT, "series_compliance": IN_CONTACT}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "hidden",
-    [
-        pytest.param("adhesion", marks=pytest.mark.long),
-        "second_relaxation",
-        pytest.param("series_compliance", marks=pytest.mark.long),
-    ],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("hidden", REGIME)
 def test_it_names_the_regime_and_the_suspect_after_some_contacts(node, monkeypatch, hidden) -> None:
     states = contacts_of(hidden, 14, 6)  # with seed 4 two effects explain it alike
     # it looks once, near the end: what a look finds in less depends on how late the machine begins it
@@ -130,7 +105,7 @@ def test_it_names_the_regime_and_the_suspect_after_some_contacts(node, monkeypat
     assert again.suspect == hidden
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_running_node_takes_the_extended_model_over_and_its_innovations_fall_as_the_error_did(
     node, monkeypatch, tmp_path
 ) -> None:

@@ -238,7 +238,7 @@ def test_a_process_that_dies_costs_only_its_own_recording(folder, deadly) -> Non
     assert [name for name, row in rows.items() if row.is_machine_failure] == ["one"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_worker_of_a_cluster_that_dies_costs_only_its_own_recording_and_that_is_tried_again(
     tmp_path, deadly, capsys
 ) -> None:
