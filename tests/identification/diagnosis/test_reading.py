@@ -1,5 +1,7 @@
 """What a diagnosis says can be read: SI beside scaled values, heights, no advice to run what is running."""
 
+import dataclasses
+import hashlib
 import json
 from contextlib import redirect_stdout
 from io import StringIO
@@ -12,6 +14,8 @@ from tools import make_samples
 from vegrip.cli import main
 from vegrip.effects import BUILT_IN, effect
 from vegrip.identification.compare.where import format_height
+from vegrip.identification.diagnosis.account import described, versions
+from vegrip.identification.recording import write_recording
 from vegrip.identification.samples import recording
 from vegrip.model import read_model
 from vegrip.parameters import SCALES, in_si
@@ -123,3 +127,21 @@ def test_every_candidate_has_its_round_and_what_became_of_it(found: Path) -> Non
         assert one["round"] >= 1
         assert one["outcome"].startswith("fails: ") == bool(one["failed"])
         assert one["name"] in (found.parent / "said.txt").read_text()
+
+
+def test_what_was_measured_is_told_with_the_ranges_and_a_checksum_of_the_file(tmp_path: Path) -> None:
+    one = recording()
+    one = dataclasses.replace(one, columns={**one.columns, "torque_z": np.full(len(one), np.nan)})
+    told = described(one, tmp_path / "nothing")
+    assert told["sha256"] == ""
+    assert (told["rows"], told["episodes"]) == (len(one), np.unique(one.episode).size)
+    assert told["duration"] == pytest.approx(one.t[-1] - one.t[0])
+    assert told["tip_radius"] == one.fingertip.radius
+    measured = {name for name, values in one.columns.items() if np.isfinite(values).any()}
+    assert set(told["channels"]) == measured
+    for name in measured:
+        assert told["channels"][name] == [np.nanmin(one.columns[name]), np.nanmax(one.columns[name])]
+    write_recording(one, tmp_path / "press")
+    data = next((tmp_path / "press").glob("recording.csv*"))
+    assert described(one, tmp_path / "press")["sha256"] == hashlib.sha256(data.read_bytes()).hexdigest()
+    assert {"python", "vegrip", "numpy", "scipy", "numba"} == set(versions())
