@@ -137,6 +137,7 @@ def test_a_search_takes_what_gains_most_of_what_passes_until_nothing_does(script
     assert names(found) == ["rolling"]
     assert set(found.contests) == {"rolling"}
     assert found.untaken.accepted == []
+    assert found.untaken.first is found.first
     assert len(found.untaken.steps) == 1
 
 
