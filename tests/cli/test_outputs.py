@@ -30,6 +30,7 @@ BEFORE_ANY_WORK = {
     "diagnose": ["absent"],
     "add": ["adhesion", "absent"],
     "refine": ["absent"],
+    "draft": ["absent"],
     "experiment": ["absent"],
     "fleet": ["absent"],
     "new-effect": ["lateral_give"],
@@ -40,6 +41,7 @@ BEFORE_ANY_WORK = {
     "export c": ["model.toml"],
     "export learned": ["absent.toml", "absent.txt"],
 }
+ENDINGS = {"controllers": ".png", "draft": ".py"}  # that the name of an output must have
 GROWS = {"check"}  # its output is a folder that the next run goes on with
 
 
@@ -59,9 +61,9 @@ def test_an_output_is_spelled_alike_everywhere_and_can_be_forced(command: Comman
 
 def existing(folder: Path, name: str) -> Path:
     """Put something of the kind that the command writes in its way."""
-    if name == "controllers":
-        (folder / "old.png").write_text("measured")
-        return folder / "old.png"
+    if name in ENDINGS:
+        (folder / f"old{ENDINGS[name]}").write_text("measured")
+        return folder / f"old{ENDINGS[name]}"
     is_file = name in ("fit", "add", "refine", "experiment", "fleet", "connect", "report", "export learned")
     if is_file:
         (folder / "old").write_text("measured")
@@ -172,6 +174,7 @@ DRAWING = {
     "paper": ["-o", "new"],
     "refine": ["absent", "--report", "new"],
     "experiment": ["absent", "--plot", "new.png"],
+    "draft": ["absent", "-o", "law.py", "--picture", "new.png"],
     "simulate": ["BENCH/press.toml", "-o", "rec", "--plot", "new.png"],
     "replay": ["BENCH/press", "--through", "--plot", "new.png"],
 }

@@ -111,6 +111,7 @@ GROUPS = {  # heading -> command -> one line of help
         "check": "See in the browser what a model lacks, and add it.",
         "diagnose": "Find which physical effects the model lacks.",
         "add": "Put an effect into a model and fit again.",
+        "draft": "Draft a law where no effect of the catalogue explains the misfit.",
         "refine": "Add effects until the next one does not pay.",
         "report": "Write a recording, a run or a check as one file of HTML.",
         "experiment": "Find the experiment that separates candidate effects.",
@@ -147,7 +148,19 @@ INTERRUPTED = 130  # exit code
 NOTHING = "nothing is written"
 STOPPED = {  # what an interrupted command keeps; the others are ended that way
     **dict.fromkeys(
-        ("import", "simulate", "fit", "compare", "diagnose", "add", "refine", "report", "experiment"), NOTHING
+        (
+            "import",
+            "simulate",
+            "fit",
+            "compare",
+            "diagnose",
+            "add",
+            "draft",
+            "refine",
+            "report",
+            "experiment",
+        ),
+        NOTHING,
     ),
     **dict.fromkeys(("controllers", "bench"), NOTHING),
     "replay": "what was sent is sent",

@@ -77,7 +77,7 @@ def diagnose(
             if words := _next(found, recording, model):
                 options = (
                     error_options(zeros_each_episode, tolerance)
-                    if words[0] in ("add", "fit", "refine")
+                    if words[0] in ("add", "fit", "refine", "draft")
                     else []
                 )
                 print_next("vegrip", *words, *options)
@@ -98,7 +98,7 @@ def _next(found: "Diagnosis", recording: Path, model: Path | None) -> list[objec
         return ["experiment", recording, *base, "-o", f"{name}-next.toml"]
     if found.verdict == "adequate":
         return ["fit", recording, *base, "-o", f"{name}-fit.toml"]
-    return ["report", recording, *base]
+    return ["draft", recording, *base, "-o", "law.py"]
 
 
 def _as_dict(found: "Diagnosis", draws: int) -> dict[str, Any]:

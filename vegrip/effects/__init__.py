@@ -9,8 +9,10 @@ A package of your own adds an effect by an entry point in the group ``vegrip.eff
 import importlib
 from collections.abc import Sequence
 from importlib.metadata import entry_points
+from pathlib import Path
 
 from vegrip.effects.contract import Effect, Hook, State, hook
+from vegrip.effects.file import read_effect
 from vegrip.errors import ModelError, suggestion
 
 __all__ = ["BUILT_IN", "Effect", "Hook", "State", "effect", "hook", "names", "place"]
@@ -64,12 +66,15 @@ def names() -> list[str]:
 
 
 def effect(name: str) -> Effect:
-    """Return the effect called ``name``.
+    """Return the effect called ``name``, or that in the file ``name`` if it ends in ``.py``.
 
     Raises:
-        ModelError: there is no such effect, or the package that adds it does not hold to the contract.
+        InputError: the file cannot be read.
+        ModelError: there is no such effect, or the package or file that has it does not hold to the contract.
 
     """
+    if name.endswith(".py"):
+        return read_effect(Path(name))
     if name in BUILT_IN:
         found: object = importlib.import_module(f"{__name__}.{name}").EFFECT
     else:

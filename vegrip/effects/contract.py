@@ -124,6 +124,7 @@ class Effect:
         trials_at: gives further trials for the values of a model and the greatest force measured [N].
         imitated_by: fault of a recording that looks the same, as a sentence with the effect's symbols and
             ``radius`` in braces.
+        file: where it was read from, of an effect that is in no package.
 
     """
 
@@ -148,6 +149,7 @@ class Effect:
     trial_shapes: tuple[tuple[str, tuple[float, ...]], ...] = ()
     trials_at: Callable[[Mapping[str, float], float], Iterator[Mapping[str, float]]] | None = None
     imitated_by: str = ""
+    file: str = ""
 
 
 def hook(function: Function, *, stage: str = "", gives: str | None = None, source: str = "") -> Hook:

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from vegrip.config import parse_toml, read_toml, toml_value
-from vegrip.effects import effect
+from vegrip.effects import Effect, effect
+from vegrip.effects.file import read_effect
 from vegrip.errors import ConfigError, suggestion
 from vegrip.model.model import ContactModel
 from vegrip.parameters import Value, declared
@@ -29,6 +30,7 @@ def model_text(model: ContactModel) -> str:
     lines += ["[fingertip]", *(f"{name} = {toml_value(getattr(model, name))}" for name in FINGERTIP), ""]
     for one in model.effects:
         lines += ["[[effects]]", f"# {one.summary}", f"name = {toml_value(one.name)}"]
+        lines += [f"file = {toml_value(one.file)}"] * bool(one.file)
         for parameter in one.parameters:
             value = model.values[parameter.symbol]
             fields = ", ".join(f"{name} = {toml_value(getattr(value, name))}" for name in FIELDS)
@@ -79,14 +81,24 @@ def _built(table: Mapping[str, Any], path: str) -> ContactModel:
     for section in table.get("effects", []):
         if "name" not in section:
             raise ConfigError(f"{path} [[effects]]: the key 'name' is missing")
-        one = effect(section["name"])
+        one = _effect(section, path)
         where = f"{path} effect {one.name}"
-        _known(section, ("name", *(p.symbol for p in one.parameters)), where)
+        _known(section, ("name", *["file"] * bool(one.file), *(p.symbol for p in one.parameters)), where)
         effects.append(one)
         for p in one.parameters:
             values[p.symbol] = _value(declared(p), section.get(p.symbol, {}), f"{where}: {p.symbol!r}")
     provenance = {key: str(text) for key, text in table.get("provenance", {}).items()}
     return ContactModel(tuple(effects), values, radius, **rest, provenance=provenance)
+
+
+def _effect(section: Mapping[str, Any], path: str) -> Effect:
+    """Return the effect of a section: a known one, or that in its ``file``, which lies beside the model."""
+    if "file" not in section:
+        return effect(section["name"])
+    found = read_effect(Path(path).parent / str(section["file"]))
+    if found.name != section["name"]:
+        raise ConfigError(f"{path} effect {section['name']}: {section['file']} holds the effect {found.name}")
+    return found
 
 
 def _value(default: Value, table: Any, where: str) -> Value:

@@ -15,7 +15,13 @@ from vegrip.identification.diagnosis.candidate_fit import (
     held_out_groups,
 )
 from vegrip.identification.diagnosis.diagnosis import Diagnosis, diagnose
-from vegrip.identification.diagnosis.score_tests import Candidate, Hint, candidates, screen_candidates
+from vegrip.identification.diagnosis.score_tests import (
+    Candidate,
+    Hint,
+    candidate_of,
+    screen_candidates,
+    why_unseen,
+)
 from vegrip.identification.diagnosis.search import drop_unneeded
 from vegrip.identification.fit.fitting import on_one_thread
 from vegrip.identification.fit.noise import Noise
@@ -80,18 +86,18 @@ def add_effect(name: str, start: Fit) -> tuple[Fit, CandidateFit]:
     """Put the effect ``name`` into a fitted model and fit again; return that fit, and the model before.
 
     Raises:
-        ModelError: there is no such effect.
+        InputError: the file that ``name`` is cannot be read.
+        ModelError: there is no such effect, or it does not go with the model.
         UsageError: the model has it, or the recording cannot show it.
 
     """
-    problem = start.problem
-    effect(name)
-    if name in {one.name for one in problem.model.effects}:
-        raise UsageError(f"the model has {name} already; fit it with `vegrip fit --model`")
-    possible, hidden = candidates(problem.model, problem.measured)
-    if name in hidden:
-        raise UsageError(f"this recording cannot show {name}: {hidden[name]}")
-    candidate = next(one for one in possible if one.name == name)
+    problem, added = start.problem, effect(name)
+    if added.name in {one.name for one in problem.model.effects}:
+        raise UsageError(f"the model has {added.name} already; fit it with `vegrip fit --model`")
+    if reason := why_unseen(added, problem.measured):
+        raise UsageError(f"this recording cannot show {added.name}: {reason}")
+    problem.model.with_effect(added)
+    candidate = candidate_of(added, problem.model, problem.measured)
     groups = held_out_groups(problem)
     base = evaluate_candidate(problem, start.optimum, groups)
     last = drop_unneeded(extend_problem(base, _hint(base, candidate), groups), groups)

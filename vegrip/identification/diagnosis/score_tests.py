@@ -65,9 +65,12 @@ def candidates(model: ContactModel, measured: Measured) -> tuple[list[Candidate]
         if reason:
             out_of_sight[name] = reason
         else:
-            tried = [*trials(one), *trials_in(one, model, measured)]
-            found.append(Candidate(one, null(one), tuple(tried)))
+            found.append(candidate_of(one, model, measured))
     return found, out_of_sight
+
+
+def candidate_of(one: Effect, model: ContactModel, measured: Measured) -> Candidate:
+    return Candidate(one, null(one), (*trials(one), *trials_in(one, model, measured)))
 
 
 def _unfit(model: ContactModel, one: Effect) -> str:

@@ -19,7 +19,7 @@ from vegrip.identification.diagnosis.candidate_fit import (
     extend_problem,
     held_out_groups,
 )
-from vegrip.identification.diagnosis.score_tests import candidates, screen_candidates
+from vegrip.identification.diagnosis.score_tests import candidate_of, candidates, screen_candidates
 from vegrip.identification.diagnosis.thresholds import INDISTINGUISHABLE_NATS, MIN_GAIN_NATS
 from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.fit.preprocess import LOADS_AT_SLIP, Measured, preprocess
@@ -83,10 +83,11 @@ def hypotheses_of(
             continue
         if name in hidden and not _is_reachable(name, problem.measured):
             raise UsageError(f"no experiment with these sensors shows {name}: {hidden[name]}")
-        found = None
-        for candidate in possible:
-            if candidate.name == name and (hints := screen_candidates(problem, start.optimum, [candidate])):
-                found = extend_problem(base, hints[0], groups)
+        found, seen = None, [one for one in possible if one.name == name]
+        if effect(name).file:  # a draft, which no catalogue lists
+            seen = [candidate_of(effect(name), problem.model, problem.measured)]
+        if hints := screen_candidates(problem, start.optimum, seen):
+            found = extend_problem(base, hints[0], groups)
         if found is not None and found.evidence - base.evidence > MIN_GAIN_NATS:
             models[name] = fit_of(found.problem, found.optimum).model
         else:

@@ -64,7 +64,8 @@ def feels_speed(model: ContactModel) -> bool:
 
 
 def has_play(model: ContactModel) -> bool:
-    return any(e.states and h.stage == "tip" for e in model.effects for h in e.hooks)
+    moves = ("x", "compliance")
+    return any(e.states and h.stage == "tip" and h.gives in moves for e in model.effects for h in e.hooks)
 
 
 def arguments_of(function: object) -> tuple[str, ...]:

@@ -46,6 +46,7 @@ NOISE: Final = {
 SAMPLE_TABLE: Final = "press.csv"
 SAMPLE_LOG: Final = "press.blf"
 MODEL: Final = "press.toml"
+HIDDEN_LAW: Final = "tiring.py"
 FOREIGN_DATABASE: Final = "foreign.dbc"
 FOREIGN_LOG: Final = "foreign.blf"
 
@@ -113,5 +114,9 @@ SAMPLES: Final = {
         "the database of a gripper of another make, for `vegrip connect`", _copied(FOREIGN_DATABASE)
     ),
     FOREIGN_LOG: Sample("ten seconds of it: rest, press, shear, twist of its left tip", _copied(FOREIGN_LOG)),
+    HIDDEN_LAW: Sample(
+        "an effect that no catalogue has, for `vegrip simulate --with` and `vegrip draft`",
+        _copied(HIDDEN_LAW),
+    ),
     MODEL: Sample("a model of that fingertip before any fit, for `vegrip simulate`", _write_model),
 }

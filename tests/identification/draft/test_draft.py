@@ -1,0 +1,130 @@
+"""A drafted law is the hidden one, or none is drafted, and the reason is said."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vegrip.cli import main
+from vegrip.effects import effect
+from vegrip.effects.file import effect_of
+from vegrip.identification.draft import draft
+from vegrip.identification.draft.grammar import LAW_PLACES, LAW_SHAPES, LAW_VARIABLES, Law
+from vegrip.identification.draft.obeys import broken_over
+from vegrip.identification.draft.text import law_text
+from vegrip.identification.recording import read_recording
+from vegrip.model import paper_model, read_model
+from vegrip.model.laws import broken_laws
+
+from . import tip
+
+HIDDEN = [
+    pytest.param(tip.wear, "force", ["way"], id="wear"),
+    pytest.param(tip.quick_when_deep, "rate", ["depth"], id="quick when deep", marks=pytest.mark.long),
+    pytest.param(tip.second_body, "spring", ["depth"], id="second body", marks=pytest.mark.long),
+]
+
+
+@pytest.mark.parametrize(("law", "place", "variables"), HIDDEN)
+def test_a_law_that_no_catalogue_has_is_found_again(
+    law: tip.Law, place: str, variables: list[str], tmp_path: Path
+) -> None:
+    tip.write_presses(law, tmp_path / "presses")
+    found = draft(read_recording(tmp_path / "presses"))
+    assert found.taken is not None, found.reason
+    assert (found.taken.law.place.name, found.taken.law.variables) == (place, variables)
+    assert found.taken.fitted.error < 1.05
+    assert found.base.error > 1.5
+    assert broken_laws(effect_of(found.text, "the draft")) == []
+
+
+def test_of_noise_alone_no_law_is_drafted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tip.write_presses(tip.nothing, tmp_path / "presses")
+    file = tmp_path / "law.py"
+    assert main(["draft", str(tmp_path / "presses"), "-o", str(file), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["verdict"], told["law"], told["file"], told["variables"]) == ("none", None, None, [])
+    assert told["reason"] == "the model leaves only noise; there is no law to be found here"
+    assert set(told["error"]) == {"before", "after", "noise_floor"}
+    assert not file.exists()
+
+
+def test_one_episode_is_no_ground_for_a_law(tmp_path: Path) -> None:
+    tip.write_presses(tip.wear, tmp_path / "presses", episodes=1)
+    found = draft(read_recording(tmp_path / "presses"))
+    assert found.verdict == "none"
+    assert "one episode" in found.reason
+
+
+@pytest.mark.long
+def test_a_law_under_which_a_held_force_grows_is_not_written(tmp_path: Path) -> None:
+    tip.write_presses(tip.thixotropic, tmp_path / "presses")
+    found = draft(read_recording(tmp_path / "presses"))
+    assert found.verdict == "none"
+    assert "grows under a constant indentation" in found.reason
+
+
+@pytest.mark.parametrize("name", ["Law.py", "2law.py", "law.txt", "class.py", "adhesion.py"])
+def test_a_file_that_cannot_name_an_effect_is_refused_before_the_work(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["draft", str(tmp_path), "-o", str(tmp_path / name)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+LAWS = [
+    Law(
+        LAW_PLACES[variable.places[i % len(variable.places)]], variable, list(LAW_SHAPES.values())[i % 4], 1.5
+    )
+    for i, variable in enumerate(LAW_VARIABLES.values())
+]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "law", LAWS, ids=lambda law: f"{law.place.name}-{law.variable.name}-{law.shape.name}"
+)
+def test_every_sentence_of_the_grammar_is_an_effect_that_holds_to_the_laws(law: Law) -> None:
+    assert broken_laws(effect_of(law_text(law, "one", {}), "the draft")) == []
+
+
+def with_law(place: str, variable: str, amount: float) -> tuple[str, ...]:
+    law = Law(LAW_PLACES[place], LAW_VARIABLES[variable], LAW_SHAPES["linear"], 1.0)
+    made = effect_of(law_text(law, "one", {}), "the draft")
+    model = paper_model(8e-3).with_effect(made).with_value("c_one", amount)
+    return tuple(broken_over(model, depth=1e-3, speeds=(1e-3, 1e-2), length=20.0))
+
+
+@pytest.mark.parametrize(
+    ("place", "variable", "amount", "broken"),
+    [
+        ("elastic", "depth", 0.5, ""),
+        ("elastic", "depth", -0.7, "pressing deeper takes less force"),
+        ("force", "contact_time", 0.3, "grows under a constant indentation"),
+        ("force", "speed", -0.1, "gives back more work"),
+        ("force", "time", 5.0, "grows without bound"),
+        ("sense", "time", 1.0, ""),
+    ],
+)
+def test_a_law_that_no_contact_obeys_is_named(place: str, variable: str, amount: float, broken: str) -> None:
+    told = with_law(place, variable, amount)
+    assert (told == ()) if not broken else any(broken in sentence for sentence in told), told
+
+
+def test_an_effect_in_a_file_is_added_saved_and_read_again(tmp_path: Path) -> None:
+    law = Law(LAW_PLACES["elastic"], LAW_VARIABLES["depth"], LAW_SHAPES["beyond"], 1.5)
+    (tmp_path / "bottom.py").write_text(law_text(law, "bottom", {}))
+    model = paper_model(8e-3).with_effect(effect(str(tmp_path / "bottom.py")))
+    text = "\n".join(
+        ["[fingertip]", "tip_radius = 0.008"]
+        + [f"[[effects]]\nname = '{one.name}'" for one in model.effects[:-1]]
+        + ["[[effects]]", "name = 'bottom'", "file = 'bottom.py'"]
+    )
+    (tmp_path / "model.toml").write_text(text)
+    again = read_model(tmp_path / "model.toml")
+    t = np.linspace(0.0, 1.0, 50)
+    np.testing.assert_array_equal(
+        again.with_value("K", model.values["K"].value).simulate(t, 1.4e-3 * t).normal_force,
+        model.simulate(t, 1.4e-3 * t).normal_force,
+    )

@@ -1,0 +1,94 @@
+"""``vegrip draft``: a law for what no effect of the catalogue explains."""
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vegrip.cli._options import EACH, HOLD_BACK, JSON, RECORDING, REFITTED_MODEL, TOLERANCE
+from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.cli._terminal import figures, print_json, print_next, printer, progress
+from vegrip.whole_file import write_whole
+
+if TYPE_CHECKING:
+    from vegrip.identification.draft import Draft
+
+OUT = Annotated[
+    Path, typer.Option("-o", "--output", help="Effect to write, such as wear.py; its name is the effect's.")
+]
+PICTURE = Annotated[
+    Path | None,
+    typer.Option("--picture", help="Draw what the model leaves and what the law adds, over its variable."),
+]
+
+
+def draft(
+    recording: RECORDING,
+    output: OUT,
+    model: REFITTED_MODEL = None,
+    picture: PICTURE = None,
+    force: FORCE = False,
+    zeros_each_episode: EACH = False,
+    tolerance: TOLERANCE = 0.0,
+    hold_back: HOLD_BACK = "",
+    as_json: JSON = False,
+) -> None:
+    """Draft a law for what a model leaves of a recording, where no effect of the catalogue explains it.
+
+    Searches a grammar of laws (powers, saturation, thresholds, steps, memories, products) by fitting. What is
+    written gains on episodes and protocols that were held out and breaks no law of contacts; the verdict is
+    none, with the reason, where nothing does. The file goes on as any effect: vegrip add, test-effect.
+
+    Example: vegrip sample press && vegrip draft press -o press_law.py
+    """
+    from vegrip.cli.fit import error_options, judged, opened
+    from vegrip.identification.draft import draft as draft_law
+    from vegrip.identification.draft.plot import draw_draft
+    from vegrip.identification.draft.search import effect_name
+
+    name = effect_name(output)
+    with Outputs(force=force) as outputs:
+        outputs.file(output)
+        outputs.picture(picture)
+        measured, start = opened(recording, model, hold_back=hold_back)
+        with progress("draft") as report:
+            found = draft_law(
+                measured, start, name=name, **judged(measured, tolerance, zeros_each_episode), report=report
+            )
+        is_kept = found.taken is not None and outputs.write(
+            output, lambda path: write_whole(path, found.text)
+        )
+        if found.taken is not None:
+            outputs.write(picture, partial(draw_draft, found))
+        if as_json:
+            print_json(found.as_dict() | {"file": str(output) if is_kept else None})
+        else:
+            _print(found)
+            if is_kept:
+                base = ["--model", model] if model is not None else []
+                options = error_options(zeros_each_episode, tolerance)
+                print_next("vegrip", "add", output, recording, *base, "-o", f"{name}.toml", *options)
+
+
+def _print(found: "Draft") -> None:
+    console = printer()
+    told: dict[str, Any] = found.as_dict()
+    console.print(
+        f"{told['recording']}: {told['verdict']}" + (f" - {told['reason']}" if told["reason"] else "")
+    )
+    if found.taken is not None:
+        console.print(f"{told['law']}", soft_wrap=True)
+        error = told["error"]
+        console.print(f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)")
+        values = ", ".join(f"{symbol} = {value:.4g}" for symbol, value in told["parameters"].items())
+        console.print(f"in the {told['place']}; {values}")
+        console.print(f"what would refute it: {told['experiment']}")
+    if told["tried"]:
+        columns = ("law", "evidence [nats]", "episodes [nats]", "protocols [nats]", "error", "fails")
+        table = figures(*columns, left=("law", "fails"))
+        for one in told["tried"]:
+            gains = (one["evidence_gain"], one["heldout_gain"], one["heldout_protocols_gain"])
+            failed = "; ".join(one["failed"])
+            table.add_row(one["law"], *(f"{gain:.1f}" for gain in gains), f"{one['error_after']:.3f}", failed)
+        console.print(table)

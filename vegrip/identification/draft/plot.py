@@ -1,0 +1,58 @@
+"""The picture of a draft: what the model left, and what the law adds, over the law's variable."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from vegrip.identification.draft.search import Draft
+from vegrip.identification.fit.problem import AT
+from vegrip.identification.fit.solve import covariance
+from vegrip.plotting import new_figure, save_figure
+from vegrip.types import Floats
+
+DRAWN = 4000  # dots
+SURE = 1.96  # standard deviations: 95 %
+
+
+def draw_draft(found: Draft, path: Path) -> None:
+    """Draw the law that was taken.
+
+    Raises:
+        UsageError: matplotlib is not installed.
+        InputError: the picture cannot be written.
+
+    """
+    taken = found.taken
+    assert taken is not None  # noqa: S101
+    problem = found.base.problem
+    before = problem.table(found.base.optimum.u)[:, AT["normal_force"]]
+    after = taken.fitted.problem.table(taken.fitted.optimum.u)[:, AT["normal_force"]]
+    rows = np.flatnonzero((problem.stiffness > 0.0) & problem.used)
+    rows = rows[:: max(rows.size // DRAWN, 1)]
+    figure, (axis,) = new_figure(size=(7.5, 4.5))
+    q = found.q[rows]
+    axis.plot(
+        q, problem.measured.force[rows] - before[rows], ".", ms=2, color="0.6", label="measured less model"
+    )
+    low, high = interval(found, before, after)
+    axis.vlines(q, low[rows], high[rows], color="C0", alpha=0.25, label="its 95 % interval")
+    axis.plot(q, (after - before)[rows], ".", ms=2, color="C0", label="model with the law less model")
+    variable = taken.law.variable
+    axis.set_xlabel(f"q: {variable.words} over {taken.law.size:.4g} {variable.unit}")
+    axis.set_ylabel("normal force [N]")
+    axis.set_title(taken.law.equation, fontsize=10)
+    axis.legend(markerscale=4)
+    save_figure(figure, path)
+
+
+def interval(found: Draft, before: Floats, after: Floats) -> tuple[Floats, Floats]:
+    """Return the least and the largest change [N] (n,) within 95 % of the amount's standard error."""
+    taken = found.taken
+    assert taken is not None  # noqa: S101
+    k = taken.fitted.problem.unknowns
+    at = k.names.index(f"c_{found.name}")
+    std = math.sqrt(float(covariance(taken.fitted.problem, taken.fitted.optimum)[at, at]))
+    part = SURE * std / max(abs(float(taken.fitted.optimum.u[at])), 1e-300)
+    change = after - before
+    return change - part * np.abs(change), change + part * np.abs(change)

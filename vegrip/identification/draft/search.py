@@ -1,0 +1,493 @@
+"""The search for a law that no catalogue has.
+
+Every sentence of the grammar is screened as an effect of the catalogue is (score test), the few best are
+written as effects and refitted, and judged by the same gates, where each pays for being one of many. Besides,
+episodes of a protocol (alike in speed and depth) are held out together: what imitates one protocol fails on
+the other. The shortest law within the noise of the best one is taken, if it breaks none of the laws that
+every contact obeys.
+"""
+
+import dataclasses
+import hashlib
+import keyword
+import math
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.effects import Effect, names
+from vegrip.effects.file import effect_of
+from vegrip.errors import UsageError
+from vegrip.identification.diagnosis import thresholds
+from vegrip.identification.diagnosis.acceptance import Verdict, judge_candidate, misfit_by_regime
+from vegrip.identification.diagnosis.candidate_fit import (
+    CandidateFit,
+    evaluate_candidate,
+    extend_problem,
+    finish_fit,
+    held_out_groups,
+    regime_map,
+)
+from vegrip.identification.diagnosis.data_checks import check_before_search, refuse_unusable
+from vegrip.identification.diagnosis.discrepancy import find_discrepancy
+from vegrip.identification.diagnosis.score_tests import Candidate, Hint, null, with_candidates
+from vegrip.identification.draft.grammar import LAW_PLACES, LAW_SHAPES, MEMORY_TIMES_S, Law, Place, Variable
+from vegrip.identification.draft.obeys import broken_by
+from vegrip.identification.draft.text import Probe, law_text, probe
+from vegrip.identification.fit.fitting import fit, on_one_thread
+from vegrip.identification.fit.noise import Noise
+from vegrip.identification.fit.problem import AT, Problem, Zeros
+from vegrip.identification.fit.result import Fit, fit_of
+from vegrip.identification.fit.solve import Report
+from vegrip.identification.recording import Recording
+from vegrip.model import ContactModel
+from vegrip.types import Floats
+
+AMOUNT = 0.05  # of the place, at which a law is screened
+SHOWN = 1e-3  # of K, by which a sensor shows a variable
+COARSE = ("linear", "saturating", "beyond")  # shapes of the first look
+LOOKED_AT_AGAIN = 12  # pairs of place and variable whose every shape and second variable is screened
+REFITTED = 8
+MAX_ALIKE = 2  # of them, of one place and variable
+MIN_EPISODES = 2
+MIN_SHARE = 0.3  # of the excess of the squared error over the noise's, that a law worth writing takes
+SAME_PROTOCOL = 0.35  # of ln speed and ln depth, within which two episodes are one protocol
+MIN_SCATTER = 1e-6  # of a variable's largest value, below which it did not change
+
+
+@dataclass(frozen=True, eq=False)
+class Screened:
+    """A law on the screen: gain [nats] and the trial with its best multiple."""
+
+    law: Law
+    gain: float
+    s: float
+    tau: float
+    multiple: float
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A law that was refitted; ``across``: gain [nats] where each protocol is foretold by the others."""
+
+    law: Law
+    effect: Effect
+    fitted: CandidateFit
+    verdict: Verdict
+    share: float  # of the excess of the squared error over the noise's, that it takes
+    across: float
+    broken: tuple[str, ...]  # laws that must hold
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        return {p.symbol: self.fitted.value(p.symbol) for p in self.effect.parameters}
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """What forbids to write it."""
+        little = ("little",) * (self.share < MIN_SHARE)
+        return (*self.verdict.failed, *little, *("held-out protocols",) * (self.across <= 0.0), *self.broken)
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """What was found: the law that is worth writing, or the reason that none is."""
+
+    start: Fit
+    base: CandidateFit
+    name: str
+    tried: list[Tried] = field(default_factory=list)
+    taken: Tried | None = None
+    reason: str = ""
+    screened: int = 0
+    q: Floats = field(default_factory=lambda: np.zeros(0))  # of the law that is taken (n,)
+
+    @property
+    def verdict(self) -> str:
+        return "drafted" if self.taken is not None else "none"
+
+    @property
+    def text(self) -> str:
+        """The effect's file."""
+        assert self.taken is not None  # noqa: S101
+        return law_text(self.taken.law, self.name, self._found(self.taken))
+
+    def _found(self, taken: Tried) -> dict[str, str]:
+        recording = self.start.problem.measured.recording
+        k = taken.fitted
+        return {
+            "Found in": f"{recording.name}, {len(recording)} samples, sha256 {digest(recording)}",
+            "Shown for": "; ".join(spans(self.base)),
+            "Error over the noise": f"{self.base.error:.4g} -> {k.error:.4g} (floor 1); held-out protocols "
+            f"{taken.across:+.4g} nats",
+            "Fitted values": ", ".join(
+                f"{p.symbol} = {k.value(p.symbol):.4g}" for p in taken.effect.parameters
+            ),
+            "Place": taken.law.place.where,
+            "What would refute it": taken.law.variable.refute,
+        }
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what ``--json`` prints, but for the file."""
+        one = self.taken
+        error = {
+            "before": self.base.error,
+            "after": one.fitted.error if one else self.base.error,
+            "noise_floor": 1.0,
+        }
+        return {
+            "recording": self.start.problem.measured.recording.name,
+            "verdict": self.verdict,
+            "reason": self.reason,
+            "law": one.law.in_words if one else None,
+            "place": one.law.place.where if one else None,
+            "variables": one.law.variables if one else [],
+            "parameters": one.parameters if one else {},
+            "error": error,
+            "heldout_gain": one.verdict.heldout if one else None,
+            "heldout_protocols_gain": one.across if one else None,
+            "experiment": one.law.variable.refute if one else None,
+            "screened": self.screened,
+            "tried": [
+                {
+                    "law": each.law.in_words, "evidence_gain": each.verdict.gain,
+                    "heldout_gain": each.verdict.heldout, "heldout_protocols_gain": each.across,
+                    "error_after": each.fitted.error, "failed": list(each.failed),
+                }
+                for each in self.tried
+            ],
+        }  # fmt: skip
+
+
+def effect_name(path: Path) -> str:
+    """Return the name of the effect that is written to ``path``.
+
+    Raises:
+        UsageError: the file's name cannot be that of an effect.
+
+    """
+    name = path.stem
+    if path.suffix != ".py" or not name.isidentifier() or keyword.iskeyword(name) or name != name.lower():
+        raise UsageError(
+            f"{path}: name the effect by small letters, digits and _, and end it in .py, as in wear.py"
+        )
+    if name in names():
+        raise UsageError(f"there is an effect {name!r} already; choose another name")
+    return name
+
+
+@on_one_thread
+def draft(
+    recording: Recording,
+    model: ContactModel | None = None,
+    *,
+    name: str = "drafted",
+    noise: Noise | None = None,
+    zeros: Zeros = "recording",
+    threads: int = 2,
+    report: Report = lambda _: None,
+) -> Draft:
+    """Draft a law for what ``model`` (the paper's when not given) leaves of ``recording``.
+
+    ``name`` is that of the effect.
+
+    Raises:
+        RecordingError: the recording lacks what a fit needs; says what.
+
+    """
+    start = fit(recording, model, noise=noise, zeros=zeros, report=report)
+    refuse_unusable(recording, start.problem.measured)
+    problem, groups = start.problem, held_out_groups(start.problem)
+    base = evaluate_candidate(problem, start.optimum, groups)
+    judge = Judge(base, groups, name, threads)
+    if reason := _why_not(problem, base, judge.misfit):
+        return Draft(start, base, name, reason=reason)
+    report("screens the laws of the grammar")
+    screen = Screen(base)
+    found, count = screen_laws(screen, threads, report)
+    judge.pays = thresholds.MIN_GAIN_NATS + math.log(max(count, 1))
+    found = [one for one in found if one.gain > judge.pays]
+    tried = judge.refitted(shortlist(found), report)
+    tried = judge.refitted(_kin(found, tried), report) + tried
+    tried.sort(key=lambda one: -one.verdict.gain)
+    taken = shortest([one for one in tried if not one.failed])
+    if taken is None:
+        return Draft(start, base, name, tried, None, _why_none(tried), count)
+    tau = taken.fitted.value(f"tau_{name}") if taken.law.variable.has_rate else 1.0
+    values = screen.values(taken.law.variable, tau) / taken.law.size
+    return Draft(start, base, name, tried, taken, "", count, values)
+
+
+class Judge:
+    """Refits of laws, and what they are worth beside the model that is there."""
+
+    def __init__(self, base: CandidateFit, groups: Floats, name: str, threads: int) -> None:
+        self._base, self._groups, self._name, self._threads = base, groups, name, threads
+        self._regimes = regime_map(base.problem, base.optimum.u)
+        self._protocols = protocols(base.problem)[base.problem.rows].astype(np.float64)
+        self.misfit = misfit_by_regime(base.optimum.residual, self._regimes)
+        self.pays = thresholds.MIN_GAIN_NATS
+
+    def refitted(self, chosen: list[Screened], report: Report) -> list[Tried]:
+        if chosen:
+            report(f"refits {'; '.join(one.law.equation for one in chosen)}")
+        with ThreadPoolExecutor(self._threads) as pool:
+            return list(pool.map(self._tried, chosen))
+
+    def _tried(self, one: Screened) -> Tried:
+        effect, name = effect_of(law_text(one.law, self._name, {}), "the draft"), self._name
+        values = {f"c_{name}": AMOUNT, f"s_{name}": one.s, f"tau_{name}": one.tau}
+        trial = {p.symbol: values[p.symbol] for p in effect.parameters}
+        candidate = Candidate(effect, null(effect), (trial,))
+        hint = Hint(candidate, one.gain, trial, one.multiple, np.zeros(0, dtype=np.float32))
+        base = self._base
+        fitted = finish_fit(base, extend_problem(base, hint, self._groups), self._groups)
+        after = misfit_by_regime(fitted.optimum.residual, self._regimes)
+        verdict = judge_candidate(candidate, base, fitted, (self.misfit, after), self.pays)
+        broken = (
+            broken_by(fit_of(fitted.problem, fitted.optimum).model, base.problem) if verdict.is_passed else ()
+        )
+        share = (base.error**2 - fitted.error**2) / max(base.error**2 - 1.0, 1e-12)
+        return Tried(one.law, effect, fitted, verdict, share, self._across(fitted), tuple(broken))
+
+    def _across(self, new: CandidateFit) -> float:
+        """Return by how much [nats] protocols are better foretold by fits to the others.
+
+        Episodes, where all of them are one protocol.
+        """
+        if self._protocols.max() < 1.0:
+            return float(np.sum(new.heldout - self._base.heldout))
+        old, now = (
+            evaluate_candidate(one.problem, one.optimum, self._protocols) for one in (self._base, new)
+        )
+        return float(np.sum(now.heldout - old.heldout))
+
+
+def shortest(passed: list[Tried]) -> Tried | None:
+    """Return the shortest law within the noise of the best one."""
+    if not passed:
+        return None
+    best = max(one.verdict.gain for one in passed)
+    within = max(thresholds.INDISTINGUISHABLE_NATS, thresholds.INDISTINGUISHABLE_SHARE * best)
+    near = [one for one in passed if one.verdict.gain >= best - within]
+    return min(near, key=lambda one: (one.law.complexity, -one.verdict.gain))
+
+
+def _why_not(problem: Problem, base: CandidateFit, misfit: float) -> str:
+    """Return why no law is looked for; empty where one is."""
+    for doubt in check_before_search(problem):
+        if doubt.is_grave:
+            return f"the recording is in doubt: {doubt.text}"
+    if problem.episodes.max() + 1 < MIN_EPISODES:
+        return (
+            "there is one episode only, so nothing can be held out; record the motion again, or another one"
+        )
+    if misfit <= thresholds.MAX_NOISE_CHI2:
+        rest = find_discrepancy(base)
+        if rest is None or rest.gain <= thresholds.MIN_CURVE_NATS:
+            return "the model leaves only noise; there is no law to be found here"
+    return ""
+
+
+def _why_none(tried: list[Tried]) -> str:
+    if not tried:
+        return "no law of the grammar gains enough; `vegrip diagnose` says where the model fails"
+    best = tried[0]
+    if best.broken and best.failed == best.broken:
+        return f"the best law, {best.law.equation}, cannot be: {'; '.join(best.broken)}"
+    would = f"{best.law.variable.refute} would show it"
+    return f"the best law, {best.law.equation}, fails: {', '.join(best.failed)}; {would}"
+
+
+class Screen:
+    """The score test of laws: one run of the model for each, none of the fit."""
+
+    def __init__(self, base: CandidateFit) -> None:
+        self._base, problem = base, base.problem
+        std = problem.unknowns.std
+        self._basis, _ = np.linalg.qr(np.vstack([base.optimum.jacobian, np.diag(1.0 / std)]))
+        has_temperature = bool(np.nanstd(problem.measured.columns.get("temperature", np.zeros(1))) > 0.0)
+        self.probes = {
+            name: probe(place, has_temperature=has_temperature) for name, place in LAW_PLACES.items()
+        }
+        self._wide = {name: self._widened(one) for name, one in self.probes.items()}
+        self._sizes: dict[tuple[str, float], float] = {}
+
+    def _widened(self, one: Probe) -> Problem:
+        p = self._base.problem
+        within = with_candidates(p.model, [Candidate(one.effect, null(one.effect), ())])
+        return Problem(p.model, p.measured, zeros=p.zeros, symbols=p.symbols, like=p, within=within)
+
+    def values(self, variable: Variable, tau: float) -> Floats:
+        """Return a variable (n,) as a sensor shows it that adds a little of it."""
+        p, u, wide = self._base.problem, self._base.optimum.u, self._wide["sense"]
+        K = self._base.value("K") if "K" in p.unknowns.names else p.model.values["K"].value
+        law = Law(LAW_PLACES["sense"], variable, LAW_SHAPES["linear"], 1.0)
+        shown = [wide.table(u, self.probes["sense"].trial(amount, law, 1.0, tau)) for amount in (0.0, SHOWN)]
+        return (shown[1] - shown[0])[:, AT["normal_force"]] / (SHOWN * K)
+
+    def size_of(self, variable: Variable, tau: float) -> float:
+        """Return the largest value of a variable in contact."""
+        if (variable.name, tau) not in self._sizes:
+            shown = np.abs(self.values(variable, tau)[self._base.problem.stiffness > 0.0])
+            self._sizes[variable.name, tau] = float(np.max(shown, initial=0.0))
+        return self._sizes[variable.name, tau]
+
+    def score(self, law: Law, s: float, tau: float) -> Screened | None:
+        """Return the gain of a law and its best multiple; None where it changes nothing of its own."""
+        base, wide = self._base, self._wide[law.place.name]
+        trial = self.probes[law.place.name].trial(AMOUNT, law, s, tau)
+        signature = np.zeros(self._basis.shape[0])
+        rows = base.optimum.residual.size
+        with np.errstate(all="ignore"):
+            signature[:rows] = wide.white(wide.raw(wide.table(base.optimum.u, trial))) - base.optimum.residual
+        power = float(signature @ signature)
+        if not 0.0 < power < math.inf:
+            return None
+        own = signature - self._basis @ (self._basis.T @ signature)
+        left = float(own @ own)
+        if left < 1e-9 * power:
+            return None
+        along = float(own[:rows] @ base.optimum.residual)
+        return Screened(law, 0.5 * along * along / (left + 1e-3), s, tau, -along / left)
+
+
+def screen_laws(screen: Screen, threads: int, report: Report) -> tuple[list[Screened], int]:
+    """Return the laws, best first, and how many were looked at.
+
+    First every place and variable with few shapes, then the best of them with every shape and, beside it, a
+    second variable.
+    """
+    count = 0
+
+    def best(laws: list[tuple[Law, float, float]]) -> list[Screened]:
+        nonlocal count
+        count += len(laws)
+        with ThreadPoolExecutor(threads) as pool:
+            found = [one for one in pool.map(lambda each: screen.score(*each), laws) if one is not None]
+        return sorted(found, key=lambda one: -one.gain)
+
+    coarse = best(
+        [each for place in LAW_PLACES.values() for each in _laws(screen, place, COARSE, is_coarse=True)]
+    )
+    pairs = _pairs(coarse)[:LOOKED_AT_AGAIN]
+    report(f"looks again at {', '.join(f'{one.variable.name} ({one.place.name})' for one in pairs[:4])} ...")
+    fine = best([
+        each
+        for law in pairs
+        for each in _laws(screen, law.place, tuple(LAW_SHAPES), only=law.variable.name)
+    ])  # fmt: skip
+    products = best([each for one in _distinct(fine)[:4] for each in _products(screen, one)])
+    return sorted([*coarse, *fine, *products], key=lambda one: -one.gain), count
+
+
+def _laws(
+    screen: Screen, place: Place, shapes: tuple[str, ...], *, only: str = "", is_coarse: bool = False
+) -> Iterator[tuple[Law, float, float]]:
+    for variable in screen.probes[place.name].variables:
+        if place.name not in variable.places or (only and variable.name != only):
+            continue
+        for tau in MEMORY_TIMES_S if variable.has_rate else (1.0,):
+            size = screen.size_of(variable, tau)
+            if not size > MIN_SCATTER:
+                continue
+            for shape in (LAW_SHAPES[name] for name in shapes):
+                if shape.of_what and variable.name not in shape.of_what:
+                    continue
+                tried = shape.trials[len(shape.trials) // 2 :][:1] if is_coarse else shape.trials
+                for s in tried or (1.0,):
+                    yield Law(place, variable, shape, size), s, tau
+
+
+def _products(screen: Screen, one: Screened) -> Iterator[tuple[Law, float, float]]:
+    """Yield a law times each other variable that shares no rate with it."""
+    for second in screen.probes[one.law.place.name].variables:
+        size = screen.size_of(second, one.tau)
+        is_apart = second.name != one.law.variable.name and not second.has_rate
+        if is_apart and one.law.place.name in second.places and size > MIN_SCATTER:
+            yield dataclasses.replace(one.law, second=second, second_size=size), one.s, one.tau
+
+
+def _pairs(found: list[Screened]) -> list[Law]:
+    seen: dict[tuple[str, str], Law] = {}
+    for one in found:
+        seen.setdefault((one.law.place.name, one.law.variable.name), one.law)
+    return list(seen.values())
+
+
+def shortlist(found: list[Screened]) -> list[Screened]:
+    """Return the laws that are refitted: of one place and variable only a few."""
+    alike: dict[tuple[str, str], int] = {}
+    chosen = []
+    for one in _distinct(found):
+        pair = (one.law.place.name, one.law.variable.name)
+        alike[pair] = alike.get(pair, 0) + 1
+        if alike[pair] <= MAX_ALIKE:
+            chosen.append(one)
+    return chosen[:REFITTED]
+
+
+def _kin(found: list[Screened], tried: list[Tried]) -> list[Screened]:
+    """Return laws of the best one's place and variable in other shapes, and without its memory."""
+    if not tried:
+        return []
+    best = max(tried, key=lambda one: one.verdict.gain).law
+    there = {_key(one.law) for one in tried}
+    own = (best.variable.name, best.variable.kin)
+    near = [one for one in _distinct(found) if one.law.place == best.place and one.law.second is None]
+    return [one for one in near if one.law.variable.name in own and _key(one.law) not in there]
+
+
+def _key(law: Law) -> tuple[str, ...]:
+    return (law.place.name, *law.variables, law.shape.name)
+
+
+def _distinct(found: list[Screened]) -> list[Screened]:
+    """Return the best of each place, variables and shape."""
+    seen: dict[tuple[str, ...], Screened] = {}
+    for one in found:
+        seen.setdefault(_key(one.law), one)
+    return list(seen.values())
+
+
+def protocols(problem: Problem) -> NDArray[np.int64]:
+    """Return the protocol (n,) of each row: episodes alike in their quickest motion and deepest point."""
+    m = problem.measured
+    depth, speed = m.motion.displacement, np.abs(np.gradient(m.motion.displacement, m.recording.t))
+    marks: list[tuple[float, float]] = []
+    number = np.zeros(problem.episodes.size, dtype=np.int64)
+    for episode in range(int(problem.episodes.max()) + 1):
+        rows = problem.episodes == episode
+        deep = max(float(np.max(depth[rows])), 1e-9 * problem.depth)
+        mark = (math.log(max(float(np.quantile(speed[rows], 0.9)), 1e-9 * problem.depth)), math.log(deep))
+        near = [i for i, one in enumerate(marks) if math.dist(one, mark) < SAME_PROTOCOL]
+        if not near:
+            marks.append(mark)
+        number[rows] = near[0] if near else len(marks) - 1
+    return number
+
+
+def spans(base: CandidateFit) -> list[str]:
+    """Return for which depths, speeds and times the recording shows anything."""
+    p, m = base.problem, base.problem.measured
+    speed = np.abs(np.gradient(m.motion.displacement, m.recording.t))
+    touching = p.stiffness > 0.0
+    deep = float(np.max(m.motion.displacement[touching]))
+    return [
+        f"depths up to {1e3 * deep:.3g} mm",
+        f"speeds up to {1e3 * float(np.quantile(speed[touching], 0.99)):.3g} mm/s",
+        f"{m.recording.t[-1] - m.recording.t[0]:.4g} s",
+    ]
+
+
+def digest(recording: Recording) -> str:
+    """Return a hash of what was recorded."""
+    told = hashlib.sha256(np.ascontiguousarray(recording.t).tobytes())
+    for name in sorted(recording.columns):
+        told.update(name.encode() + np.ascontiguousarray(recording.columns[name]).tobytes())
+    return told.hexdigest()[:16]
