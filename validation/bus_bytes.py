@@ -18,7 +18,7 @@ def unpack_request(packet: bytes) -> tuple[int, BusFrame] | None:
     data = packet[REQUEST.size :]
     if not has_form(identifier, flags, code, len(data)):
         return None
-    return time, BusFrame(identifier, data, *FRAME_KINDS[flags % len(FRAME_KINDS)], code)
+    return time, BusFrame(identifier, data, *FRAME_KINDS[int(flags) % len(FRAME_KINDS)], code)
 
 
 def split_requests(packet: bytes) -> list[tuple[int, BusFrame]]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vegrip.cli._options import JSON
-from vegrip.cli._outputs import FORCE
+from vegrip.cli._outputs import FORCE, claim_file
 from vegrip.cli._terminal import complain, show, table
 from vegrip.cli.node import parsed
 from vegrip.errors import ConfigError, InputError, UsageError
@@ -195,12 +195,9 @@ def _refuse(database: Path | None, output: Path | None, log: Path | None, *, for
             raise InputError(f"{path}: there is no such file")
     if output is None:
         return
-    if output.exists() and not force:
-        raise InputError(f"{output}: is there already; give another name, or --force to replace it")
-    if not output.parent.is_dir():
-        raise InputError(f"{output.parent}: there is no such folder")
     if database is not None and database.suffix.lower() == ".toml":
         raise UsageError(f"{database} is a map already and is only checked; leave out -o")
+    claim_file(output, force=force)
 
 
 def _windows(**given: str) -> "dict[str, Window]":
@@ -230,6 +227,7 @@ def _check_windows(windows: "dict[str, Window]", traffic: "Traffic | None") -> N
 
 def _write(path: Path, text: str) -> None:
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, text)
     except OSError as error:
         raise InputError(f"{path} cannot be written: {error.strerror or error}") from None
