@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from vegrip.transport.mapped.plan import Plan
     from vegrip.transport.mapped.proposal import Proposal
     from vegrip.transport.mapped.questions import Window
-    from vegrip.transport.mapped.traffic import Traffic, Values
+    from vegrip.transport.mapped.traffic import Now, Traffic, Values
 
 DATABASE = Annotated[
     Path | None, typer.Argument(help="Their .dbc, .kcd, .sym, .arxml or .eds; or a map, to check it.")
@@ -115,7 +115,7 @@ def connect(
     transport: dict[str, Any] = {"kind": "can", **said_of_bus} if channel else {}
     if database.suffix.lower() == ".toml":
         plan = plans.open_plan(database)
-        now = None if as_json else MappedNow(plan)
+        now: Now | None = None if as_json else MappedNow(plan)
         traffic = traffic_of_hand(log, transport, windows, seconds, now, ask=False)
         _tell(plan, "", None, traffic, as_json=as_json)
         return
