@@ -30,6 +30,7 @@ from vegrip.identification.diagnosis.score_tests import (
     why_unseen,
 )
 from vegrip.identification.diagnosis.search import EvidenceThreshold, shortlist
+from vegrip.identification.fit.problem import AT
 from vegrip.model import BASE, paper_model
 from vegrip.parameters import Parameter
 
@@ -628,3 +629,37 @@ def test_a_candidate_runs_in_the_model_that_has_everything_beside_others_alone(
     assert made.symbols == ("K", "p", *(p.symbol for p in one.parameters))
     assert made.like is problem
     assert "adhesion" in {each.name for each in made.model.effects}
+
+
+@pytest.mark.parametrize(("scatter", "counts"), [(0.19, False), (0.21, True)])
+def test_a_curve_over_temperature_and_those_of_slip_are_looked_for_where_they_are_measured(
+    scatter, counts
+) -> None:
+    t, ones = np.arange(6.0), np.ones(6)
+    warm = 20.0 + scatter * np.tile([1.0, -1.0], 3)
+    slip = np.array([0.0, 1e-4, -1e-3, np.nan, 0.0, 0.0])
+    problem = SimpleNamespace(
+        measured=SimpleNamespace(
+            motion=SimpleNamespace(displacement=1e-4 * t),
+            recording=SimpleNamespace(t=t, columns={"slip_speed": slip}),
+        ),
+        stiffness=ones, episodes=np.zeros(6), depth=1e-3,
+    )  # fmt: skip
+    values = dict.fromkeys(("normal_force", "time_in_contact", "time", "tangential_force"), ones)
+    features = SimpleNamespace(values=values | {"temperature": warm})
+    table = np.zeros((6, len(AT)))
+    table[:, AT["torque_z"]], table[:, AT["tangential_force"]] = -2e-3, -0.5
+    table[:, AT["contact_radius"]] = 4e-3
+    told = dict(_variables(problem, features, table, np.array([0, 1, 2, 3]), "tangential_force"))
+    assert ("temperature" in told) == counts
+    assert told["torque_share"] == pytest.approx(np.full(4, 0.25 * np.pi))  # half a newton each
+    assert told["slip_speed"] == pytest.approx(np.log10([1e-3, 0.101, 1.001, 1e-3]))
+    force = dict(_variables(problem, features, table, np.arange(4), "normal_force"))
+    assert not {"slip_speed", "torque_share"} & set(force)
+
+
+def test_what_was_accepted_is_told_in_si(small) -> None:
+    told = small.in_si()
+    assert set(told) == {"pull", "neck"}
+    assert told["pull"] == (pytest.approx(0.03, rel=0.2), "N")
+    assert told["neck"][1] == "m"
