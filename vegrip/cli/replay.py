@@ -38,10 +38,10 @@ OUTCOME_ROWS = (
     ("mean normalised innovation squared", "nis", ""),
     ("consistent, of the health reports with a verdict", "consistent", ""),
     ("measurements refused as outliers", "rejected", ""),
-    ("lowest margin bound", "lowest_margin_bound", ""),
     ("commands", "commands", ""),
     ("highest command", "highest_command", " N"),
 )
+BELOW_0 = "below 0: a slip was possible"
 PATIENCE_S = 1.0  # for which a frame waits for room on the bus
 FINGER = Annotated[str, typer.Option(help="Play a single recording as this finger.")]
 SPEED = Annotated[float, typer.Option(min=0.01, max=100.0, help="Faster or slower than recorded.")]
@@ -256,6 +256,8 @@ def _print_outcome(outcome: "Outcome", reports: "Mapping[str, LoadReport]") -> N
     table = figures("", *told, left=("",))
     for title, key, unit in OUTCOME_ROWS:
         table.add_row(title, *(_number(each[key], unit) for each in told.values()))
+    bounds = (each["lowest_margin_bound"] for each in told.values())
+    table.add_row("lowest margin bound", *(BELOW_0 if (b or 0.0) < 0.0 else _number(b, "") for b in bounds))
     for title, key in (("input", "conditions"), ("fails", "failing"), ("suspect", "suspects")):
         if key == "suspects" and not any(each[key].keys() - {"none"} for each in told.values()):
             continue  # none was looked for

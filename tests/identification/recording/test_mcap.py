@@ -279,7 +279,7 @@ def test_states_that_the_recorder_lost_stand_in_the_file_and_are_told_on_the_way
     [
         (["absent.mcap", "-o", "out"], "there is no such file"),
         (["empty.mcap", "-o", "out"], "is not a whole MCAP file (EndOfFile)"),
-        (["nothing", "-o", "out.mcap"], "holds no recording"),
+        (["nothing", "-o", "out.mcap"], "there is no such folder"),
     ],
 )
 def test_what_cannot_be_converted_gets_one_sentence(

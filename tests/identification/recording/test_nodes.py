@@ -92,7 +92,7 @@ def test_a_finger_that_the_bus_does_not_know_is_refused(tmp_path: Path) -> None:
 
 def test_an_absent_recording_is_refused_when_the_node_is_configured(tmp_path: Path) -> None:
     node = replay.build({"recording": str(tmp_path / "absent")}, CONTEXT)
-    with pytest.raises(RecordingError, match="holds no recording"):
+    with pytest.raises(RecordingError, match="there is no such folder"):
         node.configure()
 
 
