@@ -151,7 +151,7 @@ def test_a_map_that_does_not_fit_the_table_is_refused(
     [
         (["force=F"], [], "there is no channel 'force'"),
         (["F"], [], "is not NAME=VALUE"),
-        ([], ["normal_force=mN"], "add --map normal_force=COLUMN"),
+        ([], ["force=mN"], "there is no channel 'force'"),
     ],
 )
 def test_a_wrong_option_is_a_usage_error(columns: list[str], units: list[str], sentence: str) -> None:
