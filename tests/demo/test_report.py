@@ -60,7 +60,8 @@ def test_the_force_of_as_few_slips_is_compared_and_said_to_be_found_afterwards()
 
 def test_the_mean_until_a_drop_stands_beside_that_of_vegrip_until_then() -> None:
     ours = Course(("thumb",), 0, False, [1.0, 10.0, 30.0], [[0.2]] * 3, [[3.0], [3.2], [9.0]])
-    told = until_drops({"vegrip": ours, "cone": course(3.1, 1, 10.0, dropped=True)})
+    cone, constant = (course(3.1, 1, end, dropped=True) for end in (10.0, 9.98))
+    told = until_drops({"vegrip": ours, "cone": cone, "constant": constant})
     assert told == "means end where the object is dropped; vegrip: 3.10 N until 10.0 s"
     assert until_drops({"vegrip": ours, "cone": course(8.0)}) is None
 

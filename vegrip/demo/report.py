@@ -139,7 +139,7 @@ def judge_machine(held: float, late: float) -> list[str]:
 def until_drops(courses: Mapping[str, Course]) -> str | None:
     """Return why the mean force of a controller that dropped the object is not that of the whole run."""
     ours = courses["vegrip"]
-    ends = sorted({one.time[-1] for one in courses.values() if one.dropped and one is not ours})
+    ends = sorted({round(one.time[-1], 1) for one in courses.values() if one.dropped and one is not ours})
     if not ends or ours.dropped:
         return None
     forces = ", ".join(f"{result_of(ours, end).mean_grip_force:.2f} N until {end:.1f} s" for end in ends)
