@@ -6,6 +6,8 @@ from types import ModuleType
 
 import pytest
 
+from vegrip.cli import COMMANDS
+
 DOCS = Path(__file__).parents[1] / "docs"
 
 
@@ -18,6 +20,7 @@ def load(path: Path) -> ModuleType:
 
 check = load(DOCS / "site" / "check.py")
 english = load(DOCS / "english.py")
+command_pages = load(DOCS / "site" / "command_pages.py")
 
 
 def said_of(folder: Path, body: str, style: str = "") -> list[str]:
@@ -96,3 +99,19 @@ def test_messages_are_in_the_words_of_the_field(tmp_path: Path) -> None:
     assert [text for _, text in english.messages_of(source)] == [" cannot be told apart"]
     assert list(english.complaints(" cannot be told apart", message=True))
     assert not list(english.complaints(" cannot be distinguished", message=True))
+
+
+def test_every_command_has_its_section_in_the_reference() -> None:
+    text = "".join(page for _, page in command_pages.pages())
+    for name, about in COMMANDS.items():
+        assert f"| [`vegrip {name}`](#vegrip-{name}) | {about} |" in text
+        assert f"## vegrip {name}\n" in text
+    assert "candump" in text
+
+
+@pytest.mark.parametrize("words", ["pip install", "decimal comma", "play log", "candump"])
+def test_a_newcomers_words_lead_to_a_page(words: str) -> None:
+    """The search of the site takes pages that have all words."""
+    pages = {page.name: page.read_text("utf-8").lower() for page in DOCS.glob("*.md")}
+    found = {name for name, text in pages.items() if all(word in text for word in words.split())}
+    assert found & {"install.md", "recordings.md"}

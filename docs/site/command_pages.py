@@ -13,7 +13,7 @@ def pages() -> Iterator[tuple[str, str]]:
     """Yield (file name, Markdown) for each group of commands."""
     for heading, commands in GROUPS.items():
         text = [f"# {heading}: commands", "", "| command | what it does |", "|---|---|"]
-        text += [f"| [`vegrip {name}`](#vegrip-{name}) | {about} |" for name, (_, about) in commands.items()]
+        text += [f"| [`vegrip {name}`](#vegrip-{name}) | {about} |" for name, about in commands.items()]
         for name in commands:
             command = get_command(load(name))
             text += ["", *described(command, f"vegrip {name}", level=2)]
