@@ -240,6 +240,15 @@ def test_an_alarm_stays_long_enough_to_be_seen_and_then_goes(view: LiveView) -> 
     assert alarms.update([], round(1.1 * ALARM_HOLD_S * NS)) == []
 
 
+def test_the_card_of_a_finger_says_its_alarm_as_long_as_the_banner_does(view: LiveView) -> None:
+    view.receive(replace(COMMAND, reason=Reason.SLIP), 0, NODE)
+    view.snapshot(0, wanted)
+    view.receive(COMMAND, 1, NODE)
+    for now in (1, round(1.1 * ALARM_HOLD_S * NS)):
+        shown = view.snapshot(now, wanted)
+        assert bool(shown["alarms"]) == (shown["fingers"][COMMAND.finger]["alarm"] is not None)
+
+
 def test_the_same_alarm_of_several_fingers_is_one_that_names_them(view: LiveView) -> None:
     for finger in ("thumb", "index"):
         view.receive(replace(HEALTH, finger=finger, condition=Condition.STALE), 0, NODE)
@@ -262,7 +271,7 @@ def test_a_card_names_the_worst_alarm_of_its_finger_and_none_while_friction_is_p
     view.receive(CONTACT, 0, NODE)
     assert thumb(view, 0)["alarm"] == {"level": "bad", "label": "may slip"}
     view.receive(PROBING, 0, NODE)
-    assert thumb(view, 0)["alarm"] is None
+    assert alarms_of(view.board, 0) == []
     assert thumb(view, 0)["health"]["friction"] == "probed"
 
 

@@ -48,6 +48,11 @@ class Alarms:
 
     _held: dict[str, tuple[Alarm, int, int]] = field(default_factory=dict)  # alarm, first and last seen [ns]
 
+    @property
+    def held(self) -> list[Alarm]:
+        """Those that are shown."""
+        return [alarm for alarm, _, _ in self._held.values()]
+
     def update(self, active: list[Alarm], now: int) -> list[dict[str, object]]:
         """Return what is to be shown at ``now`` [ns], the worst first, each with the seconds it lasts."""
         for alarm in active:

@@ -125,8 +125,8 @@ class LiveView:
         """Return everything as of ``now`` [ns] but the columns."""
         self.board.refresh(now)
         board = self.board
-        alarms = alarms_of(board, now)
-        worst = {one.finger: one for one in sorted(alarms, key=lambda one: one.level is Level.BAD)}
+        alarms = self._alarms.update(alarms_of(board, now), now)
+        worst = {one.finger: one for one in sorted(self._alarms.held, key=lambda one: one.level is Level.BAD)}
         return {
             "time": round((now - board.start) / NS, 2),
             "fingers": {
@@ -140,7 +140,7 @@ class LiveView:
                 for name, row in board.rows.items()
             },
             "nodes": {name: _node(row, now) for name, row in board.nodes.items()},
-            "alarms": self._alarms.update(alarms, now),
+            "alarms": alarms,
             "states": self._states.update(states_of(board, now), now),
             "log": [
                 {"time": round(line.time, 1), "text": line.text, "style": line.style} for line in board.log
