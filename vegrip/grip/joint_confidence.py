@@ -21,6 +21,7 @@ _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(96)
 _WEIGHTS = _WEIGHTS / _WEIGHTS.sum()
 FINGER_CORRELATION = 0.9
 """Of the errors of fingers that do not share what they learn of friction [-]: they hold one object."""
+SAME_DIGITS = 12  # to which linear algebra of every processor agrees; commands must not depend on it
 _ALL = 1.0 - 1e-6  # correlation from which on the errors count as one
 
 
@@ -64,5 +65,5 @@ def each_confidence(probability: float, fingers: int, correlation: float) -> flo
     if missing(alone) >= 0.0:
         return probability
     if missing(independent) <= 0.0:
-        return root
-    return float(ndtr(brentq(missing, alone, independent, xtol=1e-9)))
+        return round(root, SAME_DIGITS)
+    return round(float(ndtr(brentq(missing, alone, independent, xtol=1e-14))), SAME_DIGITS)
