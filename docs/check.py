@@ -5,9 +5,12 @@ Run it with ``make docs``; it prints what is wrong with file and line, and fails
 
 import doctest
 import importlib
+import os
 import pkgutil
 import re
+import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -18,6 +21,7 @@ import vegrip
 from vegrip.cli import COMMANDS
 
 ROOT = Path(__file__).parents[1]
+SHELL = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 COMMAND = re.compile(r"^\s*(?:\.venv/bin/)?vegrip ([a-z][\w-]*)", re.MULTILINE)
 NAMED_FILE = re.compile(
@@ -27,6 +31,7 @@ MODULE = re.compile(r"python -m ((?:vegrip|validation|benchmarks|tools)(?:\.\w+)
 CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?)\]_")
 HEADING = re.compile(r"^#+ +(.*)$", re.MULTILINE)
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+RUN_AS_THEY_STAND = ("docs/tutorials/material.md",)  # pages whose commands are run
 
 
 def documents() -> list[Path]:
@@ -113,6 +118,27 @@ def failing_blocks(page: Path, text: str) -> Iterator[str]:
                 yield f"{page.relative_to(ROOT)}:{line}: the example fails: {error!r}"
 
 
+def failing_commands(page: Path, text: str) -> Iterator[str]:
+    """Commands of the pages RUN_AS_THEY_STAND that fail, or do not print what stands behind their #."""
+    if str(page.relative_to(ROOT)) not in RUN_AS_THEY_STAND:
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        for fence in FENCE.finditer(text):
+            for line in fence[2].splitlines() if fence[1] == "sh" else ():
+                command, _, told = line.partition("#")
+                done = subprocess.run(
+                    ["/bin/bash", "-c", command],
+                    cwd=folder,
+                    env=SHELL,
+                    capture_output=True,
+                    text=True,
+                    check=False,
+                )
+                if done.returncode or told.strip() not in " ".join(done.stdout.split()):
+                    place = f"{page.relative_to(ROOT)}:{line_of(text, fence.start())}"
+                    yield f"{place}: {command.strip()}: exit code {done.returncode}, {done.stdout[:200]!r}"
+
+
 def english_of_page(page: Path, text: str) -> Iterator[str]:
     """Words of a page that are not in the project's English; titles of other people's papers may be."""
     if page.name != "references.md":
@@ -184,6 +210,7 @@ def main() -> int:
     for page in documents():
         text = page.read_text(encoding="utf-8")
         wrong += [*broken_links(page, text), *unknown_commands(page, text), *failing_blocks(page, text)]
+        wrong += failing_commands(page, text)
         wrong += [*missing_files(page, text), *unknown_modules(page, text), *english_of_page(page, text)]
     wrong += [*english_of_code(), *unresolved_citations(), *failing_doctests()]
     for complaint in wrong:

@@ -135,7 +135,11 @@ def _print(found: "Diagnosis", draws: int) -> None:
     grave = [doubt.text for doubt in found.doubts if doubt.is_grave]
     sentence = f"not reliable: {'; '.join(grave)}" if grave else SENTENCES[told["verdict"]]
     head = Text(f"{told['recording']}: {told['verdict']}", style="bold")
-    console.print(head + Text(f" - {sentence} {', '.join(told['named'])}".rstrip(), style="not bold"))
+    sure = ", ".join(told["named"])
+    is_all = told["verdict"] == "named"
+    console.print(head + Text(f" - {sentence} {sure if is_all else ''}".rstrip(), style="not bold"))
+    if sure and not is_all:
+        console.print(f"named: {sure}")
     for group in told["indistinguishable"]:
         console.print(f"not separated: {', '.join(group)}")
     console.print(f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)")

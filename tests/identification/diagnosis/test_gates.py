@@ -88,10 +88,21 @@ def test_what_takes_most_of_what_is_left_may_lose_more_episodes_and_rule_the_reg
     assert judged(**lossy, left=40.0 / 0.29).failed == ("held-out episodes", "regimes")
 
 
-def test_an_effect_that_was_added_may_end_at_a_bound_and_one_that_was_there_already_too() -> None:
-    assert not drives_onto_bound(BASE, fitted(u=(5.0, 4.0)))
-    assert not drives_onto_bound(fitted(u=(1.0, 2.0)), fitted(u=(1.0, 2.0)))
-    assert drives_onto_bound(fitted(u=(5.0, 2.0)), fitted(u=(9.0, 2.0)))
+@pytest.mark.parametrize(
+    ("base", "new", "candidate", "driven"),
+    [
+        ((5.0, 2.0), (9.0, 2.0), "adhesion", True),
+        ((5.0, 2.0), (5.0, 4.0), "adhesion", False),  # of an effect that was added
+        ((8.86, 2.0), (9.0, 2.0), "adhesion", False),  # near it by itself
+        ((8.84, 2.0), (9.0, 2.0), "adhesion", True),
+        ((5.0, 2.0), (9.0, 2.0), "exponential_stiffness", False),  # takes the place of that law
+    ],
+)
+def test_only_a_base_parameter_that_was_away_from_it_is_driven_onto_a_bound(
+    base, new, candidate, driven
+) -> None:
+    named = SimpleNamespace(effect=effect(candidate))
+    assert drives_onto_bound(named, fitted(u=base), fitted(u=new)) is driven
 
 
 def tried(name, gain, *, change=(1.0, 0.0), failed=()):

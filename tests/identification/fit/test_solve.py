@@ -150,3 +150,8 @@ def test_a_fit_begins_with_forces_as_large_as_measured_and_rates_a_decade_apart(
     assert [one[0] for one in starts] == pytest.approx([np.log(2.5)] * 3)
     assert len(starting_points(stiff(2.5, ("K", "p", "c")))) == 1
     assert starting_points(stiff(1e9))[0][0] == 3.0  # within the bounds
+
+
+def test_the_cost_is_that_of_the_residual_even_after_a_start_that_nearly_overflows() -> None:
+    found = refine_optimum(Exponential(), np.array([5.1]), 60)
+    assert found.cost >= 0.5 * float(found.residual @ found.residual) > 0.0

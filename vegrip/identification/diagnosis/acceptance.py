@@ -6,7 +6,7 @@
 3. the regimes of the misfit get smaller, unless it takes most of what is left, and so does the plain error,
 4. its amount is more than the sensors resolve: three standard errors at the shape that was found, and three
    standard deviations of the displacement for a backlash, a third of a millisecond for a lag,
-5. it drives no parameter of the base model onto its bound.
+5. it drives no parameter of the base model onto a bound that it was not near before.
 """
 
 import math
@@ -67,24 +67,27 @@ def judge_candidate(
         failed.append("error")
     if not is_resolved(candidate, new):
         failed.append("resolution")
-    if drives_onto_bound(base, new):
+    if drives_onto_bound(candidate, base, new):
         failed.append("bounds")
     return Verdict(gain, float(change.sum()), tuple(failed))
 
 
-def drives_onto_bound(base: CandidateFit, new: CandidateFit) -> bool:
+def drives_onto_bound(candidate: Candidate, base: CandidateFit, new: CandidateFit) -> bool:
     """Whether the candidate drives a parameter of the base model onto its bound.
 
-    Such a fit describes one recording and no other. Effects that were added may well end at a bound, which is
-    one of the laws that they can be.
+    Such a fit describes one recording and no other. A parameter that was near a bound by itself tells nothing
+    about the candidate, nor does one of a law that it is confounded with and takes the place of; and effects
+    that were added may well end at a bound, which is one of the laws that they can be.
     """
-    own = {p.symbol for e in base.problem.model.effects if e.name in BASE for p in e.parameters}
-    return bool((_at_bounds(new) - _at_bounds(base)) & own)
+    firm = [e for e in base.problem.model.effects if e.name in BASE]
+    own = {p.symbol for e in firm if e.name not in candidate.effect.confounded for p in e.parameters}
+    there = _at_bounds(base, thresholds.NEAR_BOUND_STD)
+    return bool((_at_bounds(new, thresholds.AT_BOUND_STD) - there) & own)
 
 
-def _at_bounds(fitted: CandidateFit) -> set[str]:
+def _at_bounds(fitted: CandidateFit, within: float) -> set[str]:
     k, u = fitted.problem.unknowns, fitted.optimum.u
-    near = thresholds.AT_BOUND_STD * k.std
+    near = within * k.std
     return {n for n, at in zip(k.names, (u - k.low < near) | (k.high - u < near), strict=True) if at}
 
 

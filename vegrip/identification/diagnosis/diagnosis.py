@@ -70,7 +70,11 @@ class Diagnosis:
 
     @property
     def named(self) -> list[str]:
-        return [one.candidate.name for one in self.search.accepted] if self.verdict == "named" else []
+        """Effects that explain the misfit and that nothing else could stand for."""
+        if self.verdict not in ("named", "ambiguous"):
+            return []
+        unsure = {name for group in self.indistinguishable for name in group}
+        return [one.candidate.name for one in self.search.accepted if one.candidate.name not in unsure]
 
     @property
     def verdict(self) -> str:

@@ -49,6 +49,9 @@ MIN_STANDARD_ERRORS = 3.0
 AT_BOUND_STD = 1e-3
 """Prior standard deviations from a bound, within which a parameter is at it (origin: rule)."""
 
+NEAR_BOUND_STD = 0.3
+"""The same, within which a parameter that was there before is near it (origin: measured)."""
+
 # What is refitted, and followed
 
 MAX_NAMED_EFFECTS = 4

@@ -29,6 +29,7 @@ from vegrip.identification.experiment.hypotheses import (
     rate_of,
     sensors_of,
 )
+from vegrip.identification.fit.preprocess import MIN_FIT_ROWS
 from vegrip.identification.fit.result import fit_of
 from vegrip.identification.fit.solve import Report
 from vegrip.identification.simulate import Protocol, simulate
@@ -143,13 +144,20 @@ def design(
     """
     rig = rig_of(contest, limits)
     left_out: dict[str, str] = {}
+    least = MIN_FIT_ROWS / min(AMPLITUDE_FACTORS)
     jobs: list[tuple[Item, Rig, Mapping[str, float]]] = []
     for item in MENU:
         own, reason = suited_rig(item, contest, limits, rig)
-        fits = [a for a in item.choices() if item.protocol(own, a).duration <= limits.duration]
+        possible = [(a, item.protocol(own, a)) for a in item.choices()]
+        brief = [(a, made) for a, made in possible if made.duration <= limits.duration]
+        fits = [a for a, made in brief if made.recorded * own.rate >= least]
         if reason or not fits:
-            left_out[item.name] = reason or f"it takes longer than {limits.duration:g} s"
+            why = "it has too few samples" if brief else f"it takes longer than {limits.duration:g} s"
+            left_out[item.name] = reason or why
         jobs += [(item, own, a) for a in fits if not reason]
+
+    if not jobs:
+        return Design(contest, limits, rig.depth, (), left_out)
 
     def plan(job: tuple[Item, Rig, Mapping[str, float]]) -> Planned:
         item, own, amplitudes = job

@@ -141,13 +141,14 @@ def refine_optimum(
             step, foretold = _step(k, u, r, J, damping)
         new = u + step
         r_new = problem.residual(new)
-        found = cost - _cost(k, r_new, new)
+        cost_new = _cost(k, r_new, new)
+        found = cost - cost_new
         if found >= 0.0:
             z = step / k.std
             if np.any(z):
                 J = J + np.outer((r_new - r - J @ step) / (z @ z), z / k.std)
             was_fresh, fresh = fresh, False
-            u, r, cost = new, r_new, cost - found
+            u, r, cost = new, r_new, cost_new
             if foretold < near and was_fresh:
                 break
             damping = damping / 10.0 if found > 0.9 * foretold else damping

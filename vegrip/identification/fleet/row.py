@@ -136,9 +136,8 @@ def examine_recording(path: str, model: str = "") -> Row:
             return Row(path, FAILED, note="; ".join(grave), lost=lost)
         verdict = found.verdict
         values = found.model.values
-        effects = tuple(found.named)
-        if verdict == "ambiguous":
-            effects = tuple(" or ".join(sorted(group)) for group in found.indistinguishable)
+        unsure = found.indistinguishable if verdict == "ambiguous" else []
+        effects = (*found.named, *(" or ".join(sorted(group)) for group in unsure))
         taken = [one.candidate.effect for one in found.search.accepted]
         sizes = {p.symbol: values[p.symbol].value for e in taken for p in e.parameters if p.null is not None}
         left = found.unexplained

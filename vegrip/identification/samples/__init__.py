@@ -1,7 +1,8 @@
 """Sample files that ship with the package, so that every example of the help runs as written.
 
 One fingertip of 8 mm radius, pressed, held, and pulled until it slips, on the virtual bench (which shares no
-physics code with the model), with adhesion hidden in it. :mod:`tools.make_samples` made them.
+physics code with the model), with adhesion hidden in it. :mod:`tools.make_samples` made them. And muscle
+fibres, measured by others, with their licence.
 """
 
 import gzip
@@ -47,6 +48,7 @@ SAMPLE_TABLE: Final = "press.csv"
 SAMPLE_LOG: Final = "press.blf"
 MODEL: Final = "press.toml"
 HIDDEN_LAW: Final = "tiring.py"
+MUSCLE: Final = "muscle"
 FOREIGN_DATABASE: Final = "foreign.dbc"
 FOREIGN_LOG: Final = "foreign.blf"
 
@@ -86,6 +88,12 @@ def _write_table(path: Path) -> None:
     write_whole(path, gzip.decompress(files(__name__).joinpath(f"{SAMPLE_TABLE}.gz").read_bytes()))
 
 
+def _write_muscle(folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    for file in sorted(files(__name__).joinpath(MUSCLE).iterdir(), key=lambda file: file.name):
+        write_whole(folder / file.name, file.read_bytes())
+
+
 def _copied(name: str) -> Callable[[Path], object]:
     return lambda path: write_whole(path, files(__name__).joinpath(name).read_bytes())
 
@@ -117,6 +125,10 @@ SAMPLES: Final = {
     HIDDEN_LAW: Sample(
         "an effect that no catalogue has, for `vegrip simulate --with` and `vegrip draft`",
         _copied(HIDDEN_LAW),
+    ),
+    MUSCLE: Sample(
+        "measured: muscle fibres stretched at three speeds and held, with a map for `vegrip import`",
+        _write_muscle,
     ),
     MODEL: Sample("a model of that fingertip before any fit, for `vegrip simulate`", _write_model),
 }

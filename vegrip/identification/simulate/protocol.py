@@ -61,8 +61,12 @@ class Protocol:
     @property
     def duration(self) -> float:
         """From the first segment to the last, with the pauses [s]."""
-        moving = sum(segment.duration for episode in self.episodes for segment in episode)
-        return moving + self.pause * (len(self.episodes) - 1)
+        return self.recorded + self.pause * (len(self.episodes) - 1)
+
+    @property
+    def recorded(self) -> float:
+        """The same without the pauses [s]."""
+        return sum(segment.duration for episode in self.episodes for segment in episode)
 
     def repeated(self, times: int) -> "Protocol":
         notes = self.notes or ("",) * len(self.episodes)
