@@ -206,7 +206,7 @@ def test_the_command_fills_the_table_and_a_second_run_has_nothing_to_do(folder, 
 
 
 def test_what_cannot_be_is_told_before_anything_is_examined(folder, tmp_path, capsys) -> None:
-    assert main(["fleet", str(tmp_path / "absent")]) == 2
+    assert main(["fleet", str(tmp_path / "absent")]) == 3
     assert main(["fleet", str(folder), "--model", str(tmp_path / "absent.toml")]) == 3
     write_model(MODEL, tmp_path / "m.toml")
     assert "Traceback" not in capsys.readouterr().err
