@@ -241,7 +241,7 @@ BAD = {
     ),
     "a place that cannot be written": (
         [*GAINS, "-o", "/proc/hand.toml"],
-        "/proc/hand.toml cannot be written",
+        "/proc: cannot be written",
     ),
 }
 

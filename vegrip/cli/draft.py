@@ -38,7 +38,7 @@ def draft(
 
     Searches a grammar of laws (powers, saturation, thresholds, steps, memories, products) by fitting. What is
     written gains on episodes and protocols that were held out and breaks no law of contacts; the verdict is
-    none, with the reason, where nothing does. The file goes on as any effect: vegrip add, test-effect.
+    none, with the reason, where nothing does. The file goes on as any effect.
 
     Example: vegrip sample press && vegrip draft press -o press_law.py
     """

@@ -8,6 +8,7 @@ import ast
 import dataclasses
 import hashlib
 import linecache
+import threading
 import types
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from vegrip.effects.contract import Effect
 from vegrip.errors import InputError, ModelError
 
 MAX_BYTES = 100_000
+_PARSING = threading.Lock()  # two threads at once can end in a SystemError of the parser (3.11.7)
 IMPORTS = {
     "vegrip.effects": {"Effect", "State", "hook"},
     "vegrip.parameters": {"Parameter"},
@@ -56,7 +58,8 @@ def effect_of(text: str, where: str) -> Effect:
     if len(text) > MAX_BYTES:
         raise ModelError(f"{where}: is longer than {MAX_BYTES} characters; that is no effect")
     try:
-        tree = ast.parse(text)
+        with _PARSING:
+            tree = ast.parse(text)
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         raise ModelError(f"{where}: is not Python ({error}); an effect file is") from None
     for statement in tree.body:
