@@ -32,6 +32,17 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
+def filled_folder(folder: Path) -> Iterator[None]:
+    """Make ``folder``; at the end it is gone again where nothing could be written to it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            folder.rmdir()
+
+
+@contextlib.contextmanager
 def reading(path: Path, kind: type[InputError] = InputError) -> Iterator[None]:
     """Raise ``kind`` with one sentence where the system does not let ``path`` be read."""
     try:

@@ -66,7 +66,7 @@ def test_five_megabytes_that_are_gigabytes_cost_little_memory(tmp_path: Path) ->
     folder = recording(tmp_path / "x", b"t,normal_force\n")
     with gzip.open(folder / "recording.csv.gz", "wb", compresslevel=9) as file:
         file.write(b"t,normal_force\n")
-        for _ in range(120):
+        for _ in range(260):
             file.write(b"," * 999_000 + b"\n")
     command = (
         "import resource, sys; from vegrip.identification.recording import read_recording; "
@@ -78,7 +78,7 @@ def test_five_megabytes_that_are_gigabytes_cost_little_memory(tmp_path: Path) ->
     done = subprocess.run(
         [sys.executable, "-c", command, str(folder)], capture_output=True, text=True, check=True, timeout=120
     )
-    said, *_, most = done.stdout.splitlines()
+    said, most = done.stdout.splitlines()
     assert "holds more than 64000000 numbers" in said
     assert int(most) < 600_000, "kB; with 18 GB of 20 000 such rows at once before"
 

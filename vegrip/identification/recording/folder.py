@@ -20,7 +20,7 @@ from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.report import MISSING, Kind, LoadReport, told
 from vegrip.identification.recording.table import BLOCK_ROWS, Layout, Progress, read_header, read_table
 from vegrip.types import Floats
-from vegrip.whole_file import whole_file, writing
+from vegrip.whole_file import filled_folder, whole_file, writing
 
 TOML = "recording.toml"
 CSV = "recording.csv"
@@ -88,17 +88,12 @@ def write_recording(recording: Recording, folder: Path | str, *, compressed: boo
     folder = Path(folder)
     name, other = (f"{CSV}.gz", CSV) if compressed else (CSV, f"{CSV}.gz")
     with writing(folder, RecordingError):
-        folder.mkdir(parents=True, exist_ok=True)
-        try:
-            with whole_file(folder / TOML) as about, whole_file(folder / name) as table:
-                about.write_text(toml_text(recording), encoding="utf-8")
-                with table.open("wb") as raw:
-                    packed = gzip.GzipFile("", "wb", fileobj=raw, mtime=0) if compressed else None
-                    with packed or contextlib.nullcontext(raw) as file:
-                        file.writelines(_csv_blocks(recording))
-        finally:
-            with contextlib.suppress(OSError):
-                folder.rmdir()  # where nothing is in it: nothing could be written
+        with filled_folder(folder), whole_file(folder / TOML) as about, whole_file(folder / name) as table:
+            about.write_text(toml_text(recording), encoding="utf-8")
+            with table.open("wb") as raw:
+                packed = gzip.GzipFile("", "wb", fileobj=raw, mtime=0) if compressed else None
+                with packed or contextlib.nullcontext(raw) as file:
+                    file.writelines(_csv_blocks(recording))
         (folder / other).unlink(missing_ok=True)
 
 

@@ -5,6 +5,7 @@ physics code with the model), with adhesion hidden in it. :mod:`tools.make_sampl
 fibres, measured by others, with their licence.
 """
 
+import contextlib
 import gzip
 import tempfile
 from collections.abc import Callable
@@ -13,7 +14,7 @@ from importlib.resources import as_file, files
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from vegrip.whole_file import write_whole
+from vegrip.whole_file import filled_folder, whole_file, write_whole
 
 if TYPE_CHECKING:
     from vegrip.identification.recording import Recording
@@ -89,9 +90,9 @@ def _write_table(path: Path) -> None:
 
 
 def _write_muscle(folder: Path) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
-    for file in sorted(files(__name__).joinpath(MUSCLE).iterdir(), key=lambda file: file.name):
-        write_whole(folder / file.name, file.read_bytes())
+    with filled_folder(folder), contextlib.ExitStack() as parts:
+        for file in files(__name__).joinpath(MUSCLE).iterdir():
+            parts.enter_context(whole_file(folder / file.name)).write_bytes(file.read_bytes())
 
 
 def _copied(name: str) -> Callable[[Path], object]:
