@@ -81,6 +81,20 @@ def test_it_ends_by_itself_prints_its_contract_and_leaves_a_recording(tmp_path: 
     assert_nothing_left(process.pid)
 
 
+def test_it_speaks_as_a_product_and_holds_with_one_sensor(tmp_path: Path) -> None:
+    folder = tmp_path / "demo"
+    process = start("--as", "bota-sensone", "--duration", "4", "--json", "--no-plot", "-o", str(folder))
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 0, err
+    assert 100 < json.loads(out)["samples"] < 1000  # 100 a second, its opening and all
+    assert "over serial" in err
+    assert not (folder / "tty").is_symlink()
+    recorded = read_fingers(folder, announce=False)
+    assert set(recorded) == {"tip"}
+    assert "Traceback" not in err
+    assert_nothing_left(process.pid)
+
+
 def test_ctrl_c_ends_it_in_order(tmp_path: Path) -> None:
     process = start("--duration", "600", "--no-plot", "-o", str(tmp_path / "demo"))
     frames = tmp_path / "demo" / "frames.log"

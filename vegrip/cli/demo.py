@@ -3,7 +3,7 @@
 import os
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -31,6 +31,9 @@ def demo(
         bool, typer.Option(help="besides as a page in the browser; not with --headless or --json")
     ] = True,
     plot: Annotated[bool, typer.Option(help="compare with two other controllers and draw")] = True,
+    product: Annotated[
+        str, typer.Option("--as", help="speak as a product of vegrip connect --list, or as a map says")
+    ] = "",
 ) -> None:
     """Run a virtual hand, a virtual CAN bus and the grasp force node, and watch.
 
@@ -40,8 +43,12 @@ def demo(
     against the least force that would have held.
 
     Example: vegrip demo --duration 20
+
+    With --as the hand is the virtual device of a product, on its carrier, with its rate and resolution:
+    vegrip demo --as tesollo-dg5f
     """
     from vegrip.demo.command import run_demo
+    from vegrip.demo.product import open_product
     from vegrip.errors import UsageError
     from vegrip.host.realtime import switched
     from vegrip.identification.recording.session import replaced
@@ -53,10 +60,17 @@ def demo(
         raise UsageError(f"there is no grasp {grasp!r}; there are auto, {', '.join(GRASPS)}")
     folder = output if output is not None else Path("recordings") / time.strftime("demo-%Y%m%d-%H%M%S")
     claim_recording(folder, force=force)
-    scenario = Scenario(seed, duration, grasp, relaxes_slowly=False)
+    shown: dict[str, Any] = {
+        "live": not headless,
+        "json": json,
+        "plot": plot,
+        "web": web and not (headless or json),
+    }
     with switched(on=realtime), replaced(folder):
-        interrupted = run_demo(
-            scenario, folder, live=not headless, json=json, plot=plot, web=web and not (headless or json)
-        )
+        if product:
+            device = open_product(product, folder)
+            interrupted = run_demo(device.scenario(seed, duration), folder, product=device, **shown)
+        else:
+            interrupted = run_demo(Scenario(seed, duration, grasp, relaxes_slowly=False), folder, **shown)
     if interrupted:
         raise typer.Exit(130)

@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.live import Live
 
 from vegrip.demo.others import run_other_controllers
+from vegrip.demo.product import Product
 from vegrip.demo.report import as_json, describe_scenario, summary
 from vegrip.demo.run import Demo, Outcome, Page, run
 from vegrip.errors import DeviceError
@@ -28,7 +29,14 @@ PAGE_PORT = 8520  # of the live page; any other where it is in use
 
 
 def run_demo(
-    scenario: Scenario, folder: Path, *, live: bool, json: bool, plot: bool, web: bool = False
+    scenario: Scenario,
+    folder: Path,
+    *,
+    live: bool,
+    json: bool,
+    plot: bool,
+    web: bool = False,
+    product: Product | None = None,
 ) -> bool:
     """Run the demonstration and print what comes out; tell whether it was interrupted.
 
@@ -37,12 +45,14 @@ def run_demo(
     console = Console(stderr=json)  # with --json standard output holds the JSON object and nothing else
     live = live and console.is_terminal
     console.print(describe_scenario(scenario, shown=live or web), markup=False)
+    if product is not None:
+        console.print(product.describe(), markup=False, soft_wrap=True)
     if plot and not _can_draw():
         console.print(
             "there will be no picture: it needs matplotlib; pip install 'vegrip[plot]'", markup=False
         )
     with _page(scenario, console) if web else nullcontext() as page:
-        outcome = _run_shown(scenario, folder, console, page, live=live)
+        outcome = _run_shown(scenario, folder, console, page, product, live=live)
     courses = {"vegrip": outcome.course}
     if plot and not outcome.interrupted:
         console.print("the same scenario with a constant grip and a Coulomb cone, in simulated time ...")
@@ -88,7 +98,13 @@ def _can_serve() -> bool:
 
 
 def _run_shown(
-    scenario: Scenario, folder: Path, console: Console, page: Page | None, *, live: bool
+    scenario: Scenario,
+    folder: Path,
+    console: Console,
+    page: Page | None,
+    product: Product | None,
+    *,
+    live: bool,
 ) -> Outcome:
     screen: AbstractContextManager[Any] = (
         Live(console=console, auto_refresh=False, screen=False) if live else nullcontext()
@@ -99,7 +115,7 @@ def _run_shown(
 
     with screen as shown:
         refresh: Callable[[Demo], None] = (lambda demo: _show(shown, demo)) if live else (lambda _: None)
-        return run(scenario, folder, refresh, say, page)
+        return run(scenario, folder, refresh, say, page, product)
 
 
 def _show(live: Live, demo: Demo) -> None:

@@ -17,6 +17,7 @@ from typing import Any, Protocol
 
 from vegrip.clock import NS
 from vegrip.demo.hand_node import DemoHand, HandNews
+from vegrip.demo.product import Product
 from vegrip.demo.worker import Job, RunStatistics, WorkerHandle
 from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission, processor_time
 from vegrip.identification.recording.frame_log import FrameLog
@@ -211,6 +212,7 @@ def run(
     refresh: Callable[[Demo], None],
     say: Callable[[str], None],
     page: Page | None = None,
+    product: Product | None = None,
 ) -> Outcome:
     """Run the demonstration; Ctrl-C ends it early and in order.
 
@@ -220,13 +222,17 @@ def run(
         refresh: called some times a second to draw.
         say: called with a sentence while things get ready.
         page: shows it besides, where there is one.
+        product: whose protocol hand and node speak; else ours.
 
     Raises:
         VegripError: the bus cannot be opened, the folder cannot be made, or a process fails.
 
     """
-    parameters = candidates.demonstrated_parameters(scenario.grasp)
-    fingers = scenario.settings.fingers
+    if product is None:
+        parameters = candidates.demonstrated_parameters(scenario.grasp)
+        fingers = scenario.settings.fingers
+    else:
+        parameters, fingers = product.parameters(scenario), product.fingers
     transport: dict[str, Any] = {"kind": "can", "channel": f"demo-{os.getpid()}", "sender_time": True}
     demo = Demo(
         scenario,
@@ -246,15 +252,19 @@ def run(
         if sentence := choose_scheduling(NODE_PRIORITY, permission(), on=is_switched_on()).sentence:
             say(sentence)
         say("starting hand and node (the first run compiles, which takes a minute)")
-        node = WorkerHandle(
-            "grasp_force",
-            Job(candidates.make_node, (parameters, fingers), transport, fingers, TICK_PERIODS_S["node"]),
-        )
-        stack.callback(node.stop)
+        at_hand = at_node = transport
+        if product is not None:
+            at_hand, at_node = product.transports(folder)
         hand = WorkerHandle(
-            "virtual_hand", Job(DemoHand, (scenario,), transport, fingers, TICK_PERIODS_S["hand"])
+            "virtual_hand", Job(DemoHand, (scenario,), at_hand, fingers, TICK_PERIODS_S["hand"])
         )
         stack.callback(hand.stop)
+        if product is not None:
+            hand.wait("ready")  # its device is there
+        copy_to = None if product is None else transport
+        job = (candidates.make_node, (parameters, fingers), at_node, fingers, TICK_PERIODS_S["node"], copy_to)
+        node = WorkerHandle("grasp_force", Job(*job))
+        stack.callback(node.stop)
         demo.take(endpoint, recorder)  # nothing yet, but it compiles
         programs = {"hand": hand.process_id, "node": node.process_id, "watch": os.getpid()}
         if (hub := hub_process(transport["channel"])) is not None:

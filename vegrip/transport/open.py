@@ -26,6 +26,7 @@ TRANSPORTS: dict[str, str] = {
     "canopen": "vegrip.canopen.open:open_canopen",
     "zmq": "vegrip.transport.open:open_zmq",
     **dict.fromkeys(("udp", "tcp", "serial"), "vegrip.transport.mapped.link_endpoint:open_link"),
+    "device": "vegrip.transport.mapped.device_endpoint:open_device",
 }
 """What may stand as ``kind`` in a ``[transport]`` table; a transport is imported when one is opened."""
 
@@ -34,6 +35,7 @@ SETTINGS: dict[str, str] = {
     "canopen": "vegrip.canopen.connection_set:CanopenSettings",
     "zmq": "vegrip.transport.open:ZmqSettings",
     **dict.fromkeys(("udp", "tcp", "serial"), "vegrip.transport.mapped.link_endpoint:LinkSettings"),
+    "device": "vegrip.transport.mapped.device_endpoint:DeviceSettings",
 }
 """What such a table may hold, by its kind."""
 

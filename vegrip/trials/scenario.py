@@ -54,6 +54,7 @@ class Scenario:
     duration: float  # [s]
     grasp: str = "hand"  # one of GRASPS
     relaxes_slowly: bool = True  # the tips have a second relaxation, which the model of no controller has
+    names: tuple[str, ...] = ()  # of the first fingers of the grasp, which has no others; () = its own
 
     @property
     def settings(self) -> HandSettings:
@@ -61,6 +62,9 @@ class Scenario:
         rng = np.random.default_rng([self.seed, 2])
         hand = GRASPS[self.grasp]
         tip = hand.tip if self.relaxes_slowly else hand.tip.with_one_rate()
+        if self.names:
+            n = len(self.names)
+            hand = replace(hand, fingers=self.names, x=hand.x[:n], y=hand.y[:n])
         return replace(hand, tip=replace(tip, friction=float(rng.uniform(*FRICTION_RANGE))))
 
     @property

@@ -9,7 +9,7 @@ from devices import CAN_DEVICES, DEVICES, NORMAL, TORQUE, Hex, Papillarray, Paxi
 
 from vegrip.clock import NS
 from vegrip.errors import ConfigError, DeviceError
-from vegrip.transport.mapped import link_endpoint
+from vegrip.transport.mapped import dialogue, link_endpoint
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.endpoints import MappedCanEndpoint
 from vegrip.transport.mapped.plan import open_plan
@@ -23,7 +23,7 @@ PATIENCE = 20.0  # [s] on a busy machine
 @pytest.fixture(autouse=True)
 def _impatient(monkeypatch):
     monkeypatch.setattr(link_endpoint, "REOPEN_PERIOD", NS // 100)
-    monkeypatch.setattr(link_endpoint, "SILENT_AFTER", NS // 10)
+    monkeypatch.setattr(dialogue, "SILENT_AFTER", NS // 10)
 
 
 def map_with(folder, name, settings):
@@ -128,7 +128,7 @@ def test_a_device_takes_its_own_zero_when_told_to(pair):
 @pytest.mark.parametrize("pair", [Paxini], indirect=True, ids=lambda one: one.name)
 def test_one_question_is_out_at_a_time_and_one_without_answer_is_counted(pair, monkeypatch):
     device, endpoint = pair
-    monkeypatch.setattr(link_endpoint, "SILENT_AFTER", 60 * NS)
+    monkeypatch.setattr(dialogue, "SILENT_AFTER", 60 * NS)
     until(device, endpoint, several)
     device.hear = lambda *_: None
     before = len(device.heard)

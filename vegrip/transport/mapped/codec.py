@@ -24,7 +24,7 @@ from vegrip.transport.mapped.compiled import (
     groups_of,
 )
 from vegrip.transport.mapped.database import ForeignMessage
-from vegrip.transport.mapped.dialogue import Dialogue
+from vegrip.transport.mapped.dialogue import Dialogue, Step
 from vegrip.transport.mapped.plan import NOT_YET, FingerPlan, Plan, Slot
 
 MAX_MESSAGE_BYTES: Final = 65_536  # [bytes] on a network
@@ -258,7 +258,11 @@ class MappedCodec(ForeignHand):
 
     def due(self, now: int) -> list[Frame]:
         """Return the frames to send at ``now`` [ns]: commands to repeat, requests, starts of nodes."""
-        said = self.dialogue.due(now) if self.dialogue is not None else ()
+        said: Sequence[Step] = ()
+        if self.dialogue is not None:
+            if self.dialogue.opening:
+                self.dialogue.is_silent(now)
+            said = self.dialogue.due(now)
         nodes = self._nodes.due(now) if self._nodes is not None else ()
         return [*self.encoder.due(now), *(step.frame for step in said), *nodes]
 

@@ -59,6 +59,19 @@ class Law:
             force -= measured if math.isnan(before) else before
         return self.sign * self.scale * force * self.per_newton + self.offset
 
+    def force(self, value: float, before: float, measured: float, position: float) -> float:
+        """Return the force [N] that a device makes of ``value``; the other arguments as of :meth:`value`."""
+        if self.kind == "position":
+            return measured + (value - position) / (self.sign * self.scale * self.per_newton)
+        force = (value - self.offset) / (self.sign * self.scale * self.per_newton)
+        if self.kind == "increment":
+            force += measured if math.isnan(before) else before
+        return force
+
+    def at_rest(self, force: float) -> float:
+        """Return the position of a spring as stiff as the map says that is pressed with ``force`` [N]."""
+        return self.sign * self.scale * force * self.per_newton
+
 
 def law_of(command: CommandMap, unit: str, where: str) -> Law:
     """Return the law of ``command``, whose signal is in ``unit``.
@@ -144,6 +157,11 @@ class Commands(ABC):
                 raise ConfigError(f"{where}: {command.signal} already takes the command of another finger")
             outgoing.targets.append(target)
             self._of[finger.name] = outgoing, target
+
+    @property
+    def targets(self) -> Mapping[str, tuple[Outgoing, Target]]:
+        """Where the command of each finger goes."""
+        return self._of
 
     @abstractmethod
     def _add(self, finger: str, command: CommandMap, where: str) -> tuple[Outgoing, Target]:

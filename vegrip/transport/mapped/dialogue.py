@@ -10,8 +10,9 @@ r"""What is said to a device that does not send by itself: an opening, polls, it
 
 Each entry has ``text``, or ``data`` in hexadecimal; on CAN an ``identifier`` beside it. The next entry of an
 opening leaves when the ``answer`` has come, else after ``wait`` [s]; an opening that is not answered begins
-anew. Polls take turns and never wait for commands; of those that name the packet or frame that they
-``expects`` one is out at a time, and one that is not answered within ``wait`` is counted as ``unanswered``.
+anew, as does that of a device that has fallen silent. Polls take turns and never wait for commands; of those
+that name the packet or frame that they ``expects`` one is out at a time, and one that is not answered within
+``wait`` is counted as ``unanswered``.
 """
 
 from collections import Counter, deque
@@ -28,6 +29,7 @@ from vegrip.transport.mapped.packets import on_bus
 MOST_HEARD: Final = 512  # [bytes] in which an answer is looked for
 PATIENCE: Final = 0.1  # [s] for what a poll expects, unless it says
 PATIENCE_OPENING: Final = 1.0  # [s] for an answer to an opening
+SILENT_AFTER: Final = 2 * NS  # [ns] without a sound packet: the device was reset, or is no longer there
 
 
 @dataclass(frozen=True)
@@ -123,6 +125,8 @@ class Dialogue:
         self._asked_until = 0
         self._turn = 0
         self._next = [0] * len(self.poll)
+        self._has_come = True
+        self._silent_at = 0  # [ns]
 
     @property
     def is_open(self) -> bool:
@@ -163,8 +167,19 @@ class Dialogue:
 
     def came(self, name: str) -> None:
         """Note that the packet or frame ``name`` has come."""
+        self._has_come = True
         if self._asked is not None and self._asked.expects == name:
             self._asked = None
+
+    def is_silent(self, now: int) -> bool:
+        """Whether nothing has come for long; the opening begins anew then, and ``silent`` is counted."""
+        if self._has_come or not self.is_open:  # an opening takes its time
+            self._has_come, self._silent_at = False, now + SILENT_AFTER
+        if now < self._silent_at:
+            return False
+        self._counts["silent"] += 1
+        self.start()
+        return True
 
     def _say(self, now: int) -> Step:
         step = self._said.popleft()

@@ -28,7 +28,6 @@ from vegrip.transport.sender_clock import ClockEstimate
 
 MOST_CHUNKS: Final = 64  # taken in one go; a babbling device must not keep the loop from its ticks
 REOPEN_PERIOD: Final = NS  # [ns] between two attempts to open a lost device
-SILENT_AFTER: Final = 2 * NS  # [ns] without a sound packet: the device was reset, or is no longer there
 MOST_SPACING: Final = NS // 50  # [ns] between packets that come at once
 
 
@@ -64,7 +63,7 @@ class Device:
         self._counts = counts
         self._is_ready = False
         self._reopen_at = 0
-        self._heard_at = self._arrived_at = time.monotonic_ns()
+        self._arrived_at = time.monotonic_ns()
 
     def read(self, now: int) -> list[tuple[Frame, int]]:
         """Return the packets that have come, each with the time of its arrival [ns]."""
@@ -85,7 +84,7 @@ class Device:
         if not found:
             return []
         spacing = min((now - self._arrived_at) // len(found), MOST_SPACING)
-        self._heard_at = self._arrived_at = now
+        self._arrived_at = now
         last = len(found) - 1
         spread = ((frame, now - (last - place) * spacing) for place, frame in enumerate(found))
         return [(frame._replace(stamp=at) if frame.stamp == now else frame, at) for frame, at in spread]
@@ -96,15 +95,9 @@ class Device:
             self._reopen(now)
         if self.link is None:
             return
-        if not self.dialogue.is_open:
-            self._heard_at = now  # an opening takes its time
-        if now - self._heard_at > SILENT_AFTER:
-            self._counts["silent"] += 1
-            self._heard_at = now
-            self.dialogue.start()
-            if self.link.is_connection:
-                self._lose(now)
-                return
+        if self.dialogue.is_silent(now) and self.link.is_connection:
+            self._lose(now)
+            return
         try:
             if not self._is_ready:
                 if not self.link.is_ready():
@@ -161,7 +154,6 @@ class Device:
         self._reopen_at = now + REOPEN_PERIOD
         with contextlib.suppress(OSError):
             self.link = self._open(False)
-            self._heard_at = now
 
 
 class MappedLinkEndpoint(Endpoint):

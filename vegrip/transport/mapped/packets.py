@@ -162,7 +162,7 @@ class Packet:
     def _measure(self, length: Any) -> None:
         if isinstance(length, Mapping):
             told = build(_Length, length, f"{self.where}.length")
-            place = _field("length", told.field, 0, f"{self.where}: 'length'")
+            place = read_field("length", told.field, 0, f"{self.where}: 'length'")
             read = _reader(place, f"{self.where}: 'length'")
             self.least, self.most = max(self.least, place.start // 8 + place.length // 8), told.most
             self.size = lambda data, at: read(data, at) + told.plus
@@ -304,7 +304,7 @@ def _signals(each: PacketMap, where: str) -> tuple[dict[str, Signal], Signal | N
     for name, text in each.fields.items():
         names = expanded((name,))
         for number, one in enumerate(names):
-            signal = _field(one, text, number, f"{where}: the field {one!r}")
+            signal = read_field(one, text, number, f"{where}: the field {one!r}")
             if one == each.checksum.signal and each.checksum.kind != "none":
                 checked = signal
             if signal.start < 0:
@@ -346,7 +346,13 @@ def _selected(each: PacketMap, gate: str, where: str) -> dict[str, Any]:
     return {"selected_by": gate, "selectors": values}
 
 
-def _field(name: str, text: str, number: int, where: str) -> Signal:
+def read_field(name: str, text: str, number: int, where: str) -> Signal:
+    """Return the field ``name`` that ``text`` declares, the ``number``-th of its kind.
+
+    Raises:
+        ConfigError: it declares none.
+
+    """
     match = FIELD.fullmatch(text.strip())
     bits = int(match["bits"]) if match else 0
     if match is None or not 0 < bits <= 64 or (match["kind"] == "f" and bits not in (16, 32, 64)):
@@ -397,7 +403,7 @@ def _index(each: PacketMap, where: str) -> Index | None:
     told = build(_Index, keys, f"{where}.index")
     if bool(told.offset) == bool(told.sizes):
         raise ConfigError(f"{where}.index: give 'offset' (a table) or 'sizes' (one behind another)")
-    parts = [_field(text, text, 0, f"{where}: index") for text in (told.type, told.offset) if text]
+    parts = [read_field(text, text, 0, f"{where}: index") for text in (told.type, told.offset) if text]
     try:
         sizes = {int(kind, 0): size for kind, size in told.sizes.items()}
     except ValueError:

@@ -3,11 +3,14 @@
 from pathlib import Path
 from typing import Any, Final
 
-from vegrip.config import read_toml
-from vegrip.errors import InputError, suggestion
+from vegrip.config import parse_toml, read_toml
+from vegrip.errors import ConfigError, InputError, suggestion
 from vegrip.transport.mapped.schema import ALL, POLAR, UNKNOWN
+from vegrip.transport.mapped.writer import changed_text
 
 FOLDER: Final = Path(__file__).parent / "maps"
+DRIVE: Final = 0x7E0
+"""Identifier of the first command packet that a virtual device without commands is given."""
 
 
 def names() -> list[str]:
@@ -52,3 +55,40 @@ def about(name: str) -> dict[str, Any]:
             if value == UNKNOWN
         ],
     }
+
+
+def virtual_text(path: Path) -> str:
+    """Return the map at ``path`` as its virtual device speaks it.
+
+    What is still to be measured has the values of its ``[product.virtual]``. A sensor without commands is
+    given a drive: a packet ``drive_FINGER`` each, with a force in it.
+
+    Raises:
+        ConfigError: a CAN database without a command.
+
+    """
+    text = path.read_text(encoding="utf-8")
+    table = parse_toml(text)
+    fingers = table["fingers"]
+    shared = fingers.get(ALL, {})
+    said: list[tuple[list[str], Any]] = []
+    for name, value in table.get("product", {}).get("virtual", {}).items():
+        channel, _, key = name.partition(".")
+        if shared.get(channel, {}).get(key) == UNKNOWN:
+            said.append((["fingers", ALL, channel, key], value))
+    if "database" in table:
+        said.append((["database"], str(path.parent.absolute() / table["database"])))
+    if not any("command" in keys for keys in fingers.values()):
+        if "packets" not in table:
+            raise ConfigError(f"{path}: no command is mapped, so its virtual device holds nothing")
+        on_can = any("identifier" in packet for packet in table["packets"].values())
+        offset = table.get("device", {}).get("offset", 0)
+        for number, finger in enumerate(name for name in fingers if name != ALL):
+            packet = ["packets", f"drive_{finger}"]
+            first, known = (0, ("identifier", DRIVE + number - offset)) if on_can else (
+                4, ("start", f"D5 F0 4C {number:02X}")
+            )  # fmt: skip
+            said += [([*packet, known[0]], known[1]), ([*packet, "length"], first + 4)]
+            said += [([*packet, "fields", "force"], f"f32 le @{first} * 1 N")]
+        said += [(["fingers", ALL, "command", "signal"], "drive_{finger}.force")]
+    return changed_text(text, said)

@@ -1,0 +1,253 @@
+"""The virtual device of each map in the box: what it sends is read, and it holds an object, under faults.
+
+In simulated time: the hand feels, the device packs, the endpoint reads, the node answers, the device obeys.
+"""
+
+import math
+import os
+import time
+from collections import deque
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hands import PLAIN_DBC, PLAIN_MAP, written
+
+from vegrip.clock import NS
+from vegrip.demo.product import open_product
+from vegrip.errors import ConfigError, DeviceError, InputError
+from vegrip.messages import FingertipState, ForceCommand, Reason
+from vegrip.transport.byte_link import Link
+from vegrip.transport.codec import Frame
+from vegrip.transport.mapped import dialogue, link_endpoint
+from vegrip.transport.mapped.codec import MappedCodec
+from vegrip.transport.mapped.link_endpoint import MappedLinkEndpoint
+from vegrip.transport.mapped.plan import open_plan
+from vegrip.transport.mapped.products import names
+from vegrip.transport.mapped.virtual_device import VirtualDevice
+from vegrip.transport.open import Hand, open_endpoint
+from vegrip.trials import candidates
+from vegrip.virtual import VirtualHand
+
+PERIOD = 0.002  # [s]
+FELT = {
+    "normal_force": 2.0, "tangential_force_x": 0.5, "tangential_force_y": -0.25, "torque_z": 0.012,
+    "temperature": 31.0, "displacement": 1.2e-3,
+}  # fmt: skip
+
+
+class Cable(Link):
+    """Between an endpoint and a device, both in the time of the test."""
+
+    def __init__(self, wire, *, is_datagram):
+        self.wire, self.is_datagram, self.is_connection = wire, is_datagram, False
+        self.readable, self._other = os.pipe()
+        os.write(self._other, b"1")  # there may always be something
+
+    def fileno(self):
+        return self.readable
+
+    def read(self):
+        if self.wire.is_cut:
+            raise OSError
+        return self.wire.arriving.popleft() if self.wire.arriving else b""
+
+    def _send(self, data):
+        if self.wire.is_cut:
+            raise OSError
+        self.wire.device.hear(Frame(-1, data, False, self.wire.now), self.wire.now)
+        return len(data)
+
+    def close(self):
+        os.close(self.readable)
+        os.close(self._other)
+
+
+class Wire:
+    """A node's end and a device's end of one product, with what may go wrong between them."""
+
+    def __init__(self, product, monkeypatch):
+        self.now, self.is_cut, self.harm = NS, False, lambda data: data
+        self.arriving = deque()
+        plan = product.plan
+        self.device = VirtualDevice(plan, 0, product.latency)
+        self.codec = MappedCodec(plan)
+        self.endpoint = None
+        monkeypatch.setattr(dialogue, "SILENT_AFTER", 3 * NS // 10)
+        if plan.database.packets:
+            clock = SimpleNamespace(monotonic_ns=lambda: self.now, sleep=lambda _: None)
+            monkeypatch.setattr(link_endpoint, "time", clock)
+            monkeypatch.setattr(link_endpoint, "REOPEN_PERIOD", NS // 10)
+            self.endpoint = MappedLinkEndpoint([(self.opened(), lambda _: self.opened())], self.codec)
+
+    def opened(self):
+        if self.is_cut:
+            raise OSError
+        return Cable(self, is_datagram=self.codec.plan.hand.transport["kind"] == "udp")
+
+    @property
+    def faults(self):
+        return dict(self.codec.rejected if self.endpoint is None else self.endpoint.rejected)
+
+    def exchange(self):
+        """Return the states that are read now."""
+        if self.endpoint is not None:
+            self.arriving += [self.harm(frame.data) for frame in self.device.due(self.now)]
+            if self.is_cut:
+                self.arriving.clear()
+            return self.endpoint.receive(0.0)
+        for frame in () if self.is_cut else self.codec.due(self.now):
+            self.device.hear(frame, self.now)
+        sent = [frame._replace(data=self.harm(frame.data)) for frame in self.device.due(self.now)]
+        return [
+            state
+            for frame in (() if self.is_cut else sent)
+            for state in self.codec.decode_all(frame._replace(stamp=self.now))
+        ]
+
+    def command(self, command):
+        if self.endpoint is not None:
+            self.endpoint.send(command)
+        elif not self.is_cut:
+            for frame in self.codec.encode(command):
+                self.device.hear(frame, self.now)
+
+
+@pytest.fixture(params=names())
+def product(request, tmp_path):
+    return open_product(request.param, tmp_path)
+
+
+def test_what_a_device_sends_is_what_it_feels_to_its_resolution(product, monkeypatch):
+    wire, states = Wire(product, monkeypatch), {}
+    for number in range(200):
+        wire.now += NS // 500
+        for finger in product.fingers:
+            wire.device.sense(FingertipState(wire.now, finger, number, **FELT))
+        states |= {state.finger: state for state in wire.exchange()}
+        if number == 150:
+            for finger in product.fingers:
+                wire.command(ForceCommand(wire.now, finger, 0, 3.21, 0.0, Reason.HOLD, wire.now + NS))
+    assert set(states) == set(product.fingers)
+    for finger in product.plan.fingers:
+        for name in finger.measured:
+            step = {"torque_z": 1e-3, "temperature": 1.0}.get(name, 0.1)
+            assert getattr(states[finger.name], name) == pytest.approx(FELT[name], abs=0.51 * step)
+    assert dict(wire.device.taken()) == pytest.approx(dict.fromkeys(product.fingers, 3.21), abs=0.01)
+    assert not wire.device.counts
+    assert not wire.faults.keys() - {"resync"}  # what was an answer to the opening is no packet
+
+
+def test_an_object_is_held_through_a_cut_cable_a_wrong_length_and_a_reset(product, monkeypatch):
+    wire = Wire(product, monkeypatch)
+    scenario = product.scenario(seed=1, duration=5.0)
+    node = candidates.make_node(product.parameters(scenario), product.fingers)
+    node.configure()
+    node.activate()
+    hand = VirtualHand(scenario.settings, scenario.seed)
+    hand.epoch = wire.now
+    asked, heard = dict.fromkeys(hand.fingers, math.nan), []
+    is_reset = False
+    while hand.time < 5.0:
+        wire.now = hand.epoch + round((hand.time + PERIOD) * NS)
+        t = hand.time
+        wire.is_cut = 1.5 < t < 1.8
+        wire.harm = (lambda data: data[:-1]) if 2.3 < t < 2.6 else (lambda data: data)
+        if t > 3.2 and not is_reset:
+            is_reset = True
+            wire.device.reset()
+        for sample in hand.advance(PERIOD, np.array(list(asked.values()))):
+            for state in sample.states(hand.fingers):
+                wire.device.sense(state)
+        states = wire.exchange()
+        heard += [(t, state.finger) for state in states]
+        answers = [answer for state in states for answer in node.on_message(state, wire.now)]
+        for answer in (*answers, *node.on_tick(wire.now)):
+            if isinstance(answer, ForceCommand):
+                wire.command(answer)
+        asked |= dict(wire.device.taken())
+    assert not hand.dropped
+    assert hand.slips == 0
+    assert wire.faults
+    for begin, end in ((1.0, 1.5), (2.1, 2.3), (2.9, 3.2), (4.4, 5.0)):  # before, between and after
+        assert {finger for t, finger in heard if begin < t < end} == set(product.fingers), (
+            begin,
+            wire.faults,
+        )
+    assert all(force > 0.3 for finger, force in asked.items() if finger in product.fingers)
+
+
+@pytest.mark.parametrize("name", ["onrobot-hex", "tesollo-dg5f", "bota-sensone", "dexhand021"])
+def test_a_device_is_found_on_its_carrier(name, tmp_path):
+    product = open_product(name, tmp_path)
+    at_device, at_node = product.transports(tmp_path)
+    states, forces, end = {}, {}, time.monotonic() + 20.0
+    with (
+        open_endpoint(at_device, Hand(product.fingers)) as device,
+        open_endpoint(at_node, Hand(product.fingers)) as node,
+    ):
+        while time.monotonic() < end and not (states.keys() == forces.keys() == set(product.fingers)):
+            for number, finger in enumerate(product.fingers):
+                device.send(FingertipState(0, finger, number, **FELT))
+                now = time.monotonic_ns()
+                node.send(ForceCommand(now, finger, number, 3.21, 0.0, Reason.HOLD, now + NS))
+            forces |= {command.finger: command.normal_force for command in device.receive(0.001)}
+            states |= {state.finger: state.normal_force for state in node.receive(0.001)}
+    assert states == pytest.approx(dict.fromkeys(product.fingers, 2.0), abs=0.06)
+    assert forces == pytest.approx(dict.fromkeys(product.fingers, 3.21), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"map": "tcp", "address": "192.168.1.1:502"}, "a virtual device is at 127.0.0.1:PORT"),
+        ({"map": "tcp", "address": ""}, "a virtual device is at 127.0.0.1:PORT"),
+        ({"map": "serial", "address": "/proc/tty"}, "name a file that is none"),
+        ({"map": "topics"}, "have a virtual device"),
+    ],
+)
+def test_a_device_that_cannot_be_is_told_in_one_sentence(settings, said, tmp_path):
+    topics = 'format = "json"\n[fingers.tip]\nnormal_force = { signal = "a:b" }\n'
+    (tmp_path / "topics.toml").write_text(topics)
+    for kind, name in (("tcp", "tesollo-dg5f"), ("serial", "bota-sensone")):
+        open_product(name, tmp_path).path.rename(tmp_path / f"{kind}.toml")
+    table = {"kind": "device", **settings, "map": str(tmp_path / f"{settings['map']}.toml")}
+    fingers = ("thumb",) if settings["map"] == "tcp" else ("tip",)
+    with pytest.raises((ConfigError, DeviceError), match=said) as caught:
+        open_endpoint(table, Hand(fingers))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_database_without_a_command_holds_nothing(tmp_path):
+    path = tmp_path / "mute.toml"
+    path.write_text('database = "a.dbc"\n[fingers.tip]\nnormal_force = { signal = "A.b" }\n')
+    with pytest.raises(ConfigError, match="holds nothing"):
+        open_product(str(path), tmp_path / "out")
+    with pytest.raises(InputError, match="there is no map of 'tesolo'"):
+        open_product("tesolo", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_hand_of_a_database_is_its_own_device_with_position_commands(tmp_path):
+    text = PLAIN_MAP.replace('signal = "Set1.Grip"', POSITION)
+    device = VirtualDevice(open_plan(written(tmp_path, PLAIN_DBC, text)))
+    codec = MappedCodec(open_plan(tmp_path / "hand.toml"))
+    found = []
+    for tick in range(1, 20):
+        now = tick * NS // 200
+        device.sense(FingertipState(now, "thumb", tick, **FELT))
+        found += [each for frame in device.due(now) for each in codec.decode_all(frame)]
+    assert found[-1].normal_force == pytest.approx(2.0)
+    assert found[-1].displacement == pytest.approx(1.2e-3)
+    assert [state.seq for state in found] == list(range(found[0].seq, found[0].seq + len(found)))
+    for frame in codec.encode(ForceCommand(now, "thumb", 1, 3.5, 0.0, Reason.RAISE, now + NS)):
+        device.hear(frame, now)
+    assert device.taken() == [("thumb", pytest.approx(3.5, abs=0.02))]
+    assert device.taken() == []
+
+
+POSITION = """signal = "Set1.Grip"
+kind = "position"
+stiffness = "2 N/mm"
+unit = "mm"
+feedback = "Pos1.Depth\""""

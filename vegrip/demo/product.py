@@ -1,0 +1,167 @@
+"""The demonstration as a product: the virtual hand behind the virtual device of a map.
+
+Hand and node speak the product's own protocol, with its rate, polls, steps and gaps. The node copies what it
+hears and says to the bus of the demonstration, where it is watched and recorded.
+"""
+
+import os
+import socket
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+from vegrip.config import read_toml
+from vegrip.errors import ConfigError
+from vegrip.grip.parameters import GraspParameters
+from vegrip.messages import FingertipState, Message
+from vegrip.transport.codec.line import Line
+from vegrip.transport.endpoint import Endpoint
+from vegrip.transport.mapped.plan import Plan
+from vegrip.transport.mapped.price import settings
+from vegrip.transport.mapped.products import map_of, virtual_text
+from vegrip.transport.mapped.writer import checked
+from vegrip.trials import candidates
+from vegrip.trials.scenario import Scenario
+from vegrip.virtual import HandSettings
+from vegrip.whole_file import write_whole
+
+COUNTER_FACE: Final = "counter_face"
+"""The other jaw of a gripper that has one sensor: nothing is measured there."""
+MOST_FINGERS: Final = 5
+OPPOSING: Final = {"radius": HandSettings().opposing_radius}  # the tip of the first finger
+USUAL_LATENCY_S: Final = 1e-3
+
+
+@dataclass(frozen=True)
+class Product:
+    """A map, and how it is demonstrated."""
+
+    path: Path  # of the map as the virtual device speaks it
+    plan: Plan
+    latency: float  # [s] of the device
+
+    @property
+    def fingers(self) -> tuple[str, ...]:
+        """Those that are measured."""
+        return tuple(finger.name for finger in self.plan.fingers)
+
+    def scenario(self, seed: int, duration: float) -> Scenario:
+        """Return what its fingers go through; one alone has a bare jaw against it.
+
+        Raises:
+            ConfigError: more fingers than the virtual hand has.
+
+        """
+        fingers = self.fingers if len(self.fingers) > 1 else (COUNTER_FACE, *self.fingers)
+        if len(fingers) > MOST_FINGERS:
+            raise ConfigError(f"{self.path}: has {len(fingers)} fingers; the virtual hand has {MOST_FINGERS}")
+        grasp = "pinch" if len(fingers) == 2 else "hand"
+        return Scenario(seed, duration, grasp, relaxes_slowly=False, names=fingers)
+
+    def parameters(self, scenario: Scenario) -> GraspParameters:
+        """Return the parameters of the node: those of the demonstration, with what follows from the map."""
+        feels_slip = all("slip" in finger.measured for finger in self.plan.fingers)
+        name = candidates.DEMONSTRATED if feels_slip else "vegrip"
+        base = candidates.parameters(name, candidates.KNOBS[scenario.grasp][name])
+        first = scenario.settings.fingers[0]
+        found = settings(self.plan)
+        return replace(
+            base,
+            tips=dict.fromkeys({first} & set(self.fingers), OPPOSING),
+            noise=replace(base.noise, **found.get("noise", {})),
+            watchdog=replace(base.watchdog, **found.get("watchdog", {})),
+        )
+
+    def transports(self, folder: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return the transports of the virtual device and of the node."""
+        table = dict(self.plan.hand.transport)
+        at = {
+            "can": {"channel": f"demo-{os.getpid()}-device", "interface": "vegrip"},
+            "serial": {"address": str(folder / "tty")},
+        }.get(table["kind"], {"address": f"127.0.0.1:{_free_port(table['kind'])}"})
+        device = {"kind": "device", "map": str(self.path), "latency": self.latency, **at}
+        return device, {**table, **at, "map": str(self.path)}
+
+    def describe(self) -> str:
+        """Return how it speaks, in one line."""
+        hand = self.plan.hand
+        told = [f"over {hand.transport['kind']}", f"{hand.rate:g} states/s" if hand.rate else ""]
+        told.append(f"asked {len(hand.device.poll)} ways" if hand.device.poll else "sending by itself")
+        told.append(f"answers after {1e3 * self.latency:g} ms")
+        return f"{hand.product.get('name', self.path.stem)}: {', '.join(one for one in told if one)}"
+
+
+def open_product(name: str, folder: Path) -> Product:
+    """Return the product, or the map at a path, ``name``; its map is written to ``folder``.
+
+    Raises:
+        InputError: there is no such product.
+        ConfigError: its map has no virtual device.
+
+    """
+    source = Path(name) if name.endswith(".toml") else map_of(name)
+    latency = read_toml(source).get("product", {}).get("virtual", {}).get("latency", USUAL_LATENCY_S)
+    path = folder / "device.toml"
+    plan, text = checked(virtual_text(source), path, [])
+    folder.mkdir(parents=True, exist_ok=True)
+    write_whole(path, text)
+    return Product(path, plan, float(latency))
+
+
+class CopyingEndpoint(Endpoint):
+    """An endpoint of which all that comes and goes is also sent to a bus."""
+
+    def __init__(self, inner: Endpoint, bus: Endpoint) -> None:
+        self._inner, self._bus = inner, bus
+
+    @property
+    def rejected(self) -> Mapping[str, int]:
+        """What went wrong at the inner endpoint."""
+        return self._inner.rejected
+
+    @property
+    def broken(self) -> Mapping[str, int]:
+        """States that could not be understood, by finger."""
+        return self._inner.broken
+
+    @property
+    def sentences(self) -> Sequence[str]:
+        """What the hand does not say."""
+        return self._inner.sentences
+
+    def receive(self, timeout: float) -> Sequence[Message]:
+        """Receive, and copy the states."""
+        messages = self._inner.receive(timeout)
+        self.arrivals = self._inner.arrivals
+        self._bus.send_all([one for one in messages if isinstance(one, FingertipState)])
+        return messages
+
+    def send(self, message: Message) -> None:
+        """Send to both."""
+        self._inner.send(message)
+        self._bus.send(message)
+
+    def line(self, finger: str) -> Line | None:  # noqa: ARG002
+        """Return None: what travels as bytes would not be copied."""
+        return None
+
+    def bus_load(self) -> float:
+        """Return that of the inner endpoint."""
+        return self._inner.bus_load()
+
+    def zero(self) -> bool:
+        """Have the devices take their own zeros."""
+        return self._inner.zero()
+
+    def close(self) -> None:
+        """Close both."""
+        self._inner.close()
+        self._bus.close()
+
+
+def _free_port(kind: str) -> int:
+    """Return a port of loopback that is free now."""
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM if kind == "tcp" else socket.SOCK_DGRAM) as one:
+        one.bind(("127.0.0.1", 0))
+        return int(one.getsockname()[1])
