@@ -18,7 +18,8 @@ from vegrip.messages import FingertipState
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.mapped.checksums import ChecksumMap, make_crc, protection
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.commands import packed, raw_of
+from vegrip.transport.mapped.commands import rounding
+from vegrip.transport.mapped.compiled import packing
 from vegrip.transport.mapped.packet_stream import PacketStream
 from vegrip.transport.mapped.plan import open_plan
 
@@ -171,8 +172,9 @@ def frames(codec: MappedCodec, checksum: dict[str, object]) -> Sequence[Frame]:
     for seq in range(BATCH):
         for name in codec.plan.messages:
             message = codec.plan.database.messages[name]
-            values = {s: raw_of(message.signals[s], VALUES[s])[0] for s in VALUES if s in message.signals}
-            data = packed(message, {**values, "Cnt": seq % 256})
+            signals = {name: one for name, one in message.signals.items() if name in VALUES}
+            raws = {name: rounding(one)(VALUES[name])[0] for name, one in signals.items()}
+            data = bytearray(eval(packing(message, {**raws, "Cnt": seq % 256})))  # noqa: S307
             guard = protection(spec, message, name)
             assert guard is not None
             guard.protect(data)

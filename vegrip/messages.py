@@ -100,6 +100,10 @@ def row(cls: type[Row]) -> type[Row]:
     return made  # type: ignore[no-any-return]
 
 
+make_row: Final[Any] = tuple.__new__
+"""``make_row(ForceCommand, values)`` makes a row of all its values; keywords take as long again."""
+
+
 @row
 @dataclass(frozen=True)
 class FingertipState:

@@ -51,6 +51,7 @@ from vegrip.messages import (
     ModelHealth,
     Reason,
     SlipMargin,
+    make_row,
 )
 from vegrip.transport.codec.line import Line
 from vegrip.types import Floats
@@ -79,6 +80,7 @@ LARGEST_WHOLE: Final = (1 << 63) - 1
 """A counter or stamp beyond counts as this one."""
 
 DEGRADED: Final = int(Condition.DEGRADED)
+FIRST_QUANTITY: Final = FingertipState._fields.index("normal_force")  # type: ignore[attr-defined]
 CONDITIONS: Final = tuple(Condition)
 REASONS: Final = tuple(Reason(number) for number in range(len(Reason)))
 
@@ -375,11 +377,7 @@ class GraspFinger:
         self.memory["INPUT_CORRUPT"], self.memory["INPUT_IS_CORRUPT"] = now, 1
 
     def _put(self, state: FingertipState) -> None:
-        self._pack(
-            self._bytes, 0, state.normal_force, state.tangential_force_x, state.tangential_force_y,
-            state.torque_z, state.displacement, state.temperature, state.slip, state.slip_speed,
-            state.contact_radius,
-        )  # fmt: skip
+        self._pack(self._bytes, 0, *state[FIRST_QUANTITY:])
 
     def _ask(self, policy: GripPolicy) -> None:
         """Let a policy in Python say what force it wants."""
@@ -475,10 +473,12 @@ class GraspFinger:
         whole, real = self._wholes, self._reals
         (commanded, seq, reason), (held, adjustment) = self._turn, self._given
         stamp = whole[commanded]
-        return ForceCommand(
+        values = (
             stamp, self.name, whole[seq], real[held], real[adjustment], REASONS[whole[reason]],
             stamp + self._lifetime,
         )  # fmt: skip
+        made: ForceCommand = make_row(ForceCommand, values)
+        return made
 
     def standing_command(self) -> ForceCommand:
         """Return the last command; its adjustment is over, and its reason that of the need."""

@@ -11,8 +11,7 @@ from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.checksums import make_crc
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.commands import packed
-from vegrip.transport.mapped.compiled import compile_reader, groups_of
+from vegrip.transport.mapped.compiled import compile_reader, groups_of, packing
 from vegrip.transport.mapped.database import ForeignMessage, Signal
 from vegrip.transport.mapped.plan import Slot, open_plan
 
@@ -199,4 +198,5 @@ def test_any_layout_is_read_as_cantools_reads_it(seed):
         raws = peer.decode(data, scaling=False, decode_choices=False)
         whole = {name: raw for name, raw in raws.items() if not message.signals[name].is_float}
         if len(whole) == len(raws):
-            assert bytes(packed(message, whole)) == bytes(peer.encode(whole, scaling=False, strict=False))
+            packed = eval(packing(message, whole))  # noqa: S307 (numbers alone)
+            assert packed == bytes(peer.encode(whole, scaling=False, strict=False))

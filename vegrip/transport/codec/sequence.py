@@ -57,10 +57,12 @@ class Sequence:
 
     def advance(self, counter: int, stamp: int) -> int | None:
         """Return the running number of the message received at ``stamp`` [ns], None to refuse it."""
+        step = (counter - self.last) % self.modulus
         if self.last < 0:
             self.last = counter
+        elif step == 1 and not self._reach:
+            self.last += 1
         else:
-            step = (counter - self.last) % self.modulus
             was_silent = stamp - self.stamp > RESYNC
             if self._reach and 0 < self.modulus - step <= self._reach and not was_silent:
                 return self._overtaken(self.modulus - step)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from vegrip.messages import FingertipState
+from vegrip.messages import FingertipState, make_row
 from vegrip.transport.mapped.database import ForeignMessage, Signal
 from vegrip.transport.mapped.plan import UNITY, VECTORS, ChannelPlan, FingerPlan, Slot
 from vegrip.transport.mapped.schema import POLAR
@@ -20,8 +20,8 @@ from vegrip.transport.mapped.schema import POLAR
 Slots = list[float]
 Read = Callable[[bytes, Slots], tuple[int, ...]]
 """Fills the slots from a frame; returns which groups of signals were in it."""
-Build = Callable[[Slots], tuple[float, ...]]
-"""Makes the values of a :class:`~vegrip.messages.FingertipState`, in its order."""
+Build = Callable[[Slots, int, str, int], FingertipState]
+"""Makes a state of the slots, its stamp, its finger and its number."""
 
 ORDER: Final = tuple(FingertipState.__dataclass_fields__)[3:]
 _UNPACKED: Final = {  # what unpacks whole bytes
@@ -51,30 +51,52 @@ def groups_of(message: ForeignMessage, slots: Sequence[Slot]) -> list[Group]:
 
 def compile_reader(message: ForeignMessage, groups: Sequence[Group], first: int) -> Read:
     """Return the reader of ``message``; its groups are numbered from ``first``."""
+    lines = reading(message, groups, first)
+    read: Read = made(["def read(data, s):", *lines, " return found"], "read", {})
+    return read
+
+
+def reading(message: ForeignMessage, groups: Sequence[Group], first: int) -> list[str]:
+    """Return the lines that fill the slots ``s`` from ``data``, and set ``found`` to the groups it holds."""
     switches = dict.fromkeys(name for group in groups for name, _ in group.condition)
     names = {switch: f"m{number}" for number, switch in enumerate(switches)}
     lines = [f" {own} = {_raw(message.signals[switch], message.length)}" for switch, own in names.items()]
-    is_conditional = any(group.condition for group in groups)
-    lines += [" found = ()"] if is_conditional else []
+    always = tuple(number for number, group in enumerate(groups, first) if not group.condition)
+    lines.append(f" found = {always!r}")
     for number, group in enumerate(groups, first):
         indent = " "
         if group.condition:
             tests = " and ".join(f"{names[name]} in {values!r}" for name, values in group.condition)
-            lines.append(f" if {tests}:")
+            lines += [f" if {tests}:", f"  found += ({number},)"]
             indent = "  "
         lines += [indent + line for slot in group.slots for line in _assignment(slot, message.length)]
-        lines += [f"{indent}found += ({number},)"] if is_conditional else []
-    every = tuple(range(first, first + len(groups)))
-    lines.append(" return found" if is_conditional else f" return {every!r}")
-    read: Read = _made(["def read(data, s):", *_words("".join(lines)), *lines], "read", {})
-    return read
+    return [*_words("".join(lines)), *lines]
 
 
 def compile_raw(message: ForeignMessage, signal: Signal) -> Callable[[bytes], int]:
     """Return the function that reads the raw value of ``signal``."""
-    value = _raw(signal, message.length)
-    raw: Callable[[bytes], int] = _made(["def raw(data):", *_words(value), f" return {value}"], "raw", {})
+    lines = ["def raw(data):", *raw_reading(message, signal), " return raw"]
+    raw: Callable[[bytes], int] = made(lines, "raw", {})
     return raw
+
+
+def raw_reading(message: ForeignMessage, signal: Signal) -> list[str]:
+    """Return the lines that set ``raw`` to the raw value of ``signal``."""
+    value = _raw(signal, message.length)
+    return [*_words(value), f" raw = {value}"]
+
+
+def packing(message: ForeignMessage, numbers: Mapping[str, int | str]) -> str:
+    """Return the text of a message of raw values, by signal, or the names of them; the rest is zero."""
+    words = {False: [str(int.from_bytes(message.template, "little"))], True: ["0"]}
+    for name, number in numbers.items():
+        signal = message.signals[name]
+        bits = f"({number} & {(1 << signal.length) - 1}) << {signal.shift(message.length)}"
+        words[signal.is_big_endian].append(f"({bits})")
+    little, big = (" | ".join(words[order]) for order in (False, True))
+    if len(words[True]) > 1:
+        little += f" | int.from_bytes(({big}).to_bytes({message.length}, 'big'), 'little')"
+    return f"({little}).to_bytes({max(message.length, len(message.template))}, 'little')"
 
 
 def _words(text: str) -> list[str]:
@@ -84,9 +106,10 @@ def _words(text: str) -> list[str]:
 
 
 def compile_builder(finger: FingerPlan) -> Build:
-    """Return the function that makes the values of a state of ``finger`` from the slots."""
-    lines = ["def build(s):"]
+    """Return the function that makes a state of ``finger`` from the slots."""
+    lines = ["def build(s, stamp, name, seq):"]
     scope: dict[str, Any] = {"interpolated": interpolated, "cos": _cos, "sin": _sin}
+    scope |= {"row": make_row, "State": FingertipState}
     present: set[str] = set()
     for name, channel in finger.channels.items():
         lines += _channel(f"c_{name}", channel, scope)
@@ -104,8 +127,8 @@ def compile_builder(finger: FingerPlan) -> Build:
     row = {name: f"c_{name}" if name in present else "nan" for name in ORDER}
     if finger.rotation:
         row |= _rotated(finger.rotation, present)
-    lines.append(f" return ({', '.join(row[name] for name in ORDER)},)")
-    build: Build = _made(lines, "build", scope)
+    lines.append(f" return row(State, (stamp, name, seq, {', '.join(row[name] for name in ORDER)}))")
+    build: Build = made(lines, "build", scope)
     return build
 
 
@@ -214,7 +237,8 @@ def _rotated(rotation: tuple[tuple[float, ...], ...], present: set[str]) -> Mapp
     return turned
 
 
-def _made(lines: list[str], name: str, scope: dict[str, Any]) -> Any:
-    scope |= {"nan": math.nan, **_UNPACKED}
+def made(lines: list[str], name: str, scope: dict[str, Any]) -> Any:
+    """Return the function ``name`` of a text that holds nothing but numbers and names of ours."""
+    scope |= {"nan": math.nan, "inf": math.inf, **_UNPACKED}
     exec(compile("\n".join(lines), "<map>", "exec"), scope)  # noqa: S102 - numbers and names of ours only
     return scope[name]

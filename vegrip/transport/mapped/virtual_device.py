@@ -17,8 +17,8 @@ from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.checksums import protection
-from vegrip.transport.mapped.commands import FrameCommands, Outgoing, Target, packed, raw_of
-from vegrip.transport.mapped.compiled import Group, compile_raw, groups_of
+from vegrip.transport.mapped.commands import FrameCommands, Outgoing, Target, rounding
+from vegrip.transport.mapped.compiled import Group, compile_raw, groups_of, made, packing
 from vegrip.transport.mapped.database import ForeignMessage, Signal
 from vegrip.transport.mapped.dialogue import Dialogue, Step
 from vegrip.transport.mapped.packets import Index, Packet, PacketMap, read_field
@@ -270,7 +270,7 @@ class VirtualDevice:
             self._held[number] = math.nan
             return 0.0, False
         steps = (value - slot.offset) / slot.scale
-        raw, is_beyond = raw_of(slot.place, steps, raw=True)
+        raw, is_beyond = rounding(slot.place, raw=True)(steps)
         self._raws[number] = raw
         held = (steps if slot.place.is_float else raw) * slot.scale + slot.offset
         self._held[number] = held
@@ -377,18 +377,21 @@ class _Page:
 
     def __init__(self, plan: Plan, name: str, group: Group) -> None:
         self._message = plan.database.messages[name]
-        self._slots = [(slot.number, slot.place) for slot in group.slots if slot.place is not None]
-        self._constants = {name: next(iter(values)) for name, values in group.condition}
+        fields: dict[str, int | str] = {name: next(iter(values)) for name, values in group.condition}
+        fields |= {
+            slot.place.name: f"raws.get({slot.number}, 0)" for slot in group.slots if slot.place is not None
+        }
         self._gates = [
             (compile_raw(self._message, self._message.signals[name]), values)
             for name, values in group.condition
         ]
         spec = plan.protection.get(name)
-        self._counter = spec.counter if spec is not None else ""
-        self._modulus = 1
         if spec is not None and spec.counter:
-            self._modulus = spec.modulus or 1 << self._message.signals[spec.counter].length
-        self._count = 0
+            modulus = spec.modulus or 1 << self._message.signals[spec.counter].length
+            fields[spec.counter] = f"count % {modulus}"
+        text = f" return bytearray({packing(self._message, fields)})"
+        self._pack = made(["def pack(raws, count):", text], "pack", {})
+        self._count = -1
 
     def is_asked_by(self, request: bytes) -> bool:
         """Whether a request begins as this page does: it has the values that select it."""
@@ -397,15 +400,8 @@ class _Page:
 
     def data(self, raws: Mapping[int, int]) -> bytearray:
         """Return the page, without what is counted from its end."""
-        fields = dict(self._constants)
-        fields |= {place.name: raws.get(number, 0) for number, place in self._slots}
-        if self._counter:
-            fields[self._counter] = self._count % self._modulus
-            self._count += 1
-        data = packed(self._message, fields)
-        data.extend(bytes(max(len(self._message.template) - len(data), 0)))
-        for place, byte in enumerate(self._message.template):
-            data[place] |= byte
+        self._count += 1
+        data: bytearray = self._pack(raws, self._count)
         return data
 
 
