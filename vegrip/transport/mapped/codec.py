@@ -158,7 +158,12 @@ class ForeignHand(ABC):
         return self._states[finger].last, math.nan if slot is None else self._slots[slot]
 
     def _taking(
-        self, name: str, head: Sequence[str], reading: Sequence[str], scope: dict[str, Any], valid: bool
+        self,
+        name: str,
+        head: Sequence[str],
+        reading: Sequence[str],
+        scope: dict[str, Any],
+        has_validity: bool,
     ) -> Take:
         """Return what takes the message ``name``: one function, since each call costs a tenth of it.
 
@@ -167,7 +172,7 @@ class ForeignHand(ABC):
             head: lines that look whether ``data`` can be read.
             reading: lines that fill the slots, and set ``found`` to the groups of signals in it.
             scope: what both know.
-            valid: whether a message without any group is one without validity.
+            has_validity: whether a message without any group is one without validity.
 
         """
         scope |= {"refuse": self._refuse, "owners": self._owners(name)}
@@ -181,7 +186,7 @@ class ForeignHand(ABC):
             lines += [*counting, " seq = None if raw is None else advance(raw, stamp)"]
             lines += [" if seq is None:", "  return refuse('counter')"]
         lines += reading
-        lines += [" if not found:", "  return refuse('invalid', owners)"] if valid else []
+        lines += [" if not found:", "  return refuse('invalid', owners)"] if has_validity else []
         lines += [" for group in found:", "  heard[group] = stamp"]
         fingers = [self._states[finger.name] for finger in self.plan.fingers if finger.trigger == name]
         states = []
