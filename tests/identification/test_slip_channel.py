@@ -84,6 +84,33 @@ def test_the_threshold_is_the_slowest_slide_that_is_felt(slid):
     assert "perhaps at less" in felt.bracket
 
 
+@pytest.mark.parametrize(("seconds", "is_clear"), [(0.1, True), (0.6, False)])
+def test_a_bend_that_took_long_to_grow_round_shows_no_moment(seconds, is_clear):
+    """The patch slides from its rim inwards as the motion goes on."""
+    rng, t = np.random.default_rng(1), np.arange(0.0, 1.5, 1.0 / RATE)
+    begins = 0.3 + seconds
+    share = np.clip((t - 0.3) / seconds, 0.0, 1.0)
+    columns = {
+        "normal_force": 2.0 + rng.normal(0.0, 0.005, len(t)),
+        "tangential_force_x": 1.4 * (1.0 - (1.0 - share) ** 3) + rng.normal(0.0, 0.005, len(t)),
+        "tangential_force_y": rng.normal(0.0, 0.005, len(t)),
+        "slip": ((t >= begins) & (t < begins + 0.3)).astype(float),
+    }
+    (slide,) = slides_of(Recording("pull", t, np.zeros(len(t), dtype=np.int64), columns))
+    assert math.isnan(slide.delay) is not is_clear
+    assert not is_clear or abs(slide.delay) < 0.02
+
+
+def test_a_pull_that_ends_before_it_slides_is_no_slide_that_is_not_felt(slid):
+    recording, speeds = slid
+    columns = {name: values for name, values in recording.columns.items() if name != "slip_speed"}
+    short = recording.episode == 1
+    columns["slip"] = columns["slip"] * ~short
+    for name in ("tangential_force_x", "tangential_force_y"):
+        columns[name] = np.where(short, 0.5 * columns[name], columns[name])
+    assert math.isnan(slip_channel(slides_of(replace(recording, columns=columns), speeds)).unfelt)
+
+
 def test_an_episode_in_which_nothing_slides_brackets_nothing(slid):
     recording, speeds = slid
     columns = {name: values for name, values in recording.columns.items() if name != "slip_speed"}

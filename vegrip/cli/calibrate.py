@@ -306,6 +306,8 @@ def _print(calibration: "Calibration", standing: "Standing", ended: "Ended | Non
     if ended is not None:
         effects = f" with {', '.join(ended.added)}" if ended.added else ""
         console.print(f"the paper's model{effects}: {ended.error:.2f} times the noise, {ended.verdict}")
+        for group in ended.account["diagnosis"]["indistinguishable"]:
+            console.print(f"not separated by what was recorded: {', '.join(group)}")
         console.print(f"written: {calibration.folder / MODEL}, {calibration.folder / REPORT}", soft_wrap=True)
         return
     if standing.misfit:

@@ -7,9 +7,10 @@ moment it slides, u = mu, however the load goes on. So a slide begins where u st
 
 with the least squares around the moment at which the flag rises; q = 1 where the load is imposed, and more
 where the motion is and the patch slides from its rim inwards. The flag is late by that moment minus t0, which
-is the surer the shorter u has grown. The threshold lies between the fastest slide that shows in the load and
-not in the flag, and the slowest above it that the flag shows: by the median of the slip speed where it is
-measured, else by a speed that is known. The upper one is counted on.
+is the surer the shorter u has grown: a bend as round as q > 1 hides t0 by up to a fifth of the growth. The
+threshold lies between the fastest slide that shows in the load and not in the flag, and the slowest above it
+that the flag shows: by the median of the slip speed where it is measured, else by a speed that is known. The
+upper one is counted on.
 """
 
 import math
@@ -26,12 +27,14 @@ BEFORE_S: Final = 0.5  # [s] before the flag in which a slide may have begun
 AFTER_S: Final = 0.05  # [s] after it that are looked at, while it is up
 AHEAD_S: Final = 0.02  # [s] by which it may be ahead
 RISEN: Final = 0.3  # of its peak from which on u is fitted: before, the load may not have begun
+LONGEST_ROUND_S: Final = 0.25  # [s] of growth, after which a round bend no longer shows a moment
 MIN_ROWS: Final = 4  # on each side of the beginning
 CLEAR_STD: Final = 6.0  # standard errors by which u must grow before and stop
 PRESSED: Final = 0.1  # of the greatest normal force below which u is not known
 ORDERS: Final = (1.0, 1.5, 2.0, 3.0)
 MOST_AFTER: Final = 0.5  # of the growth before
 MOST_JUMP: Final = 0.1  # of it, upwards: noise
+SLIDING: Final = 0.8  # of the usual u of slides that are felt: below, a pull has ended and nothing slides
 MIN_SLIDES: Final = 3
 
 
@@ -59,7 +62,7 @@ class SlipChannel:
         if math.isnan(self.delay):
             return (
                 f"the delay of the slip channel is not known: {self.slides} slides begin clearly in the "
-                f"load, {MIN_SLIDES} are needed; pull until it slides, several times"
+                f"load, {MIN_SLIDES} are needed; pull fast until it slides, several times"
             )
         if math.isnan(self.threshold):
             return (
@@ -93,7 +96,7 @@ def slip_channel(slides: Sequence[Slide]) -> SlipChannel:
     threshold = min((speed for speed in speeds if not math.isnan(speed)), default=math.nan)
     if len(clear) < MIN_SLIDES:
         return SlipChannel(threshold, math.nan, len(clear), unfelt)
-    weights = np.cumsum([one.rise**-2 for one in clear])
+    weights = np.cumsum([1.0 / one.rise for one in clear])
     middle = clear[int(np.searchsorted(weights, 0.5 * weights[-1]))]
     return SlipChannel(threshold, max(middle.delay, 0.0), len(clear), unfelt)
 
@@ -117,6 +120,7 @@ def slides_of(recording: Recording, speeds: Sequence[float] = ()) -> list[Slide]
     speed = np.abs(columns.get("slip_speed", np.full(len(t), np.nan)))
     known = dict(zip(dict.fromkeys(recording.episode.tolist()), speeds, strict=False))
     found = []
+    usual = float(np.median(u[felt & pressed])) if np.any(felt & pressed) else 0.0
     for first in np.flatnonzero(felt[1:] & ~felt[:-1]) + 1:
         own = recording.episode == recording.episode[first]
         down = np.flatnonzero(~felt[first:] | ~own[first:])
@@ -127,15 +131,18 @@ def slides_of(recording: Recording, speeds: Sequence[float] = ()) -> list[Slide]
         window = np.arange(begin, last)
         near = (t[window] >= t[first] - BEFORE_S) & (t[window] <= t[first] + AFTER_S)
         rows = window[near & own[window] & np.isfinite(u[window])]
-        began, rise = _beginning(t[rows], u[rows], float(t[first]) + AHEAD_S)
+        began, rise, order = _beginning(t[rows], u[rows], float(t[first]) + AHEAD_S)
+        if order > 1.0 and rise > LONGEST_ROUND_S:
+            began = math.nan
         stated = known.get(int(recording.episode[first]), math.nan) or math.nan
         found.append(Slide(float(t[first]) - began, rise, float(np.median(fast)) if len(fast) else stated))
     for episode, pulled in known.items():
         rows = np.flatnonzero((recording.episode == episode) & np.isfinite(u))
         if pulled > 0.0 and len(rows) and not np.any(felt[recording.episode == episode]):
             rows = rows[: _falls(force[rows])]
-            began, rise = _beginning(t[rows], u[rows], math.inf)
-            if not math.isnan(began):
+            began, rise, _ = _beginning(t[rows], u[rows], math.inf)
+            slides = not math.isnan(began) and np.median(u[rows][t[rows] >= began]) > SLIDING * usual
+            if slides:
                 found.append(Slide(math.inf, rise, pulled))
     return found
 
@@ -145,15 +152,16 @@ def _falls(force: Floats) -> int:
     return int(np.flatnonzero(force > 0.5 * np.max(force))[-1]) + 1
 
 
-def _beginning(t: Floats, u: Floats, latest: float) -> tuple[float, float]:
-    """Return when ``u`` stops growing [s], at the ``latest``, and how long it grew [s]; NaN: not clear."""
+def _beginning(t: Floats, u: Floats, latest: float) -> tuple[float, float, float]:
+    """Return when ``u`` stops growing [s], at the ``latest``, how long it grew [s], and q; NaN: not clear."""
+    unclear = math.nan, math.nan, math.nan
     if not len(u):
-        return math.nan, math.nan
+        return unclear
     peak = int(np.argmax(np.where(t <= latest, u, 0.0)))
     low = np.flatnonzero(u[:peak] < RISEN * u[peak])
     begin = int(low[-1]) if len(low) else 0
     t, u = t[begin:], u[begin:]
-    best, found = math.inf, (math.nan, math.nan)
+    best, found = math.inf, unclear
     for k in range(MIN_ROWS, len(t) - MIN_ROWS):
         if t[k] > latest:
             break
@@ -168,5 +176,5 @@ def _beginning(t: Floats, u: Floats, latest: float) -> tuple[float, float]:
             error = math.sqrt(left / max(len(t) - 6, 1) * np.linalg.inv(a.T @ a)[1, 1])
             _, grown, goes_on, jump = solution
             begins = grown > CLEAR_STD * error and goes_on < MOST_AFTER * grown and jump < MOST_JUMP * grown
-            best, found = left, (float(t[k]), float(t[k] - t[0])) if begins else (math.nan, math.nan)
+            best, found = left, (float(t[k]), float(t[k] - t[0]), order) if begins else unclear
     return found

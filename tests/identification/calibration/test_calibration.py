@@ -27,6 +27,7 @@ from vegrip.identification.experiment.design_space import RigLimits
 from vegrip.identification.fit import fit
 from vegrip.identification.fit.noise import in_air
 from vegrip.identification.recording import Fingertip, Recording, read_recording
+from vegrip.identification.slip_channel import SlipChannel
 from vegrip.model import read_model
 from vegrip.parameters import coordinate
 
@@ -98,6 +99,27 @@ def test_a_rig_that_cannot_pull_or_twist_is_told_what_is_left_out(
     assert set(found.left_out) == {"slide", "twist"}
     assert found.trial is not None
     assert found.trial.kind == "hold"
+
+
+def test_while_the_slides_do_not_tell_how_slip_is_felt_one_more_is_asked_for(
+    done: tuple[Calibration, list[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calibration = deepcopy(done[0])
+    assert calibration.slip_channel().lacking == ""
+    assert judge(calibration).next.trial is None
+    monkeypatch.setattr(Calibration, "slip_channel", lambda _: SlipChannel(1e-4, float("nan"), 2))
+    found = judge(calibration).next
+    assert found.trial is not None
+    assert found.trial.kind == "slide"
+    assert "2 slides begin clearly in the load, 3 are needed" in found.why
+
+
+def test_a_recording_is_taken_once(done: tuple[Calibration, list[str]]) -> None:
+    calibration = deepcopy(done[0])
+    for kind in ("press", "hold"):
+        with pytest.raises(UsageError, match=r"is the recording of trial 2 \(hold\) again"):
+            calibration.take(read_recording(calibration.folder / calibration.trials[1].folder), kind)
+    assert calibration == done[0]
 
 
 def test_a_trial_that_fails_twice_is_not_asked_for_a_third_time(done: tuple[Calibration, list[str]]) -> None:

@@ -20,6 +20,7 @@ from vegrip.identification.fit.noise import (
 )
 from vegrip.identification.fit.preprocess import find_events, find_spikes, preprocess
 from vegrip.identification.recording import Fingertip, Recording
+from vegrip.identification.recording.data import join_recordings
 from vegrip.model import paper_model
 from vegrip.types import Floats
 
@@ -147,6 +148,15 @@ def test_episodes_are_replicates_only_if_they_move_alike() -> None:
         Fingertip(0.008),
     )
     assert len(find_pairs(moved, BLUR)) == 2
+
+
+def test_a_copy_of_an_episode_tells_nothing_of_the_noise_and_is_named() -> None:
+    once = wandering_press(0, repeated=False)
+    twice = join_recordings([once, once], "twice")
+    noise = noise_of(twice)
+    assert noise.normal_force == pytest.approx(noise_of(once).normal_force, rel=0.2)
+    assert "is a copy of episode 0, to the last bit" in noise.doubts[0]
+    assert noise_of(wandering_press(0, repeated=True)).doubts == ()
 
 
 def test_what_a_pair_may_differ_by_is_no_noise() -> None:

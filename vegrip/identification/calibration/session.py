@@ -27,6 +27,7 @@ from vegrip.identification.diagnosis.account import account
 from vegrip.identification.experiment.design import next_experiment
 from vegrip.identification.experiment.design_space import RigLimits, complete_limits
 from vegrip.identification.fit import Fit, fit, noise_of
+from vegrip.identification.fit.noise import find_copies
 from vegrip.identification.fit.result import MISFIT
 from vegrip.identification.fit.solve import Report
 from vegrip.identification.recording import Fingertip, Recording, read_recording, write_recording
@@ -84,8 +85,10 @@ class Calibration:
             raise UsageError(f"there are {MOST_TRIALS} trials already; begin anew, or drop one")
         problems = check_trial(kind, recording)
         kept = replace(recording, fingertip=Fingertip(self.radius, recording.fingertip.name))
-        if self.trials:
-            join_recordings([read_recording(self.folder / self.trials[0].folder), kept], "both")
+        for place, one in enumerate(self.trials, 1):
+            former = read_recording(self.folder / one.folder)
+            if find_copies(join_recordings([former, kept], "both")):
+                raise UsageError(f"{recording.name} is the recording of trial {place} ({one.kind}) again")
         number = 1 + max((int(Path(one.folder).name.split("-")[0]) for one in self.trials), default=0)
         asked = self.asked if self.asked.get("kind") == kind else {}
         name, speeds = str(asked.get("name", kind)), list(asked.get("speeds", []))
@@ -177,7 +180,13 @@ def judge(calibration: Calibration, report: Report = lambda _: None) -> Standing
         fitted = fit(whole, start, zeros=trials, report=report)
         known = known_of(fitted)
         tried = [one.kind for one in calibration.trials]
-        found = Standing(fitted, known, next_of(fitted, calibration.good, tried, calibration.limits, report))
+        good, lacking = calibration.good, ""
+        if "slide" in good and (lacking := calibration.slip_channel().lacking):
+            good = [kind for kind in good if kind != "slide"]
+        following = next_of(fitted, good, tried, calibration.limits, report)
+        if lacking and following.trial is not None and following.trial.kind == "slide":
+            following = replace(following, why=f"one more slide, to learn friction by slip: {lacking}")
+        found = Standing(fitted, known, following)
     trial = found.next.trial
     calibration.asked = {}
     if trial is not None:

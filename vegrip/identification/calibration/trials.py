@@ -7,7 +7,14 @@ from typing import Any
 import numpy as np
 
 from vegrip.identification.experiment.design import suited_rig
-from vegrip.identification.experiment.design_space import MENU, Item, Rig, RigLimits, slow_slide
+from vegrip.identification.experiment.design_space import (
+    MENU,
+    Item,
+    Rig,
+    RigLimits,
+    pull_until_slip,
+    slow_slide,
+)
 from vegrip.identification.experiment.hypotheses import Hypotheses
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.identification.recording.channels import CHANNELS
@@ -30,6 +37,9 @@ SLOW_SLIDE_M_S = 1e-4
 """Of the last slide of a trial: a slip channel that feels it is fine enough to probe for friction."""
 SLOW_DEPTH = 0.3  # of the greatest depth: a light press, which slides after a short way
 GENTLE = 0.5  # of the greatest force, in the first trial: the stiffness is then only guessed
+QUICK_PULLS, QUICK = 3, 6.4
+"""At the end of a slide trial, and how much faster than usual: only a slide that begins within some 0.1 s
+shows at which moment, and so how late the slip channel is."""
 PRACTICE_RATE_HZ = 200.0  # [Hz]
 
 
@@ -95,8 +105,11 @@ def first_trial(rig: Rig) -> Trial:
 def _trial(kind: str, item: Item, rig: Rig, amplitudes: dict[str, float]) -> Trial:
     protocol = item.protocol(rig, amplitudes)
     if kind == "slide":
-        slow = slow_slide(rig, SLOW_DEPTH * amplitudes["depth"], SLOW_SLIDE_M_S)
-        protocol = replace(protocol, episodes=(*protocol.episodes, slow), notes=(*protocol.notes, ""))
+        depth = amplitudes["depth"]
+        quick = [pull_until_slip(rig, depth, 0.5, QUICK)] * QUICK_PULLS
+        episodes = (*protocol.episodes, *quick, slow_slide(rig, SLOW_DEPTH * depth, SLOW_SLIDE_M_S))
+        notes = (*protocol.notes, *[""] * (QUICK_PULLS + 1))
+        protocol = replace(protocol, episodes=episodes, notes=notes)
     return Trial(kind, protocol, tuple(_words(kind, protocol)))
 
 

@@ -176,7 +176,7 @@ def _strokes(rig: Rig, depth: float) -> list[Episode]:
     return [(rig.air(), *there_and_back * 10, rig.air())]
 
 
-def _pull(rig: Rig, depth: float, wait: float, share: float = 1.0, spin: float = 0.0) -> Episode:
+def pull_until_slip(rig: Rig, depth: float, wait: float, share: float = 1.0, spin: float = 0.0) -> Episode:
     """Press, wait, move until well after slip; ``share`` of the usual speed."""
     peak = depth * rig.depth
     pull = 2.0 * rig.friction * peak * share
@@ -185,16 +185,17 @@ def _pull(rig: Rig, depth: float, wait: float, share: float = 1.0, spin: float =
 
 
 def slow_slide(rig: Rig, depth: float, speed: float) -> Episode:
-    """Return a pull with ``speed`` [m/s] at most, at a share ``depth`` of the greatest one."""
+    """Return a pull with ``speed`` [m/s] at most, at a share ``depth`` of the greatest one; twice as far."""
     usual = 2.0 * rig.friction * depth * rig.depth
-    return _pull(rig, depth, 0.5, min(speed / usual, 1.0))
+    air, press, wait, move, *rest = pull_until_slip(rig, depth, 0.5, min(speed / usual, 1.0))
+    return (air, press, wait, replace(move, duration=2.0 * move.duration), *rest)
 
 
 def _twists(rig: Rig, depth: float, time: float) -> list[Episode]:
     turn = 2.0  # [rad/s]
-    return [_pull(rig, part * depth, wait, spin=turn) for part in (0.5, 1.0) for wait in (0.2, time)] + [
-        _pull(rig, part * depth, 0.5) for part in (0.5, 1.0)
-    ]
+    return [
+        pull_until_slip(rig, part * depth, wait, spin=turn) for part in (0.5, 1.0) for wait in (0.2, time)
+    ] + [pull_until_slip(rig, part * depth, 0.5) for part in (0.5, 1.0)]
 
 
 def _directions(rig: Rig, depth: float) -> list[Episode]:
@@ -241,19 +242,21 @@ MENU = (
     Item("strokes in air", _strokes, {"depth": (1.0,)}),
     Item(
         "pulls at four loads",
-        lambda rig, depth, time: [_pull(rig, part * depth, time) for part in (0.3, 0.5, 0.75, 1.0)],
+        lambda rig, depth, time: [pull_until_slip(rig, part * depth, time) for part in (0.3, 0.5, 0.75, 1.0)],
         {"depth": DEPTH_SHARES, "time": (0.5,)},
         has_tangential_load=True,
     ),
     Item(
         "pulls after short and long waits",
-        lambda rig, depth, time: [_pull(rig, depth, wait) for wait in (0.1, 0.1 * time, time, 0.1, time)],
+        lambda rig, depth, time: [
+            pull_until_slip(rig, depth, wait) for wait in (0.1, 0.1 * time, time, 0.1, time)
+        ],
         {"depth": DEPTH_SHARES, "time": (3.0, 10.0)},
         has_tangential_load=True,
     ),
     Item(
         "slides at four speeds",
-        lambda rig, depth: [_pull(rig, depth, 0.5, share) for share in (0.1, 0.4, 1.6, 6.4)],
+        lambda rig, depth: [pull_until_slip(rig, depth, 0.5, share) for share in (0.1, 0.4, 1.6, 6.4)],
         {"depth": DEPTH_SHARES},
         has_tangential_load=True,
     ),

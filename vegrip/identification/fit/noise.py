@@ -165,11 +165,28 @@ class Pair:
     other: np.ndarray
 
 
+def find_copies(recording: Recording) -> dict[int, int]:
+    """Return the episodes that repeat an earlier one to the last bit, and which: no sensor does that."""
+    seen: dict[bytes, int] = {}
+    copies = {}
+    for number in dict.fromkeys(recording.episode.tolist()):
+        rows = recording.episode == number
+        first = seen.setdefault(b"".join(one[rows].tobytes() for one in recording.columns.values()), number)
+        if first != number and any(np.ptp(one[rows]) > 0.0 for one in recording.columns.values()):
+            copies[number] = first
+    return copies
+
+
 def find_pairs(recording: Recording, noise: float) -> list[Pair]:
-    """Return the pairs of episodes whose displacement agrees to ``noise`` [m], each episode in one pair."""
-    depth = recording.columns["displacement"]
+    """Return the pairs of episodes whose displacement agrees to ``noise`` [m], each episode in one pair.
+
+    A copy of an episode is no second measurement of it.
+    """
+    depth, copies = recording.columns["displacement"], find_copies(recording)
     rows = [
-        np.flatnonzero(recording.episode == number) for number in dict.fromkeys(recording.episode.tolist())
+        np.flatnonzero(recording.episode == number)
+        for number in dict.fromkeys(recording.episode.tolist())
+        if number not in copies
     ]
     rows = [one for one in rows if one.size >= MIN_PAIR_ROWS and np.isfinite(depth[one]).all()]
     found: list[Pair] = []
@@ -289,7 +306,10 @@ def noise_of(recording: Recording) -> Noise:
             values[name], source[name] = stated, STATED
         else:
             values[name], source[name] = rough(column, recording.episode), NEIGHBOURS
-    doubts: list[str] = []
+    doubts = [
+        f"episode {number} is a copy of episode {first}, to the last bit: it is counted twice"
+        for number, first in find_copies(recording).items()
+    ]
     found, where = _seen(recording, values)
     if found is not None:
         white = max(found.white, rounding(recording.columns["normal_force"]))
