@@ -56,6 +56,18 @@ class Condition(IntEnum):
     CORRUPT = 7  # checksum or format
 
 
+class GraspPhase(IntEnum):
+    """How far a grasp or a release is that was asked for."""
+
+    NONE = 0  # nothing was asked for: the hand grips by itself
+    CLOSING = 1
+    HELD = 2  # it is made: enough fingers touch, and the margin is that of the goal
+    MISSED = 3  # too few fingers touch: nothing is there, or it is lost
+    WEAK = 4  # it is touched, but the margin or the force of the goal is not reached
+    RELEASING = 5
+    RELEASED = 6
+
+
 class Reason(IntEnum):
     """Why a force command has the value it has; the last stage that changed it wins."""
 
@@ -228,6 +240,28 @@ class NodeStatus:
     rejected: Mapping[str, int] = field(default_factory=dict)  # named decoding failures
 
 
+@dataclass(frozen=True, slots=True)
+class GraspStatus:
+    """How a grasp or release goes that was asked for; sent when its phase changes, and each second."""
+
+    stamp: int
+    node: str
+    seq: int
+    phase: GraspPhase
+    reason: str = ""  # why it is not reached, or what it rests on; "" = nothing to say
+    normal_force: float = NAN  # [N] the largest that a finger feels
+    margin: float = NAN  # [-] least lower bound of the fingers that touch; NaN = not known
+
+
 Message = (
-    FingertipState | ContactEstimate | SlipMargin | ForceCommand | ModelHealth | LearnedParameter | NodeStatus
+    FingertipState
+    | ContactEstimate
+    | SlipMargin
+    | ForceCommand
+    | ModelHealth
+    | LearnedParameter
+    | NodeStatus
+    | GraspStatus
 )
+OF_NODES: Final = (NodeStatus, GraspStatus)
+"""Messages of a whole node; the others are of a finger."""

@@ -181,6 +181,7 @@ RUN_HERE = [
     for one in ALL
     if one.path[0]
     not in ("demo", "launch", "node", "monitor", "check", "topic", "param", "lifecycle", "record", "zero")
+    and one.path[0] not in ("grasp", "release")
 ]
 
 

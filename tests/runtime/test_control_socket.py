@@ -1,5 +1,6 @@
 """A running node asked from outside, over its sockets."""
 
+import json
 import threading
 import time
 from collections import Counter
@@ -11,10 +12,12 @@ import zmq
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vegrip.cli import main
 from vegrip.clock import WallClock
 from vegrip.config import parameter
 from vegrip.errors import ConfigError, InputError, UsageError
-from vegrip.messages import FingertipState, ForceCommand, Lifecycle
+from vegrip.messages import FingertipState, ForceCommand, GraspPhase, GraspStatus, Lifecycle
+from vegrip.runtime import registry
 from vegrip.runtime.control_socket import ControlServer, NodeCalls
 from vegrip.runtime.echo import EchoNode, EchoParameters
 from vegrip.runtime.lifecycle import TRANSITIONS, allowed_transitions, route, state_after
@@ -118,6 +121,36 @@ def test_a_hand_takes_its_zero_only_when_it_holds_nothing_and_can(running, monke
     monkeypatch.setattr(type(running.runner._endpoint), "zero", lambda _: not asked.append(1), raising=False)
     ask(running.entry, "zero")
     assert asked == [1]
+
+
+def test_a_node_that_does_not_grip_says_so(running):
+    for call in ("grasp", "release", "grasp_status"):
+        with pytest.raises(UsageError, match="echo does not grip"):
+            ask(running.entry, call)
+
+
+@pytest.mark.parametrize(
+    ("phase", "code", "said"),
+    [(GraspPhase.HELD, 0, "held, 3.00 N, margin above 0.25"), (GraspPhase.WEAK, 4, "weak: margin of index")],
+)
+def test_a_grasp_is_waited_for_and_its_result_is_printed(running, monkeypatch, capsys, phase, code, said):
+    status = GraspStatus(1, "echo", 1, GraspPhase.CLOSING, "", 1.0)
+    reason = "margin of index" if code else ""
+    ended = GraspStatus(2, "echo", 2, phase, reason, 3.0, 0.25)
+    goals, told = [], iter([status, status, *[ended] * 9])
+    monkeypatch.setattr(running.node, "grasp", goals.append, raising=False)
+    monkeypatch.setattr(running.node, "grasp_status", lambda _: next(told), raising=False)
+    monkeypatch.setattr(registry, "find_node", lambda _: running.entry)
+    assert main(["grasp", "echo", "--force", "3", "--json"]) == code
+    answer = capsys.readouterr()
+    assert json.loads(answer.out) == {
+        "phase": phase.name.lower(), "reached_goal": not code, "stalled": bool(code), "reason": reason,
+        "normal_force": 3.0, "margin": 0.25,
+    }  # fmt: skip
+    assert goals == [{"force": 3.0, "max_force": 1000.0, "margin": 0.0, "timeout": 5.0}]
+    assert main(["grasp", "echo"]) == code
+    answer = capsys.readouterr()
+    assert said in answer.out + answer.err
 
 
 @pytest.mark.parametrize("call", ["nothing", "set_state"])

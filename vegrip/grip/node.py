@@ -2,12 +2,15 @@
 
 import logging
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from vegrip.errors import ConfigError
+from vegrip.config import build
+from vegrip.errors import ConfigError, UsageError
 from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
 from vegrip.grip.batch_text import STATE_BYTES
 from vegrip.grip.compiled_batch import CompiledBatch, can_batch
@@ -16,6 +19,7 @@ from vegrip.grip.controller import GripController
 from vegrip.grip.drive_log import DriveLog
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import COMMANDED, LEFT_ALONE, REPORT, GraspFinger
+from vegrip.grip.grasp_action import GraspAction, GraspGoal, ReleaseGoal
 from vegrip.grip.known_objects import KnownObjects, ObjectFriction
 from vegrip.grip.learned_store import LearnedStore, NoStore
 from vegrip.grip.model_swap import ModelSwap
@@ -27,6 +31,7 @@ from vegrip.messages import (
     ContactEstimate,
     FingertipState,
     ForceCommand,
+    GraspStatus,
     Message,
     ModelHealth,
     NodeStatus,
@@ -71,6 +76,7 @@ class GraspForce(NodeBase):
         self.controller: GripController | None = None
         """What grips; None until the node is configured."""
         self._names = tuple(fingers)
+        self._action = GraspAction(name, self._names, settings.thumb)
         self._model_swap: ModelSwap | None = None
         self._lines: Mapping[str, Line] = {}
         self._kernel_mode = ""
@@ -100,12 +106,49 @@ class GraspForce(NodeBase):
         if self.controller is None:
             make_share(settings, self._names)  # says now what cannot be used
         else:
-            self.controller.settings = settings
+            self.controller.settings = self._bounded()
 
     @property
     def fingers(self) -> dict[str, GraspFinger]:
         """The fingers by name; none until the node is configured."""
         return {} if self.controller is None else self.controller.fingers
+
+    def grasp(self, goal: Mapping[str, Any]) -> None:
+        """Close around an object; :attr:`grasp_status` says how it goes.
+
+        Raises:
+            ConfigError: a goal that cannot be.
+            UsageError: the node is not active.
+
+        """
+        self._require_active()
+        self._action.grasp(build(GraspGoal, goal, "the goal of the grasp"))
+        self._bound()
+
+    def release(self, goal: Mapping[str, Any]) -> None:
+        """Let the force down to zero; errors as of :meth:`grasp`."""
+        self._require_active()
+        self._action.release(build(ReleaseGoal, goal, "the release"), self.fingers)
+        self._bound()
+
+    def grasp_status(self, now: int) -> GraspStatus:
+        """Return how the grasp or release goes that was asked for last."""
+        return self._action.result(now)
+
+    def _require_active(self) -> None:
+        if not self._active:
+            raise UsageError(f"{self.name} is not active; `vegrip lifecycle set {self.name} active`")
+
+    def _bounded(self) -> ControlSettings:
+        """Return the parameters with the limits of what is grasped or released."""
+        return replace(self._parameters, limits=self._action.limits(self._parameters.limits))
+
+    def _bound(self) -> None:
+        if (
+            self.controller is not None
+            and (settings := self._bounded()).limits != self.controller.settings.limits
+        ):
+            self.controller.settings = settings
 
     def _begin_model_swap(self, before: ControlSettings, settings: ControlSettings) -> None:
         """When the fingertips are said to be others, build their estimators beside the loop."""
@@ -132,7 +175,7 @@ class GraspForce(NodeBase):
     def configure(self) -> None:
         """Build every finger and compile what will run."""
         self.controller = GripController(
-            self._names, settings=self.parameters, make_estimator=self._new_estimator,
+            self._names, settings=self._bounded(), make_estimator=self._new_estimator,
             known_object=self._known_object,
         )  # fmt: skip
         if taken := describe_derived(self.parameters.grip, len(self._names)):
@@ -142,6 +185,9 @@ class GraspForce(NodeBase):
     def activate(self) -> None:
         """Begin afresh, except after a fault of this node: then the grip is taken over as it is."""
         self.leave_lines()
+        if not self._is_at_fault:
+            self._action = GraspAction(self.name, self._names, self._parameters.thumb)
+            self._bound()
         if self.controller is not None and self._is_at_fault:
             self.controller.restart()
         elif self.controller is not None and self._worn:
@@ -189,6 +235,10 @@ class GraspForce(NodeBase):
             answers += controller.watch(finger.name, now)
             if finger.condition > Condition.DEGRADED:
                 answers += self._reports(controller, finger, now)
+        if self._action.look(controller.fingers, now):
+            self._bound()
+        if (status := self._action.status(now)) is not None:
+            answers.append(status)
         return answers
 
     def on_broken(self, finger: str, now: int) -> None:

@@ -6,6 +6,7 @@ reads a frozen value is answered at once.
 
 import dataclasses
 import threading
+import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -41,6 +42,9 @@ class NodeCalls:
             "set_state": self.set_state,
             "status": self.status,
             "zero": self.zero,
+            "grasp": lambda **goal: self._of_grip("grasp", goal),
+            "release": lambda **goal: self._of_grip("release", goal),
+            "grasp_status": lambda: self._of_grip("grasp_status", time.monotonic_ns()),
             "topics": lambda: dict(topics()),
         }
 
@@ -99,8 +103,19 @@ class NodeCalls:
 
         self._in_loop(call)
 
-    def _in_loop(self, call: Call) -> None:
-        self._runner.inbox.put(call).result(timeout=LOOP_TIMEOUT_S)
+    def _of_grip(self, name: str, argument: Any) -> dict[str, Any] | None:
+        """Ask a node that grips; return its GraspStatus where it gives one."""
+        node = self._runner.managed.node
+        call = getattr(node, name, None)
+        if call is None:
+            raise UsageError(f"{node.name} does not grip; give the name of a grasp_force")
+        status = self._in_loop(lambda: call(argument))
+        if status is None:
+            return None
+        return {**dataclasses.asdict(status), "phase": status.phase.name.lower()}
+
+    def _in_loop(self, call: Call) -> Any:
+        return self._runner.inbox.put(call).result(timeout=LOOP_TIMEOUT_S)
 
 
 class Answers:

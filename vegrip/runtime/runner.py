@@ -11,7 +11,7 @@ from vegrip.clock import NS, Clock
 from vegrip.config import parameter
 from vegrip.errors import DeviceError
 from vegrip.host.realtime import LoopPriority, Scheduling
-from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, NodeStatus
+from vegrip.messages import OF_NODES, FingertipState, ForceCommand, Lifecycle, Message, NodeStatus
 from vegrip.runtime.call_queue import CallQueue
 from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.fault_hints import HINTS, FaultHints
@@ -243,7 +243,7 @@ class Runner:
                 self.channels.note(message)
         elif isinstance(message, ForceCommand):
             self.statistics.commands_received += 1
-        if isinstance(message, self.managed.node.exclusive_messages) and not isinstance(message, NodeStatus):
+        if isinstance(message, self.managed.node.exclusive_messages) and not isinstance(message, OF_NODES):
             self._also_sent += 1
             self._other = (arrived, f"{type(message).__name__} of {message.finger}")
         if self._telemetry is not None:

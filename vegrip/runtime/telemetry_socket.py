@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import zmq
 
-from vegrip.messages import Message, NodeStatus
+from vegrip.messages import OF_NODES, Message
 from vegrip.runtime.registry import Entry
 from vegrip.runtime.telemetry import Direction
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
@@ -208,7 +208,7 @@ class TelemetrySocket:
 
 
 def _owner(message: Message) -> str:
-    return message.node if isinstance(message, NodeStatus) else message.finger
+    return message.node if isinstance(message, OF_NODES) else message.finger
 
 
 def _stream_of(message: Message) -> tuple[type[Message], str]:

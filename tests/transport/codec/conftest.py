@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from vegrip.messages import (
     KNOWN,
     NAN,
+    OF_NODES,
     PROBED,
     UNKNOWN,
     Channel,
@@ -20,6 +21,8 @@ from vegrip.messages import (
     Estimate,
     FingertipState,
     ForceCommand,
+    GraspPhase,
+    GraspStatus,
     LearnedParameter,
     Lifecycle,
     Message,
@@ -55,7 +58,7 @@ def _estimates(draw: st.DrawFn) -> Estimate:
 
 
 def _builds(cls: type[Any], **fields: Any) -> st.SearchStrategy[Any]:
-    owner = {} if cls is NodeStatus else {"finger": _fingers}
+    owner = {} if cls in OF_NODES else {"finger": _fingers}
     return st.builds(cls, stamp=_stamps, seq=_sequences, **owner, **fields)
 
 
@@ -139,6 +142,14 @@ STRATEGIES: dict[type[Any], st.SearchStrategy[Any]] = {
         dropped=_counts,
         rejected=st.dictionaries(st.sampled_from(_refusals), st.integers(1, 65535)).map(_in_order),
         **dict.fromkeys(_names(NodeStatus, NAN), _quantities),
+    ),
+    GraspStatus: _builds(
+        GraspStatus,
+        node=st.sampled_from(("grasp_force", "left")),
+        phase=st.sampled_from(GraspPhase),
+        reason=st.sampled_from(("", "thumb touches nothing")),
+        normal_force=_quantities,
+        margin=_quantities,
     ),
 }
 

@@ -39,7 +39,7 @@ from vegrip.identification.recording.rosbag import bag_library
 from vegrip.identification.recording.session import finger_folders
 from vegrip.identification.recording.table import Layout, read_header, read_table
 from vegrip.identification.recording.writer import FILE_OF_MESSAGE, SESSION, exact_cell
-from vegrip.messages import FingertipState, Message, NodeStatus
+from vegrip.messages import OF_NODES, FingertipState, Message
 from vegrip.transport.codec.schema import Field, message_set
 from vegrip.transport.codec.topics import PLACE
 from vegrip.whole_file import reading, whole_file, write_whole, writing
@@ -162,11 +162,12 @@ def tables_of(folder: Path, recordings: dict[Path, Recording]) -> Iterator[TextT
         yield _measured(folder, place, recording)
         for kind, name in FILE_OF_MESSAGE.items():
             path = place / name
-            if kind not in (FingertipState, NodeStatus) and path.exists():
+            if kind not in (FingertipState, *OF_NODES) and path.exists():
                 yield _said(folder, path, kind, recording.fingertip.name, start)
-    path = folder / FILE_OF_MESSAGE[NodeStatus]
-    if path.exists():
-        yield _said(folder, path, NodeStatus, "", start)
+    for kind in OF_NODES:
+        path = folder / FILE_OF_MESSAGE[kind]
+        if path.exists():
+            yield _said(folder, path, kind, "", start)
 
 
 def read_all(folder: Path) -> dict[Path, Recording]:

@@ -4,6 +4,7 @@
 
     session/session.toml            when it began, whether it was closed, what was lost
     session/diagnostics.csv         NodeStatus of every node
+    session/grasp.csv               GraspStatus of every node
     session/thumb/recording.toml    with recording.csv: a recording like any other
     session/thumb/contact.csv       ContactEstimate; slip_margin.csv, force_command.csv, model_health.csv,
                                     learned.csv
@@ -40,10 +41,12 @@ from vegrip.identification.recording.folder import toml_text
 from vegrip.identification.recording.report import MISSING, MissingStates, told
 from vegrip.identification.recording.table_file import BUFFERED_ROWS, TableFile
 from vegrip.messages import (
+    OF_NODES,
     ContactEstimate,
     Estimate,
     FingertipState,
     ForceCommand,
+    GraspStatus,
     LearnedParameter,
     Message,
     ModelHealth,
@@ -60,6 +63,7 @@ FILE_OF_MESSAGE: Final[dict[type[Message], str]] = {
     ModelHealth: "model_health.csv",
     LearnedParameter: "learned.csv",
     NodeStatus: "diagnostics.csv",
+    GraspStatus: "grasp.csv",
 }
 """Which file of a finger's folder a message goes to; diagnostics lie beside the fingers."""
 STATE_HEADER: Final = ",".join(("t", "episode", *CHANNELS))
@@ -353,8 +357,8 @@ def _overwrite(path: Path, data: bytes) -> None:
 
 
 def _file(message: Message) -> str:
-    if isinstance(message, NodeStatus):
-        return FILE_OF_MESSAGE[NodeStatus]
+    if isinstance(message, OF_NODES):
+        return FILE_OF_MESSAGE[type(message)]
     return f"{_name(message.finger)}/{FILE_OF_MESSAGE[type(message)]}"
 
 

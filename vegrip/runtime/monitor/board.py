@@ -7,13 +7,13 @@ from dataclasses import asdict, dataclass, field
 from vegrip.clock import NS
 from vegrip.jsonable import jsonable
 from vegrip.messages import (
+    OF_NODES,
     Condition,
     ContactEstimate,
     FingertipState,
     ForceCommand,
     Message,
     ModelHealth,
-    NodeStatus,
     Reason,
     SlipMargin,
 )
@@ -80,10 +80,10 @@ class Board:
         """
         kind = type(message).__name__
         self.counts[kind] = self.counts.get(kind, 0) + 1
-        speaker = message.node if isinstance(message, NodeStatus) else node
+        speaker = message.node if isinstance(message, OF_NODES) else node
         if speaker and (row := self._node(speaker, now)) is not None:
             row.receive(message, now)
-        if isinstance(message, NodeStatus):
+        if isinstance(message, OF_NODES):
             return
         if message.finger not in self.rows and len(self.rows) >= MOST_FINGERS:
             return

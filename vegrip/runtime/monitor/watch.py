@@ -13,6 +13,7 @@ from rich.live import Live
 from vegrip.clock import NS
 from vegrip.errors import UsageError
 from vegrip.messages import (
+    OF_NODES,
     ContactEstimate,
     FingertipState,
     ForceCommand,
@@ -130,7 +131,7 @@ def _present(entry: Entry) -> Present:
 
 
 def _named(message: Message, namespace: str) -> Message:
-    if isinstance(message, NodeStatus):
+    if isinstance(message, OF_NODES):
         return message
     return replace(message, finger=_in_namespace(message.finger, namespace))
 

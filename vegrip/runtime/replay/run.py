@@ -16,13 +16,13 @@ from vegrip.identification.recording.data import Recording
 from vegrip.identification.recording.session import merge_states
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.messages import (
+    OF_NODES,
     ContactEstimate,
     Estimate,
     FingertipState,
     ForceCommand,
     Message,
     ModelHealth,
-    NodeStatus,
     SlipMargin,
 )
 from vegrip.runtime import NodeContext
@@ -331,7 +331,7 @@ def run_through(
 
     def keep(message: Message) -> None:
         nonlocal kept
-        if not isinstance(message, NodeStatus):
+        if not isinstance(message, OF_NODES):
             summaries[message.finger].take(message)
         if writer is not None:
             writer.write(message)

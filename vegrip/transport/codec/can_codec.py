@@ -5,7 +5,15 @@ from collections.abc import Collection, Sequence
 from typing import Any, Final
 
 from vegrip.errors import ConfigError
-from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, NodeStatus, SlipMargin
+from vegrip.messages import (
+    OF_NODES,
+    ContactEstimate,
+    FingertipState,
+    ForceCommand,
+    Message,
+    NodeStatus,
+    SlipMargin,
+)
 from vegrip.transport.codec.acceptance import acceptance_filters
 from vegrip.transport.codec.assembly import Assembly
 from vegrip.transport.codec.database import layouts
@@ -183,7 +191,7 @@ def _faults(plan: Layouts, hand: int, fd: bool) -> dict[int, str]:
 
 def _owner(message: Message) -> str:
     """Return the name of the finger, or of the node without its namespace: on CAN the hand number is that."""
-    return message.node.rpartition("/")[2] if isinstance(message, NodeStatus) else message.finger
+    return message.node.rpartition("/")[2] if isinstance(message, OF_NODES) else message.finger
 
 
 def _names(what: str, names: Sequence[str], limit: int) -> tuple[str, ...]:

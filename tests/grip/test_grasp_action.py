@@ -1,0 +1,157 @@
+"""Grasp and release of a virtual hand by the whole node, in simulated time."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vegrip.clock import NS
+from vegrip.errors import ConfigError, UsageError
+from vegrip.messages import FingertipState, ForceCommand, GraspPhase, GraspStatus
+from vegrip.trials import candidates
+from vegrip.trials.scenario import GRASPS
+from vegrip.virtual import VirtualHand
+
+PERIOD = 0.002  # [s]
+
+
+class Bench:
+    """A hand and a node that grips with it."""
+
+    def __init__(self, *, silent=()):
+        self.node = candidates.make_node(
+            candidates.parameters("vegrip", candidates.KNOBS["pinch"]["vegrip"]), ("thumb", "index")
+        )
+        self.node.configure()
+        self.node.activate()
+        self.hand = VirtualHand(GRASPS["pinch"])
+        self.hand.epoch = NS
+        self.asked = dict.fromkeys(self.hand.fingers, math.nan)
+        self.silent, self.statuses, self.most = set(silent), [], 0.0
+
+    @property
+    def phases(self):
+        return [status.phase for status in self.statuses]
+
+    def run(self, seconds, spoil=lambda state: state):
+        end = self.hand.time + seconds
+        while self.hand.time < end:
+            samples = self.hand.advance(PERIOD, np.array(list(self.asked.values())))
+            now = self.hand.epoch + round(self.hand.time * NS)
+            states = [spoil(state) for sample in samples for state in sample.states(self.hand.fingers)]
+            answers = [
+                answer
+                for state in states
+                if state.finger not in self.silent
+                for answer in self.node.on_message(state, now)
+            ]
+            for answer in (*answers, *self.node.on_tick(now)):
+                if isinstance(answer, ForceCommand):
+                    self.asked[answer.finger] = answer.normal_force
+                    self.most = max(self.most, answer.normal_force)
+                if isinstance(answer, GraspStatus):
+                    self.statuses.append(answer)
+        return self.statuses[-1] if self.statuses else None
+
+
+def in_air(state: FingertipState) -> FingertipState:
+    noise = 1e-3 * math.sin(state.seq**2)  # a live sensor is never still
+    return replace(
+        state,
+        normal_force=noise,
+        tangential_force_x=noise,
+        tangential_force_y=-noise,
+        torque_z=0.01 * noise,
+        displacement=1e-3 * noise - 1e-3,
+    )
+
+
+def test_an_object_is_grasped_held_and_let_go_of():
+    bench = Bench()
+    bench.node.grasp({"force": 3.0})
+    held = bench.run(2.0)
+    assert bench.phases[:2] == [GraspPhase.CLOSING, GraspPhase.HELD]
+    assert held.margin >= 0.0
+    assert held.normal_force > 0.5
+    assert not bench.hand.dropped
+    bench.node.release({"rate": 10.0})
+    before = max(bench.asked.values())
+    bench.run(0.1)
+    assert max(bench.asked.values()) == pytest.approx(before - 1.0, abs=0.4)  # slowly
+    assert bench.run(2.0).phase is GraspPhase.RELEASED
+    bench.node.parameters = replace(bench.node.parameters, report_period=0.03)  # does not close it again
+    bench.run(0.5)
+    assert set(bench.asked.values()) == {0.0}
+    assert [status.seq for status in bench.statuses] == list(range(1, len(bench.statuses) + 1))
+
+
+def test_without_a_goal_nothing_is_told_and_the_grip_is_as_before():
+    plain, asked = Bench(), Bench()
+    plain.run(1.0)
+    asked.node.grasp({"force": 0.0})
+    asked.run(1.0)
+    assert plain.statuses == []
+    assert plain.asked == asked.asked
+
+
+def test_nothing_between_the_fingers_is_missed_with_the_reason():
+    bench = Bench()
+    bench.node.grasp({"force": 2.0, "timeout": 0.5})
+    status = bench.run(1.2, in_air)
+    assert status.phase is GraspPhase.MISSED
+    assert status.reason == "thumb touches nothing"
+    assert bench.run(1.5, in_air).reason == "thumb touches nothing"
+    assert bench.node.grasp_status(0).phase is GraspPhase.MISSED
+
+
+def test_an_object_that_is_taken_away_is_lost():
+    bench = Bench()
+    bench.node.grasp({"force": 3.0})
+    assert bench.run(2.0).phase is GraspPhase.HELD
+    status = bench.run(1.0, in_air)
+    assert (status.phase, status.reason) == (GraspPhase.MISSED, "lost: thumb touches nothing")
+
+
+def test_a_goal_below_what_holds_is_weak_and_its_force_is_never_exceeded():
+    bench = Bench()
+    bench.node.grasp({"force": 1.5, "max_force": 1.5, "margin": 0.9, "timeout": 1.0})
+    status = bench.run(2.0)
+    assert status.phase is GraspPhase.WEAK
+    assert status.reason.startswith("margin of ")
+    assert bench.most == 1.5
+
+
+def test_a_finger_that_is_not_heard_is_named_and_the_hand_can_be_opened():
+    bench = Bench()
+    bench.node.grasp({"force": 2.0})
+    assert bench.run(1.5).phase is GraspPhase.HELD
+    bench.silent.add("index")
+    assert bench.run(1.0).phase is GraspPhase.HELD  # no verdict by what is not heard
+    assert bench.node.grasp_status(0).reason == "not judged: index stale"
+    bench.node.release({})
+    assert bench.run(3.0).phase is GraspPhase.RELEASED
+    assert set(bench.asked.values()) == {0.0}
+
+
+def test_where_no_margin_is_known_force_decides_and_it_says_so():
+    bench = Bench()
+    bench.node.grasp({"force": 2.0})
+    nan = math.nan
+    status = bench.run(
+        2.0, lambda one: replace(one, tangential_force_x=nan, tangential_force_y=nan, torque_z=nan)
+    )
+    assert status.phase is GraspPhase.HELD
+    assert status.reason == "by force alone: no margin is known"
+    assert math.isnan(status.margin)
+
+
+def test_goals_that_cannot_be_are_refused_in_a_sentence():
+    bench = Bench()
+    with pytest.raises(ConfigError, match="unknown key 'strength'"):
+        bench.node.grasp({"strength": 2.0})
+    with pytest.raises(ConfigError, match="margin"):
+        bench.node.grasp({"margin": 2.0})
+    bench.node.deactivate()
+    with pytest.raises(UsageError, match="is not active"):
+        bench.node.release({})
