@@ -11,18 +11,40 @@ import os
 import select
 import socket
 import stat
+import struct
 import termios
 import tty
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
+from vegrip.clock import NS
 from vegrip.errors import ConfigError, DeviceError
+from vegrip.transport.sender_clock import SenderClock
+from vegrip.transport.stamps import StampMap
 
 CHUNK: Final = 4096  # [bytes] read at once
 CONNECT_WAIT: Final = 2.0  # [s] for the first connection; later ones are made while the loop goes on
 LINK_KINDS: Final = ("udp", "tcp", "serial")
+
+
+SO_TIMESTAMPING: Final = 37  # linux/socket.h, and the type of what comes of it
+STAMPS_WANTED: Final = 1 << 2 | 1 << 3 | 1 << 4 | 1 << 6
+"""Received by hardware and software, told of software and of the interface's own clock (net_tstamp.h)."""
+STAMPS: Final = struct.Struct("@6l")  # three times in seconds and nanoseconds: kernel, unused, interface
+STAMP_ROOM: Final = socket.CMSG_SPACE(STAMPS.size)
+Ancillary = Sequence[tuple[int, int, bytes]]
+"""Level, type and data of what the kernel tells beside a message."""
+
+
+def stamps_of(told: Ancillary) -> tuple[int, int]:
+    """Return the stamps of the kernel, since 1970, and of the interface, on its own clock [ns]; 0: none."""
+    for level, kind, data in told:
+        if (level, kind) == (socket.SOL_SOCKET, SO_TIMESTAMPING) and len(data) >= STAMPS.size:
+            seconds, part, _, _, own_seconds, own_part = STAMPS.unpack_from(data)
+            return seconds * NS + part, own_seconds * NS + own_part
+    return 0, 0
 
 
 class Link(ABC):
@@ -30,6 +52,8 @@ class Link(ABC):
 
     is_datagram = False
     is_connection = False  # which is made anew when the device falls silent
+    arrived = 0  # [ns] when the last chunk reached this machine, on the monotonic clock; 0: not known
+    clock: SenderClock | None = None  # of the network interface, where it stamps
 
     @abstractmethod
     def fileno(self) -> int:
@@ -68,6 +92,10 @@ class _SocketLink(Link):
         self._socket = opened
         self.is_datagram = opened.type == socket.SOCK_DGRAM
         self.is_connection = not self.is_datagram
+        self._stamps = StampMap()
+        if self.is_datagram:  # what came in a stream at one time was not sent at one time
+            with contextlib.suppress(OSError):
+                opened.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPING, STAMPS_WANTED)
 
     def fileno(self) -> int:
         return self._socket.fileno()
@@ -84,12 +112,27 @@ class _SocketLink(Link):
 
     def read(self) -> bytes:
         try:
-            data = self._socket.recv(65536 if self.is_datagram else CHUNK)
+            data, told, _, _ = self._socket.recvmsg(65536 if self.is_datagram else CHUNK, STAMP_ROOM)
         except BlockingIOError:
             return b""
+        self.arrived = self._arrival(told)
         if not data and not self.is_datagram:
             raise ConnectionResetError(errno.ECONNRESET, "closed by the device")
         return data
+
+    def _arrival(self, told: Ancillary) -> int:
+        """Return when the kernel, or the interface itself, received what was read; 0: it does not say.
+
+        The clock of the interface is laid on ours by the quickest of its stamps: see :attr:`clock`.
+        """
+        kernel, hardware = stamps_of(told)
+        if not kernel:
+            return 0
+        arrival = self._stamps.to_monotonic(kernel / NS)
+        if not hardware:
+            return arrival
+        self.clock = self.clock or SenderClock()
+        return self.clock.hear(hardware, arrival)
 
     def _send(self, data: bytes) -> int:
         return self._socket.send(data)

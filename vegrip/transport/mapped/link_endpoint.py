@@ -67,26 +67,30 @@ class Device:
 
     def read(self, now: int) -> list[tuple[Frame, int]]:
         """Return the packets that have come, each with the time of its arrival [ns]."""
-        found: list[Frame] = []
+        found: list[tuple[Frame, int]] = []
         if self.link is None:
             return []
+        read = self.stream.datagram if self.link.is_datagram else self.stream.feed
+        is_known = True
         try:
             for _ in range(MOST_CHUNKS):
                 chunk = self.link.read()
                 if not chunk:
                     break
                 self.dialogue.hear(chunk, now)
-                found += (self.stream.datagram if self.link.is_datagram else self.stream.feed)(chunk, now)
+                at = self.link.arrived or now
+                is_known = is_known and self.link.arrived > 0
+                found += [(frame, at) for frame in read(chunk, at)]
                 if not self.link.is_datagram and len(found) > MOST_CHUNKS:
                     break
         except OSError:
             self._lose(now)
-        if not found:
-            return []
+        if not found or is_known:
+            return found
         spacing = min((now - self._arrived_at) // len(found), MOST_SPACING)
         self._arrived_at = now
         last = len(found) - 1
-        spread = ((frame, now - (last - place) * spacing) for place, frame in enumerate(found))
+        spread = ((frame, now - (last - place) * spacing) for place, (frame, _) in enumerate(found))
         return [(frame._replace(stamp=at) if frame.stamp == now else frame, at) for frame, at in spread]
 
     def talk(self, now: int) -> None:
@@ -210,8 +214,11 @@ class MappedLinkEndpoint(Endpoint):
 
     @property
     def clock(self) -> ClockEstimate | None:
-        """The clock of the first device against ours, None when it sends none."""
+        """The clock of the first device, or of the interface it is at, against ours; None: none is sent."""
         clocks = [clock for device in self._devices for clock in device.stream.clocks]
+        clocks += [
+            one.link.clock for one in self._devices if one.link is not None and one.link.clock is not None
+        ]
         return clocks[0].estimate() if clocks else None
 
     def receive(self, timeout: float) -> Sequence[Message]:
