@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Mapping
 
-from vegrip.messages import Message
+from vegrip.messages import Message, make_row
 from vegrip.transport.codec import CanCodec, Frame
 
 Service = Callable[[Frame], None]
@@ -56,21 +56,20 @@ class CanopenCodec:
 
     def decode(self, frame: Frame) -> Message | None:
         """Return the message that a PDO completes; hand any other frame to the services."""
-        identifier = self._identifier.get(frame.arbitration_id)
+        cob_id = frame.arbitration_id
+        identifier = self._identifier.get(cob_id)
         if identifier is None:
             self._service(frame)
             return None
-        if not self._hears(frame.arbitration_id):
-            return None
-        return self._codec.decode(Frame(identifier, frame.data, frame.fd, frame.stamp))
+        return self._codec.decode(frame, identifier) if self._hears(cob_id) else None
 
     def encode(self, message: Message) -> list[Frame]:
         """Return the PDOs of ``message`` that may be sent; messages without a PDO have none."""
         frames = [] if isinstance(message, self._without_pdo) else self._codec.encode(message)
         self._keep(message, frames)
-        cob_ids = [(self._cob_id.get(frame.arbitration_id), frame) for frame in frames]
-        return [
-            Frame(cob_id, frame.data, frame.fd, frame.stamp)
-            for cob_id, frame in cob_ids
-            if cob_id is not None and self._speaks(cob_id)
-        ]
+        sent: list[Frame] = []
+        for identifier, *rest in frames:
+            cob_id = self._cob_id.get(identifier)
+            if cob_id is not None and self._speaks(cob_id):
+                sent.append(make_row(Frame, (cob_id, *rest)))
+        return sent

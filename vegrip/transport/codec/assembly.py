@@ -1,7 +1,6 @@
 """Putting the parts of a message together: in order, of one cycle, or not at all."""
 
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 from vegrip.transport.codec.layout import Part
 from vegrip.transport.codec.members import Cells
@@ -12,8 +11,7 @@ WINDOW_NS: Final = 5_000_000
 frame comes back and a late part could pass for one of the present cycle (15 cycles are 7.5 ms at 2 kHz)."""
 
 
-@dataclass(frozen=True, slots=True)
-class Whole:
+class Whole(NamedTuple):
     """All cells of a message, its running number, and when its first part arrived."""
 
     cells: Cells

@@ -115,19 +115,24 @@ class CanCodec:
         finite, a finger or node that is not configured - gives no frame and is counted. A kind of message
         that is not told on CAN gives none either, and is not counted.
         """
-        encoder = self._encoders.get((type(message), _owner(message)))
-        if encoder is None and not message_set().messages[type(message)].on_can:
+        kind = type(message)
+        encoder = self._encoders.get((kind, _owner(message) if kind in OF_NODES else message.finger))
+        if encoder is None and not message_set().messages[kind].on_can:
             return []
         if encoder is None:
             self.clipped["finger"] += 1
             return []
         return encoder.encode(message)
 
-    def decode(self, frame: Frame) -> Message | None:
-        """Return the message that ``frame`` completes, None when there is none (yet)."""
-        decoder = self._decoders.get(frame.arbitration_id)
+    def decode(self, frame: Frame, known_as: int | None = None) -> Message | None:
+        """Return the message that ``frame`` completes, None when there is none (yet).
+
+        ``known_as`` is its identifier on a bus where it has another one.
+        """
+        identifier = frame.arbitration_id if known_as is None else known_as
+        decoder = self._decoders.get(identifier)
         if decoder is None:
-            self._refuse(self._faults.get(frame.arbitration_id, "unknown_id"))
+            self._refuse(self._faults.get(identifier, "unknown_id"))
             return None
         result = decoder.decode(frame)
         if isinstance(result, str):

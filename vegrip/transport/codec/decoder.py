@@ -1,9 +1,10 @@
 """One identifier -> the messages of its kind and finger."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Final
 
-from vegrip.messages import Message
+from vegrip.messages import Message, make_row
 from vegrip.transport.codec.assembly import Assembly, Whole
 from vegrip.transport.codec.encoder import MICROSECOND, TIME_MODULUS
 from vegrip.transport.codec.frame import Frame
@@ -51,7 +52,8 @@ class Decoder:
         self._identifier = identifier
         self._clock = clock if part.time is not None else None
         self._use_sender_time = (use_sender_time or clock is not None) and part.time is not None
-        self._make: Any = layout.schema.cls
+        kind = self.kind
+        self._make: Any = partial(make_row, kind) if issubclass(kind, tuple) else lambda row: kind(*row)
         self._check = part.profile.check
         self._unpack = part.packer.unpack
         self._fd, self._length, self._number = part.fd, part.length, part.number
@@ -71,14 +73,18 @@ class Decoder:
 
     def decode(self, frame: Frame) -> Message | str | None:
         """Return the completed message, None while parts are missing, or the name of the fault."""
-        fault = self._fault(frame)
-        if fault:
-            return fault
-        cells = self._unpack(frame.data)
+        _, data, fd, stamp = frame
+        if fd != self._fd:
+            return "layout"
+        if len(data) != self._length:
+            return "length"
+        if not self._check(data, self._identifier):
+            return "checksum"
+        cells = self._unpack(data)
         version, shift, mask, at, counter_shift, counter_mask = self._places
         if cells[version] >> shift & mask != self.version:
             return "version"
-        counter, stamp = cells[at] >> counter_shift & counter_mask, frame.stamp
+        counter = cells[at] >> counter_shift & counter_mask
         time = self._time(cells) if self._use_sender_time else 0
         if self._last is None:  # the only part: nothing to put together
             seq = self.assembly.sequence.advance(counter, stamp)
@@ -86,25 +92,16 @@ class Decoder:
         at, shift, mask = self._last
         last = cells[at] >> shift & mask == 1
         whole = self.assembly.put(self._number, counter, last, cells, stamp, time)
-        if isinstance(whole, Whole):
-            return self._message(whole.cells, whole.seq, whole.stamp, whole.time)
-        return whole
-
-    def _fault(self, frame: Frame) -> str:
-        if frame.fd != self._fd:
-            return "layout"
-        if len(frame.data) != self._length:
-            return "length"
-        return "" if self._check(frame.data, self._identifier) else "checksum"
+        return self._message(*whole) if isinstance(whole, Whole) else whole
 
     def _message(self, cells: Cells, seq: int, received: int, time: int) -> Message | str:
         values = self._layout.read(cells)
         if values is None:
             return "value"
-        stamp = self.stamp(received, time)
+        stamp = self.stamp(received, time) if self._use_sender_time else received
         if self._layout.relative:
             values = _absolute(values, self._layout.relative, stamp)
-        message: Message = self._make(stamp, self.owner, seq, *values)
+        message: Message = self._make((stamp, self.owner, seq, *values))
         return message
 
     def stamp(self, received: int, time: int) -> int:

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any, Final
 
+from vegrip.messages import make_row
 from vegrip.transport.codec.cells import Place, Raw
 from vegrip.transport.codec.convert import compiled
 from vegrip.transport.codec.frame import Frame
@@ -65,7 +66,7 @@ class _PartEncoder:
         self._part = part
         self.identifier = part.base + offset
         self._clipped = clipped
-        self._pack, self._protect = part.packer.pack, part.profile.protect
+        self._pack, self._protect, self._fd = part.packer.pack, part.profile.protect, part.fd
         self.row: Callable[[Any], list[Raw] | None] = self._compiled(version % part.version_modulus)
         """Returns the cells of this part, None when the message must not be sent."""
 
@@ -88,7 +89,8 @@ class _PartEncoder:
         """Pack and protect."""
         data = bytearray(self._pack(*row))
         self._protect(data, self.identifier)
-        return Frame(self.identifier, bytes(data), self._part.fd)
+        frame: Frame = make_row(Frame, (self.identifier, bytes(data), self._fd, 0))
+        return frame
 
     def _compiled(self, version: int) -> Any:
         part = self._part
@@ -105,7 +107,7 @@ class _PartEncoder:
         scope: dict[str, Any] = {"clip": self._clip}
         for i, slot in enumerate(part.slots):
             scope |= {f"g{i}": slot.get, f"w{i}": slot.convert.write}
-            lines.append(f" v{i} = {f'm.{slot.attribute}' if slot.attribute else f'g{i}(m)'}")
+            lines.append(f" v{i} = {slot.attribute or f'g{i}(m)'}")
             lines.append(f" r{i} = {slot.convert.writing(f'v{i}', f'w{i}')}")
             put(slot.place, f"r{i}")
         raws = "".join(f"r{i}, " for i in range(len(part.slots)))

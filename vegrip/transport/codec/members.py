@@ -61,19 +61,21 @@ def belongs(field: Field, name: str) -> bool:
 
 def getter(field: Field, name: str, names: tuple[str, ...]) -> Get:
     """Return the function that takes the value of the signal ``name``, one of ``names``, from a message."""
-    if field.kind == "time":
-        return lambda message: (getattr(message, field.name) - message.stamp) / NS
     if field.kind == "counts":
         return _count_of(field, name, names)
-    return attrgetter(attribute(field, name))
+    get: Get = compiled([f"def made(m): return {attribute(field, name)}"], {})
+    return get
 
 
 def attribute(field: Field, name: str) -> str:
-    """Return the attribute of a message that the signal ``name`` carries, "" when it takes a computation."""
-    if field.kind in ("time", "counts"):
+    """Return the text of what the signal ``name`` carries of a message ``m``, "" where there is none."""
+    if field.kind == "counts":
         return ""
+    if field.kind == "time":
+        return f"(m.{field.name} - m.stamp) / {NS}"
     suffix = name.removeprefix(field.name)
-    return f"{field.name}.{PARTS_OF_ESTIMATE[suffix]}" if field.kind == "estimate" else field.name
+    part = f".{PARTS_OF_ESTIMATE[suffix]}" if field.kind == "estimate" else ""
+    return f"m.{field.name}{part}"
 
 
 def reader(field: Field, places: Mapping[str, tuple[Place, Converter]]) -> Read:

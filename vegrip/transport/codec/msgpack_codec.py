@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import msgpack
 
-from vegrip.messages import FingertipState, Message
+from vegrip.messages import FingertipState, Message, make_row
 from vegrip.transport.codec.fields import Fields
 from vegrip.transport.codec.packing import MSGPACK_LIMITS, SEQUENCE_MODULUS, RefusedError
 from vegrip.transport.codec.protection import P04, P04_COUNTER, P04_HEADER, P04_LIMIT
@@ -71,6 +71,7 @@ class MsgpackCodec:
         self.clipped: Counter[str] = Counter()
         self._use_sender_time = use_sender_time
         self._version = message_set().version
+        self._packed = msgpack.Packer().pack
         self._fields = {s.cls: Fields(s) for s in message_set().messages.values()}
         self._streams = Streams(frozenset(fingers or ()), SEQUENCE_MODULUS)
 
@@ -98,7 +99,8 @@ class MsgpackCodec:
         body = fields.pack(message, self._version, self.clipped)
         if body is None:
             return None
-        data = bytearray(P04_HEADER) + msgpack.packb(body)
+        data = bytearray(P04_HEADER)
+        data += self._packed(body)
         if len(data) > P04_LIMIT:
             self.clipped["size"] += 1
             return None
@@ -143,7 +145,8 @@ class MsgpackCodec:
             raise RefusedError("counter")
         if not self._use_sender_time:
             fields.restamp(row, stamp)
-        message: Message = route.schema.cls(*row)
+        cls: Any = route.schema.cls
+        message: Message = make_row(cls, row) if issubclass(cls, tuple) else cls(*row)
         return message
 
     def _body(self, payload: bytes, route: Route) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import Any, Final
 
 from vegrip.messages import Estimate
@@ -119,9 +120,14 @@ def _text(item: Any) -> str:
 
 
 def _name(item: Any) -> str:
-    if not NAME.fullmatch(_text(item)):
+    if not _is_name(_text(item)):
         raise RefusedError("value")
     return str(item)
+
+
+@lru_cache(maxsize=256)
+def _is_name(text: str) -> bool:
+    return NAME.fullmatch(text) is not None
 
 
 def _estimate(item: Any) -> Estimate:
