@@ -7,6 +7,7 @@ from types import ModuleType
 import pytest
 
 from vegrip.cli import COMMANDS
+from vegrip.transport.mapped import products
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -20,6 +21,7 @@ def load(path: Path) -> ModuleType:
 
 check = load(DOCS / "site" / "check.py")
 english = load(DOCS / "english.py")
+product_pages = load(DOCS / "site" / "product_pages.py")
 command_pages = load(DOCS / "site" / "command_pages.py")
 
 
@@ -115,3 +117,18 @@ def test_a_newcomers_words_lead_to_a_page(words: str) -> None:
     pages = {page.name: page.read_text("utf-8").lower() for page in DOCS.glob("*.md")}
     found = {name for name, text in pages.items() if all(word in text for word in words.split())}
     assert found & {"install.md", "recordings.md"}
+
+
+def test_each_product_has_a_page_that_says_how_far_it_is_verified() -> None:
+    nav = (DOCS.parent / "mkdocs.yml").read_text()
+    pages = dict(product_pages.pages())
+    assert set(pages) == {"index.md", *(f"{name}.md" for name in products.names())}
+    for name in products.names():
+        told, page = products.about(name), pages[f"{name}.md"]
+        assert f"reference/products/{name}.md" in nav
+        assert f"({name}.md)" in pages["index.md"]
+        assert told["source"] in page
+        assert (told["checked_against"] or "from its source alone") in page
+        assert "Nobody has reported yet" in page
+        assert all(f"`{key}`" in page for key in told["to_measure"])
+        assert "drive_" not in page

@@ -39,6 +39,7 @@ class Product:
 
     path: Path  # of the map as the virtual device speaks it
     plan: Plan
+    name: str
     latency: float  # [s] of the device
 
     @property
@@ -89,7 +90,7 @@ class Product:
         told = [f"over {hand.transport['kind']}", f"{hand.rate:g} states/s" if hand.rate else ""]
         told.append(f"asked {len(hand.device.poll)} ways" if hand.device.poll else "sending by itself")
         told.append(f"answers after {1e3 * self.latency:g} ms")
-        return f"{hand.product.get('name', self.path.stem)}: {', '.join(one for one in told if one)}"
+        return f"{self.name}: {', '.join(one for one in told if one)}"
 
 
 def open_product(name: str, folder: Path) -> Product:
@@ -106,7 +107,7 @@ def open_product(name: str, folder: Path) -> Product:
     plan, text = checked(virtual_text(source), path, [])
     folder.mkdir(parents=True, exist_ok=True)
     write_whole(path, text)
-    return Product(path, plan, float(latency))
+    return Product(path, plan, plan.hand.product.get("name", source.stem), float(latency))
 
 
 class CopyingEndpoint(Endpoint):

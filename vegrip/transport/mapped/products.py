@@ -1,5 +1,6 @@
 """The maps in the box: products whose bytes are public, one file each in ``maps``."""
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -57,11 +58,11 @@ def about(name: str) -> dict[str, Any]:
     }
 
 
-def virtual_text(path: Path) -> str:
+def virtual_text(path: Path, *, has_drive: bool = True) -> str:
     """Return the map at ``path`` as its virtual device speaks it.
 
-    What is still to be measured has the values of its ``[product.virtual]``. A sensor without commands is
-    given a drive: a packet ``drive_FINGER`` each, with a force in it.
+    What is still to be measured has the values of its ``[product.virtual]``. With ``has_drive`` a sensor
+    without commands is given a drive: a packet ``drive_FINGER`` each, with a force in it.
 
     Raises:
         ConfigError: a CAN database without a command.
@@ -69,8 +70,7 @@ def virtual_text(path: Path) -> str:
     """
     text = path.read_text(encoding="utf-8")
     table = parse_toml(text)
-    fingers = table["fingers"]
-    shared = fingers.get(ALL, {})
+    shared = table["fingers"].get(ALL, {})
     said: list[tuple[list[str], Any]] = []
     for name, value in table.get("product", {}).get("virtual", {}).items():
         channel, _, key = name.partition(".")
@@ -78,17 +78,25 @@ def virtual_text(path: Path) -> str:
             said.append((["fingers", ALL, channel, key], value))
     if "database" in table:
         said.append((["database"], str(path.parent.absolute() / table["database"])))
-    if not any("command" in keys for keys in fingers.values()):
+    if has_drive and not any("command" in keys for keys in table["fingers"].values()):
         if "packets" not in table:
             raise ConfigError(f"{path}: no command is mapped, so its virtual device holds nothing")
-        on_can = any("identifier" in packet for packet in table["packets"].values())
-        offset = table.get("device", {}).get("offset", 0)
-        for number, finger in enumerate(name for name in fingers if name != ALL):
-            packet = ["packets", f"drive_{finger}"]
-            first, known = (0, ("identifier", DRIVE + number - offset)) if on_can else (
-                4, ("start", f"D5 F0 4C {number:02X}")
-            )  # fmt: skip
-            said += [([*packet, known[0]], known[1]), ([*packet, "length"], first + 4)]
-            said += [([*packet, "fields", "force"], f"f32 le @{first} * 1 N")]
-        said += [(["fingers", ALL, "command", "signal"], "drive_{finger}.force")]
+        said += _drive(table)
     return changed_text(text, said)
+
+
+def _drive(table: Mapping[str, Any]) -> Iterator[tuple[list[str], Any]]:
+    """Yield what gives each finger a packet with a force."""
+    on_can = any("identifier" in packet for packet in table["packets"].values())
+    offset = table.get("device", {}).get("offset", 0)
+    for number, finger in enumerate(name for name in table["fingers"] if name != ALL):
+        packet = ["packets", f"drive_{finger}"]
+        first = 0 if on_can else 4
+        yield (
+            ([*packet, "identifier"], DRIVE + number - offset)
+            if on_can
+            else ([*packet, "start"], f"D5 F0 4C {number:02X}")
+        )
+        yield [*packet, "length"], first + 4
+        yield [*packet, "fields", "force"], f"f32 le @{first} * 1 N"
+    yield ["fingers", ALL, "command", "signal"], "drive_{finger}.force"
