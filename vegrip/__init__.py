@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from vegrip.identification.recording import read_recording
     from vegrip.messages import (
         ContactEstimate,
+        DeviceReport,
         Estimate,
         FingertipState,
         ForceCommand,
@@ -40,6 +41,7 @@ _PLACES = {
     "ContactEstimator": "vegrip.estimator",
     "ContactModel": "vegrip.model",
     "ControlSettings": "vegrip.grip.settings",
+    "DeviceReport": "vegrip.messages",
     "Effect": "vegrip.effects",
     "Estimate": "vegrip.messages",
     "EstimatorSettings": "vegrip.estimator",
@@ -69,6 +71,7 @@ __all__ = [
     "ContactEstimator",
     "ContactModel",
     "ControlSettings",
+    "DeviceReport",
     "Effect",
     "Estimate",
     "EstimatorSettings",

@@ -241,6 +241,18 @@ class NodeStatus:
 
 
 @dataclass(frozen=True, slots=True)
+class DeviceReport:
+    """What a device itself says of its contact, to be put beside what is estimated here."""
+
+    stamp: int
+    finger: str
+    seq: int
+    slip_state: float = NAN  # its own code
+    friction: float = NAN  # [-] its estimate
+    grip_force: float = NAN  # [N] the normal force that it asks for
+
+
+@dataclass(frozen=True, slots=True)
 class GraspStatus:
     """How a grasp or release goes that was asked for; sent when its phase changes, and each second."""
 
@@ -262,6 +274,7 @@ Message = (
     | LearnedParameter
     | NodeStatus
     | GraspStatus
+    | DeviceReport
 )
 OF_NODES: Final = (NodeStatus, GraspStatus)
 """Messages of a whole node; the others are of a finger."""

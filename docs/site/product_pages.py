@@ -61,6 +61,7 @@ def _page(one: dict[str, Any]) -> Iterator[str]:
     yield f"| it is asked | {_counted(hand.device.poll, 'question')} |"
     yield f"| it is told first | {_counted(hand.device.opening, 'entry')} |"
     yield f"| its own zero | {'`vegrip zero`' if hand.device.zero else 'no command'} |"
+    yield f"| says of its contact | {', '.join(one['reports']) or 'nothing'} |"
     yield f"| commands | {one['commands'] or 'none is mapped'} |"
     yield f"| layout from | {one['source']} |"
     yield f"| compared with | {one['checked_against'] or 'nothing: from its source alone'} |\n"

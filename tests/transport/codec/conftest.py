@@ -18,6 +18,7 @@ from vegrip.messages import (
     Channel,
     Condition,
     ContactEstimate,
+    DeviceReport,
     Estimate,
     FingertipState,
     ForceCommand,
@@ -143,6 +144,7 @@ STRATEGIES: dict[type[Any], st.SearchStrategy[Any]] = {
         rejected=st.dictionaries(st.sampled_from(_refusals), st.integers(1, 65535)).map(_in_order),
         **dict.fromkeys(_names(NodeStatus, NAN), _quantities),
     ),
+    DeviceReport: _builds(DeviceReport, slip_state=_quantities, friction=_quantities, grip_force=_quantities),
     GraspStatus: _builds(
         GraspStatus,
         node=st.sampled_from(("grasp_force", "left")),

@@ -233,7 +233,7 @@ class Robotiq(Device):
 class Papillarray(Device):
     """Two sensors on a hub, a table of offsets in front."""
 
-    name = "contactile-papillarray"
+    name, friction = "contactile-papillarray", -1.0
 
     def hear(self, request, harm):
         self.zeros += b"z\n" in request
@@ -244,7 +244,7 @@ class Papillarray(Device):
         blocks = {
             1: struct.pack("<IQ", self.count, 1000 * self.count),
             4: struct.pack("<HHH", 2, 6, 32) + 2 * one,
-            6: struct.pack("<HHH", 2, 6, 17) + 2 * (b"\1\0\0" + struct.pack("<2f", -1, -1)),
+            6: struct.pack("<HHH", 2, 6, 17) + 2 * (b"\1\0\2" + struct.pack("<2f", self.friction, 3.5)),
         }
         table, body, begin = b"", b"", 1 + 4 * len(blocks)
         for kind, block in blocks.items():

@@ -9,6 +9,7 @@ from devices import CAN_DEVICES, DEVICES, NORMAL, TORQUE, Hex, Papillarray, Paxi
 
 from vegrip.clock import NS
 from vegrip.errors import ConfigError, DeviceError
+from vegrip.messages import DeviceReport, FingertipState
 from vegrip.transport.mapped import dialogue, link_endpoint
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.endpoints import MappedCanEndpoint
@@ -62,7 +63,7 @@ def pair(request, tmp_path):
 
 
 def check(states, fingers):
-    last = {state.finger: state for state in states}
+    last = {state.finger: state for state in states if isinstance(state, FingertipState)}
     assert set(last) == set(fingers)
     step = 0.06  # [N] half of the coarsest
     for state in last.values():
@@ -78,6 +79,7 @@ def test_a_device_is_opened_asked_and_read(pair):
     device, endpoint = pair
     states = until(device, endpoint, several)
     check(states, about(device.name)["fingers"])
+    states = [state for state in states if isinstance(state, FingertipState)]
     assert all(after.stamp >= before.stamp for before, after in zip(states, states[5:], strict=False))
     assert not endpoint.rejected.keys() & {"link_lost", "bad_checksum", "unsent"}
 
@@ -123,6 +125,25 @@ def test_a_device_takes_its_own_zero_when_told_to(pair):
     until(device, endpoint, lambda _: device.zeros == 1)
     until(device, endpoint, several)
     assert device.zeros == 1
+
+
+@pytest.mark.parametrize("pair", [Papillarray], indirect=True, ids=lambda one: one.name)
+def test_what_a_device_says_of_its_contact_comes_beside_its_states(pair):
+    device, endpoint = pair
+
+    def reports(found):
+        return [one for one in found if isinstance(one, DeviceReport)]
+
+    first = reports(until(device, endpoint, reports))
+    assert all(math.isnan(one.friction) for one in first)  # -1 is none
+    device.friction = 0.75
+    found = until(device, endpoint, lambda found: len(reports(found)) > 6)
+    assert {one.finger for one in reports(found)} == {"first", "second"}
+    last = reports(found)[-1]
+    assert (last.slip_state, last.friction, last.grip_force) == (2.0, 0.75, 3.5)
+    states = [one for one in found if isinstance(one, FingertipState)]
+    assert len(reports(found)) < len(states)
+    assert all(math.isnan(one.slip) for one in states)  # nothing rests on it
 
 
 @pytest.mark.parametrize("pair", [Paxini], indirect=True, ids=lambda one: one.name)

@@ -43,6 +43,7 @@ from vegrip.identification.recording.table_file import BUFFERED_ROWS, TableFile
 from vegrip.messages import (
     OF_NODES,
     ContactEstimate,
+    DeviceReport,
     Estimate,
     FingertipState,
     ForceCommand,
@@ -62,6 +63,7 @@ FILE_OF_MESSAGE: Final[dict[type[Message], str]] = {
     ForceCommand: "force_command.csv",
     ModelHealth: "model_health.csv",
     LearnedParameter: "learned.csv",
+    DeviceReport: "device.csv",
     NodeStatus: "diagnostics.csv",
     GraspStatus: "grasp.csv",
 }

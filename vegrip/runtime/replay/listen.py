@@ -7,7 +7,7 @@ from typing import Any
 
 from vegrip.errors import DeviceError
 from vegrip.identification.recording.writer import RecordingWriter
-from vegrip.messages import FingertipState
+from vegrip.messages import DeviceReport, FingertipState
 from vegrip.runtime.registry import Entry, ask
 from vegrip.runtime.telemetry_socket import TelemetryReader
 
@@ -33,10 +33,9 @@ def record_node(
     try:
         while not should_stop() and not (0.0 < duration <= time.monotonic() - begin):
             for _, _, direction, message in reader.read(WAIT_S):
-                is_state = isinstance(message, FingertipState)
-                if is_state or direction == "out":
+                if direction == "out" or isinstance(message, (FingertipState, DeviceReport)):
                     writer.write(message)
-                    states += is_state
+                    states += isinstance(message, FingertipState)
             writer.flush()
             passed = time.monotonic() - begin
             report(f"{states} states in {passed:.0f} s")

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from vegrip.clock import NS
-from vegrip.messages import FingertipState, ForceCommand, Message
+from vegrip.messages import DeviceReport, FingertipState, ForceCommand, Message
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.sequence import Sequence as Counted
 from vegrip.transport.mapped.bodies import bodies_of, parse_path
@@ -25,10 +25,12 @@ from vegrip.transport.mapped.compiled import (
 )
 from vegrip.transport.mapped.database import ForeignMessage
 from vegrip.transport.mapped.dialogue import Dialogue, Step
-from vegrip.transport.mapped.plan import NOT_YET, FingerPlan, Plan, Slot
+from vegrip.transport.mapped.plan import NOT_YET, ChannelPlan, FingerPlan, Plan, Slot
+from vegrip.transport.mapped.schema import REPORTED
 
 MAX_MESSAGE_BYTES: Final = 65_536  # [bytes] on a network
 MODULUS: Final = 1 << 32
+REPORT_PERIOD: Final = NS // 50  # [ns] as ControlSettings.report_period
 
 
 class FingerStates:
@@ -132,6 +134,28 @@ class ForeignHand(ABC):
             for finger in plan.fingers
         }
         self._sequences: list[Counted] = []
+        self._reporting = {
+            finger.name: [finger.channels.get(name) for name in REPORTED]
+            for finger in plan.fingers
+            if not finger.channels.keys().isdisjoint(REPORTED)
+        }
+        self._report_due = NOT_YET
+        self._report_count = 0
+
+    def add_reports(self, messages: list[Message], arrivals: list[int], now: int) -> None:
+        """Put what the device says of its contacts behind its states, as often as our own is told."""
+        if not (messages and self._reporting and now >= self._report_due):
+            return
+        self._report_due = now + REPORT_PERIOD
+        for finger, channels in self._reporting.items():
+            values = [math.nan if one is None else self._value(one) for one in channels]
+            if not all(map(math.isnan, values)):
+                messages.append(DeviceReport(now, finger, self._report_count, *values))
+                arrivals.append(now)
+        self._report_count += 1
+
+    def _value(self, channel: ChannelPlan) -> float:
+        return channel.constant + sum(self._slots[number] for number in channel.slots)
 
     @abstractmethod
     def _counting(self, name: str, scope: dict[str, Any]) -> tuple[list[str], int]:

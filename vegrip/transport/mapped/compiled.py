@@ -15,7 +15,7 @@ from typing import Any, Final
 from vegrip.messages import FingertipState, make_row
 from vegrip.transport.mapped.database import ForeignMessage, Signal
 from vegrip.transport.mapped.plan import UNITY, VECTORS, ChannelPlan, FingerPlan, Slot
-from vegrip.transport.mapped.schema import POLAR
+from vegrip.transport.mapped.schema import POLAR, REPORTED
 
 Slots = list[float]
 Read = Callable[[bytes, Slots], tuple[int, ...]]
@@ -112,6 +112,8 @@ def compile_builder(finger: FingerPlan) -> Build:
     scope |= {"row": make_row, "State": FingertipState}
     present: set[str] = set()
     for name, channel in finger.channels.items():
+        if name in REPORTED:
+            continue
         lines += _channel(f"c_{name}", channel, scope)
         present.add(name)
     if present >= POLAR:

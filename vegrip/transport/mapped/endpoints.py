@@ -10,7 +10,7 @@ import zmq
 
 from vegrip.clock import NS
 from vegrip.errors import ConfigError
-from vegrip.messages import FingertipState, Message
+from vegrip.messages import Message
 from vegrip.transport.can_endpoint import MOST_FRAMES, CanEndpoint, Open
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec.frame import EXTENDED
@@ -59,7 +59,7 @@ class MappedCanEndpoint(CanEndpoint):
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a state, then take what is there; repeat commands that are due."""
         deadline = time.monotonic() + timeout
-        messages: list[FingertipState] = []
+        messages: list[Message] = []
         arrivals: list[int] = []
         self._repeat()
         for _ in range(MOST_FRAMES):
@@ -73,6 +73,7 @@ class MappedCanEndpoint(CanEndpoint):
         if messages and not self._was_heard:
             self._was_heard = True
             self._bring_only_its_own()
+        self._mapped.add_reports(messages, arrivals, time.monotonic_ns())
         self.arrivals = arrivals
         return messages
 

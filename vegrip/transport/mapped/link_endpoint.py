@@ -240,6 +240,7 @@ class MappedLinkEndpoint(Endpoint):
             if messages or now >= deadline:
                 break
         self._say(time.monotonic_ns())
+        self._codec.add_reports(messages, arrivals, now)
         self.arrivals = arrivals
         return messages
 

@@ -18,6 +18,7 @@ from vegrip.transport.mapped.database import Database, ForeignMessage, Signal, e
 from vegrip.transport.mapped.packets import packet_database
 from vegrip.transport.mapped.schema import (
     POLAR,
+    REPORTED,
     FingerMap,
     HandMap,
     MessageMap,
@@ -203,7 +204,7 @@ class _Maker:
             self._slot(each, scale * weight, 0.0, where, raw=source.raw, invalid=source.invalid)
             for each, weight in zip(source.names, weights, strict=True)
         ]
-        gated = not source.zero_is_measured and name != "tangential_direction"
+        gated = not source.zero_is_measured and name not in ("tangential_direction", *REPORTED)
         return ChannelPlan(tuple(slots), offset, _table(name, source, where), source.above, gated=gated)
 
     def _taxels(

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from vegrip.config import parse_toml, read_toml
 from vegrip.errors import ConfigError, InputError, suggestion
-from vegrip.transport.mapped.schema import ALL, POLAR, UNKNOWN
+from vegrip.transport.mapped.schema import ALL, POLAR, REPORTED, UNKNOWN
 from vegrip.transport.mapped.writer import changed_text
 
 FOLDER: Final = Path(__file__).parent / "maps"
@@ -35,7 +35,7 @@ def about(name: str) -> dict[str, Any]:
     """Return what is known of a product, for ``vegrip connect --list``."""
     table = read_toml(map_of(name))
     product, keys = table["product"], table["fingers"][ALL]
-    channels = set(keys) - {"command", "taxels"} - POLAR
+    channels = set(keys) - {"command", "taxels", *REPORTED} - POLAR
     channels |= {"normal_force"} if "taxels" in keys else set()
     channels |= {"tangential_force_x", "tangential_force_y"} if set(keys) >= POLAR else set()
     return {
@@ -55,6 +55,7 @@ def about(name: str) -> dict[str, Any]:
             for key, value in each.items()
             if value == UNKNOWN
         ],
+        "reports": [name.removeprefix("device_") for name in REPORTED if name in keys],
     }
 
 

@@ -47,6 +47,8 @@ FORMATS: Final = ("json", "msgpack", "protobuf")
 SILENCE: Final = ("holds", "opens", "unknown")
 UNKNOWN: Final = "?"  # a value that is to be measured
 POLAR: Final = frozenset({"tangential_magnitude", "tangential_direction"})
+REPORTED: Final = ("device_slip_state", "device_friction", "device_grip_force")
+"""The channels of a DeviceReport, in the order of its values."""
 ALL: Final = "*"  # the finger whose keys hold for all
 COMMAND_KINDS: Final = ("force", "increment", "position", "current")
 

@@ -20,9 +20,13 @@ SI: Final = {
     "slip": "",
     "slip_speed": "m/s",
     "contact_radius": "m",
+    "device_slip_state": "",
+    "device_friction": "",
+    "device_grip_force": "N",
 }
 """The unit of each channel; torque_x and torque_y only serve to turn the frame, and magnitude and
-direction (from our x towards our y) only to make the tangential forces x and y."""
+direction (from our x towards our y) only to make the tangential forces x and y. What begins with device_ is
+what a device says of its contact itself: it is reported beside ours, and nothing rests on it."""
 
 SPELLINGS: Final = {
     spelling: unit

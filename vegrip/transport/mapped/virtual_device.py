@@ -266,7 +266,8 @@ class VirtualDevice:
         """Write ``value`` to a slot; return what can be read there, and whether it is beyond its range."""
         slot = self._plan.slots[number]
         if slot.place is None or not math.isfinite(value):
-            self._raws[number] = slot.invalid[0] if slot.invalid else 0
+            unknown = slot.invalid[0] if slot.invalid else 0
+            self._raws[number] = 0 if slot.place is None else rounding(slot.place, raw=True)(unknown)[0]
             self._held[number] = math.nan
             return 0.0, False
         steps = (value - slot.offset) / slot.scale
