@@ -19,7 +19,7 @@ from vegrip.clock import SimulatedClock
 from vegrip.grip.controller import GripController
 from vegrip.grip.node import GraspForce
 from vegrip.grip.policies import POLICIES
-from vegrip.messages import Condition, ContactEstimate, ForceCommand, Message, NodeStatus
+from vegrip.messages import OF_NODES, Condition, ContactEstimate, ForceCommand, Message
 from vegrip.runtime.replay.run import RecordedBus
 from vegrip.runtime.runner import LoopSettings, Runner
 
@@ -58,7 +58,7 @@ class Answers:
         if isinstance(message, ForceCommand):
             self.forces.append(message.normal_force)
             self.commands.setdefault(message.finger, []).append(f"{at // US} {text(message)}")
-        elif not isinstance(message, NodeStatus):
+        elif not isinstance(message, OF_NODES):
             if isinstance(message, ContactEstimate):
                 self.friction = message.friction_coefficient.value
             stream = f"{type(message).__name__} {message.finger}"

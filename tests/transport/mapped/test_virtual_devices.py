@@ -13,7 +13,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hands import PLAIN_DBC, PLAIN_MAP, written
+from hands import PLAIN_DBC, PLAIN_MAP, seeded, written
 
 from vegrip.clock import NS
 from vegrip.demo.product import open_product
@@ -150,29 +150,23 @@ def test_what_a_device_sends_is_what_it_feels_to_its_resolution(product, monkeyp
     assert not wire.faults.keys() - {"resync"}  # what was an answer to the opening is no packet
 
 
-def test_an_object_is_held_through_a_cut_cable_a_wrong_length_and_a_reset(product, monkeypatch):
-    wire = Wire(product, monkeypatch)
-    scenario = product.scenario(seed=1, duration=5.0)
+def hold(product, wire, seconds, disturb):
+    """Hold an object for so long; return the hand, what was commanded, and when which finger was heard."""
+    scenario = product.scenario(seed=1, duration=seconds)
     node = candidates.make_node(product.parameters(scenario), product.fingers)
     node.configure()
     node.activate()
     hand = VirtualHand(scenario.settings, scenario.seed)
     hand.epoch = wire.now
     asked, heard = dict.fromkeys(hand.fingers, math.nan), []
-    is_reset = False
-    while hand.time < 5.0:
+    while hand.time < seconds:
         wire.now = hand.epoch + round((hand.time + PERIOD) * NS)
-        t = hand.time
-        wire.is_cut = 1.5 < t < 1.8
-        wire.harm = (lambda data: data[:-1]) if 2.3 < t < 2.6 else (lambda data: data)
-        if t > 3.2 and not is_reset:
-            is_reset = True
-            wire.device.reset()
+        disturb(hand.time)
         for sample in hand.advance(PERIOD, np.array(list(asked.values()))):
             for state in sample.states(hand.fingers):
                 wire.device.sense(state)
         states = wire.exchange()
-        heard += [(t, state.finger) for state in states]
+        heard += [(hand.time, state.finger) for state in states]
         answers = [answer for state in states for answer in node.on_message(state, wire.now)]
         for answer in (*answers, *node.on_tick(wire.now)):
             if isinstance(answer, ForceCommand):
@@ -180,13 +174,60 @@ def test_an_object_is_held_through_a_cut_cable_a_wrong_length_and_a_reset(produc
         asked |= dict(wire.device.taken())
     assert not hand.dropped
     assert hand.slips == 0
+    assert all(force > 0.3 for finger, force in asked.items() if finger in product.fingers)
+    return heard
+
+
+def unharmed(data):
+    return data
+
+
+def test_an_object_is_held_through_a_cut_cable_a_wrong_length_and_a_reset(product, monkeypatch):
+    wire = Wire(product, monkeypatch)
+
+    def disturb(t):
+        wire.is_cut = 1.5 < t < 1.8
+        wire.harm = (lambda data: data[:-1]) if 2.3 < t < 2.6 else unharmed
+        if 3.2 < t < 3.2 + PERIOD:
+            wire.device.reset()
+
+    heard = hold(product, wire, 5.0, disturb)
     assert wire.faults
     for begin, end in ((1.0, 1.5), (2.1, 2.3), (2.9, 3.2), (4.4, 5.0)):  # before, between and after
-        assert {finger for t, finger in heard if begin < t < end} == set(product.fingers), (
-            begin,
-            wire.faults,
-        )
-    assert all(force > 0.3 for finger, force in asked.items() if finger in product.fingers)
+        came = {finger for t, finger in heard if begin < t < end}
+        assert came == set(product.fingers), (begin, wire.faults)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "product", ["bota-sensone", "onrobot-hex", "tesollo-dg5f", "dexhand021"], indirect=True
+)
+def test_the_grip_is_unharmed_by_twenty_faults_of_the_stream_a_minute(product, monkeypatch):
+    wire, drawn = Wire(product, monkeypatch), seeded(7)
+    seconds = float(os.environ.get("VEGRIP_STREAM_FAULTS_S", "60"))
+    kinds = {
+        "cut": unharmed,
+        "shorter": lambda data: data[:-1],
+        "longer": lambda data: data + b"\0",
+        "merged": lambda data: data[: len(data) // 2] + data,
+        "noise": lambda data: drawn.randbytes(len(data)),
+        "a bit": lambda data: data[:-1] + bytes([data[-1] ^ 1 << drawn.randrange(8)]),
+        "reset": unharmed,
+    }
+    faults = sorted(
+        (drawn.uniform(1.5, seconds - 1.0), drawn.uniform(0.02, 0.3), drawn.choice(list(kinds)))
+        for _ in range(round(seconds / 3.0))
+    )
+
+    def disturb(t):
+        acting = [kind for begin, length, kind in faults if begin < t < begin + length]
+        wire.is_cut, wire.harm = "cut" in acting, kinds[acting[0]] if acting else unharmed
+        if "reset" in acting:
+            wire.device.reset()
+
+    heard = hold(product, wire, seconds, disturb)
+    assert wire.faults
+    assert {finger for t, finger in heard if t > seconds - 1.0} == set(product.fingers)
 
 
 @pytest.mark.parametrize("name", ["onrobot-hex", "tesollo-dg5f", "bota-sensone", "dexhand021"])

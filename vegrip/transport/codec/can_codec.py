@@ -116,7 +116,9 @@ class CanCodec:
         that is not told on CAN gives none either, and is not counted.
         """
         kind = type(message)
-        encoder = self._encoders.get((kind, _owner(message) if kind in OF_NODES else message.finger))
+        # a node is known without its namespace: on CAN the number of the hand is that
+        owner = message.node.rpartition("/")[2] if isinstance(message, OF_NODES) else message.finger
+        encoder = self._encoders.get((kind, owner))
         if encoder is None and not message_set().messages[kind].on_can:
             return []
         if encoder is None:
@@ -192,11 +194,6 @@ def _faults(plan: Layouts, hand: int, fd: bool) -> dict[int, str]:
                 first = part.base + other * plan.hand_stride
                 faults |= dict.fromkeys(range(first, first + plan.fingers * plan.finger_stride), name)
     return faults
-
-
-def _owner(message: Message) -> str:
-    """Return the name of the finger, or of the node without its namespace: on CAN the hand number is that."""
-    return message.node.rpartition("/")[2] if isinstance(message, OF_NODES) else message.finger
 
 
 def _names(what: str, names: Sequence[str], limit: int) -> tuple[str, ...]:
