@@ -41,6 +41,7 @@ from vegrip.transport.mapped.writer import changed_text
 
 PACKETS = 10_000
 DIFFERS = 4
+PAUSE = 0.002  # [s] between packets to bota-driver
 Values = tuple[float, ...]
 Read = Callable[[bytes], list[Values]]
 
@@ -341,14 +342,15 @@ def bota(site: str, seconds: float) -> bool:
     tty.setraw(port)
     os.set_blocking(device, False)  # what the driver does not read is lost
     environment = {**os.environ, "PYTHONPATH": site}
+    said = tempfile.TemporaryFile("w+")  # noqa: SIM115 (a pipe that is not read meanwhile would stop the driver)
     driver = subprocess.Popen(
-        [sys.executable, "-c", BOTA, os.ttyname(port)], stdout=subprocess.PIPE, text=True, env=environment
+        [sys.executable, "-c", BOTA, os.ttyname(port)], stdout=said, text=True, env=environment
     )
     ours: dict[int, Values] = {}
     line, streams, sent, begun = b"", False, 0, time.monotonic()
     asked: list[str] = []
     while time.monotonic() - begun < seconds and driver.poll() is None:
-        if select.select([device], [], [], 0.0048)[0]:
+        if select.select([device], [], [], PAUSE)[0]:
             line += os.read(device, 256)
             *lines, line = line.split(b"\n")
             for one in lines:
@@ -371,7 +373,9 @@ def bota(site: str, seconds: float) -> bool:
         with contextlib.suppress(BlockingIOError):
             os.write(device, packet)
     driver.kill()
-    printed, _ = driver.communicate()
+    driver.wait()
+    said.seek(0)
+    printed = said.read()
     theirs = [json.loads(each) for each in re.findall(r"^FRAME (\[[^\[\]]*\])$", printed, flags=re.M)]
     wrong = 0
     for stamp_, fx, fy, fz, _mx, _my, mz, _temperature, _status in theirs:
@@ -399,7 +403,7 @@ def main() -> int:
     )
     parser.add_argument("--papillarray", type=Path, help="pts_protocol.py of langxin11/contactile_pts_lab")
     parser.add_argument(
-        "--seconds", type=float, default=60.0, help="for bota-driver, at 200 packets a second"
+        "--seconds", type=float, default=60.0, help="for bota-driver, at some 400 packets a second"
     )
     given = parser.parse_args()
     sys.path.append(given.site)
