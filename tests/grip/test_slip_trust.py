@@ -43,6 +43,7 @@ from vegrip.grip.slip_trust import (
     TRUST_PULL,
     TRUST_RATIO,
     TRUST_SIZE,
+    TRUST_TOLD,
     TRUST_TOP,
     TRUST_WAIT,
     begin_trust,
@@ -204,6 +205,41 @@ def test_a_slide_that_begins_with_a_fall_of_friction_ends_the_probe_though_n_has
     for _ in range(10):
         grasp.feel(4.0, 0.92 * 0.5)
     assert grasp.g[PROBE_SHIFT] == 0.0
+
+
+def test_a_fall_of_friction_while_n_falls_quickly_is_seen_at_once() -> None:
+    grasp = Grasp()
+    grasp.hold(1.0)
+    grasp.let_go_of()
+    lower(grasp, 0.75)
+    grasp.feel(0.85, 0.9 * 0.5)
+    assert grasp.g[PROBE_SHIFT] == 0.0
+
+
+@pytest.mark.parametrize(("late", "deaf"), [(0, False), (10, True)], ids=["in time", "50 ms late"])
+def test_a_channel_that_tells_a_torn_slide_when_the_grip_is_back_is_deaf(late: int, deaf: bool) -> None:
+    grasp = Grasp()
+    grasp.prove()
+    grasp.hold(0.5)
+    grasp.let_go_of()
+    for k in range(60):
+        slides = k < 4
+        grasp.feel(4.0 if slides else 6.0, 0.92 * 0.5 if slides else 0.5, float(k - late in range(4)))
+    assert (grasp.g[FELT_FLAG + FELT_WHY] == FELT_DEAF) == deaf
+
+
+def test_a_load_that_held_is_not_counted_twice() -> None:
+    """What was let go of is what the load has shown to hold, and so is what the estimate learns of it."""
+    grasp = Grasp()
+    grasp.let_go_of()
+    grasp.g[TRUST_KEPT] = 0.3
+    before = grasp.g[BELIEF_MEAN]
+    absorb_factor(grasp.g, 0, 10.0, 10.0 * (before + 0.2))
+    rise = grasp.g[BELIEF_MEAN] - before
+    grasp.feel(4.0, 0.5)
+    assert rise > 0.05
+    assert grasp.g[PROBE_SHIFT] == pytest.approx(0.5 - rise)
+    assert grasp.g[TRUST_KEPT] == pytest.approx(0.3 - rise)
 
 
 def test_a_load_that_fades_and_comes_back_is_no_slide_that_the_channel_missed() -> None:
@@ -375,14 +411,20 @@ def test_the_rise_that_noise_does_not_make_is_five_deviations_of_the_smoothed_su
     assert slip_trust.rise_of_slide(q, q, DT, noise) == math.inf
 
 
-def test_friction_has_torn_where_it_is_less_than_of_late_by_the_rise() -> None:
+def test_friction_has_torn_where_f_and_its_part_of_n_are_less_than_of_late_by_the_rise() -> None:
     q = Grasp().g
-    for below, torn in ((0.099, False), (0.101, True)):
+    q[TRUST_LOAD] = 2.0
+    for pull, force, torn in (
+        (0.099, 0.0, False),
+        (0.101, 0.0, True),
+        (0.101, -0.1, False),
+        (0.099, 0.1, False),
+    ):
         q[TRUST_RATIO] = 0.5
-        assert slip_trust.has_torn(q, 0.5 * math.exp(-below), 1e-9, 0.1) == torn
+        assert slip_trust.has_torn(q, 2.0 * math.exp(-pull), 4.0 * math.exp(force), 1e-9, 0.1) == torn
     q[TRUST_RATIO] = 0.5
     for _ in range(100):
-        slip_trust.has_torn(q, 0.2, 0.0005, 0.1)  # 50 ms
+        slip_trust.has_torn(q, 0.8, 4.0, 0.0005, 0.1)  # 50 ms
     assert q[TRUST_RATIO] == pytest.approx(0.2 + 0.3 / math.e)
 
 
@@ -415,18 +457,17 @@ def test_what_a_fall_has_held_is_kept_but_for_a_part_and_never_less_than_before(
     assert q[PROBE_SHIFT] == q[TRUST_KEPT] == 0.0
 
 
-@pytest.mark.parametrize("channel", [FELT_FLAG, FELT_FLAG + FELT_WIDTH, FELT_SPEED, FELT_SPEED + FELT_WIDTH])
-def test_a_slide_that_no_channel_told_makes_all_deaf_for_longer_each_time(channel: int) -> None:
+@pytest.mark.parametrize("finger", [0, 1])
+def test_a_slide_that_no_channel_told_makes_all_deaf_for_longer_each_time(finger: int) -> None:
     """What was told up to a tenth of a second before the fall, and since, is told of it."""
     q = Grasp().g
     places = [first + FELT_WIDTH * i for first in (FELT_FLAG, FELT_SPEED) for i in (0, 1)]
-    for at in places:
-        q[at + FELT_QUIET] = 9.0
+    q[TRUST_TOLD] = q[TRUST_TOLD + 1] = 9.0
     q[TRUST_PROOF] = 1.0
-    q[channel + FELT_QUIET] = 0.235
+    q[TRUST_TOLD + finger] = 0.235
     slip_trust.judge_slide(q, q)
-    assert (q[TRUST_MISSED], q[TRUST_PROOF], q[channel + FELT_OFF]) == (0.0, 1.0, 0.0)
-    q[channel + FELT_QUIET] = 0.245
+    assert (q[TRUST_MISSED], q[TRUST_PROOF], q[FELT_FLAG + FELT_OFF]) == (0.0, 1.0, 0.0)
+    q[TRUST_TOLD + finger] = 0.245
     for missed, lasts in ((1.0, 10.0), (2.0, 300.0), (3.0, 300.0)):
         slip_trust.judge_slide(q, q)
         assert (q[TRUST_MISSED], q[TRUST_PROOF]) == (missed, 0.0)

@@ -9,7 +9,7 @@ import pytest
 from .channels import FAULTS
 from .grasp import DELAY_S, DROPPED_M, SLID_M, Case, draw, run, without_a_channel
 from .plant import FORCE, Make, Plant
-from .verdict import breaches, excused
+from .verdict import breaches, excused, least_slide
 
 PINCH, HAND = Make(), Make(fingers=5)
 ALONE = Case(PINCH)
@@ -27,6 +27,22 @@ SILENT = {
     "frozen": replace(DIES, fault="frozen"),
     "a flag that died": replace(DIES, fault="dead-flag"),
     "half a second late": replace(DIES, fault="late-500"),
+    "a tenth of a second late, drives of 3 Hz": replace(
+        ALONE,
+        make=replace(PINCH, mu=0.606, load=1.79, drive=3.16, stiffness=2830.0, kinetic=0.9, seed=8550),
+        fault="late-100",
+        gain=0.88,
+        rises=12,
+        seed=8517,
+    ),
+    "later and later, drives of 5 Hz": replace(
+        ALONE,
+        make=replace(PINCH, fingers=4, mu=0.984, load=2.3, drive=5.12, stiffness=1467.0, seed=6882),
+        fault="ever-later",
+        gain=1.78,
+        rises=4,
+        seed=8377,
+    ),
     "deaf below 10 mm/s": replace(ALONE, fault="deaf-10"),
     "deaf below 2 mm/s, tangential force falls": replace(ALONE, fault="deaf-2", gain=0.4, gain_drifts=True),
     "swapped": replace(ALONE, fault="swapped"),
@@ -115,24 +131,6 @@ def test_the_plant_holds_by_coulombs_law(part: float, holds: bool) -> None:
         plant.advance(0.005, drives, (np.ones(5), np.ones(5)), load)
     assert plant.rows[0, FORCE] == pytest.approx(squeeze, rel=1e-3)
     assert (plant.slid.min() < 1e-6) == holds
-
-
-def least_slide(make: Make, felt: float) -> float:
-    """Return how far [m] an object at its limit slides when its load rises by half within 50 ms.
-
-    So late [s] as it is ``felt``, and no sooner, all fingers are commanded 15 N.
-    """
-    plant, began, load = Plant(make), math.inf, np.zeros((2, 2))
-    held = 1.05 * plant.least_squeeze(make.load, np.ones(make.fingers))
-    for k in range(400):
-        t = (k + 1) / 200.0
-        rises = min(t / 0.5, 1.0) + 0.5 * min(max((t - 1.0) / 0.05, 0.0), 1.0)
-        load = np.array([load[1], [0.0, -make.load * rises]])
-        squeeze = 15.0 if t >= began + felt else held
-        plant.advance(0.005, np.full(make.fingers, squeeze), (np.ones(make.fingers),) * 2, load)
-        if plant.slid.min() > 0.0 and t > 1.0:
-            began = min(began, t)
-    return float(plant.slid.min())
 
 
 def test_no_grip_holds_an_object_at_its_limit_within_the_law_when_its_load_rises_by_half() -> None:

@@ -11,10 +11,12 @@ and only
   slide that begins slowly passes the threshold of the flag first;
 * where u is known well: a light touch tells nothing;
 * where the channel was quiet before, so that one that says slip all the time teaches at most once;
-* where u is not far below what the finger held a moment ago: friction does not fall so fast.
+* where u is not below ``ONSET_BELOW`` of what the finger held a moment ago: else the grip is back, and the
+  channel late.
 
-It moves the belief by no more than a slip at ``ONSET_BOUND`` standard deviations would. What fails the last
-test is counted: a channel that goes on so is not believed any more.
+It moves the belief by no more than a slip at ``ONSET_BOUND`` standard deviations would. What lies below
+``ONSET_FAR``, where friction does not fall so fast, is counted: a channel that goes on so is not believed any
+more.
 
 Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, behind its sections.
 """
@@ -52,6 +54,7 @@ ONSET_CREEP = 1e-4  # [m/s] below which a slip speed, where it is measured, show
 ONSET_VAGUE = 0.1  # relative std of u beyond which nothing is learned
 ONSET_QUIET_TIME = 0.05  # [s] without slip before an onset
 ONSET_FAR = 0.6  # of what was held: friction does not fall below this within ONSET_FADING
+ONSET_BELOW = 0.8  # of the same, below which the slide is over, and tells nothing
 ONSET_FADING = 0.3  # [s]
 ONSET_BOUND = 2.5  # standard deviations
 ONSET_FAR_BELOW = 2.5  # as FAR_BELOW of the belief
@@ -73,7 +76,7 @@ def is_doubted(q: Numbers, i: int) -> bool:
 
 
 def has_taught(q: Numbers, i: int) -> bool:
-    """Return whether the slip that finger ``i`` tells has taught by its onset."""
+    """Return whether the slip that finger ``i`` tells has taught by its onset, or may not teach at all."""
     return q[ONSET_RUN + i] == ONSET_TAUGHT
 
 
@@ -149,10 +152,10 @@ def onset_length(g: Numbers, q: Numbers, i: int) -> float:
 
 def take_onset(g: Numbers, q: Numbers, i: int, ln_u: float, relative: float) -> None:
     """Measure ln mu of finger ``i`` by the load at which it began to slip."""
-    if math.exp(ln_u) < ONSET_FAR * q[ONSET_HELD + i]:
-        q[ONSET_DOUBTED + i] += 1.0
-        return
-    if is_doubted(q, i):
+    q[ONSET_RUN + i] = ONSET_TAUGHT
+    u, held = math.exp(ln_u), q[ONSET_HELD + i]
+    q[ONSET_DOUBTED + i] += 1.0 if u < ONSET_FAR * held else 0.0
+    if u < ONSET_BELOW * held or is_doubted(q, i):
         return
     noise = q[ONSET_NOISE] * q[ONSET_NOISE] + relative * relative
     widen_belief(g)
@@ -161,5 +164,4 @@ def take_onset(g: Numbers, q: Numbers, i: int, ln_u: float, relative: float) -> 
         add_common(g, q[ONSET_SHOCK] * q[ONSET_SHOCK])
     most = ONSET_BOUND * math.sqrt(believed_variance(g, i) + noise)
     measured = g[BELIEF_MEAN + i] + min(max(off, -most), most)
-    q[ONSET_RUN + i] = ONSET_TAUGHT
     absorb_factor(g, i, 1.0 / noise, measured / noise)

@@ -17,21 +17,23 @@ to slide.
 contacts hold, f stays as N is let go of; what one finger gives up the others take. When the object slides,
 f = mu N. So ``y = w ln N - ln f`` rises by 1 - w of the fall of ln N where it slides, and falls by w of it
 where it holds. A rise of y by ``TRUST_RISE``, or by ``TRUST_NOISE`` standard deviations of its noise, above
-its least of late ends the probe. So does a fall of f / N by as much within ``TRUST_TORN_TIME``: a contact
-that begins to slide may hold less than one that rests. A load that fades, which the grip follows, looks the
-same, but N falls more than ``TRUST_FADING`` times as far as f. Else every finger counts on no more than the
-prior for ``TRUST_HOLD``, and it was a slide
+its least of late ends the probe. A load that fades, which the grip follows, looks the same, but N falls more
+than ``TRUST_FADING`` times as far as f. Else every finger counts on no more than the prior for
+``TRUST_HOLD``. A fall of f / N by as much, below its largest within ``TRUST_TORN_TIME``, ends the probe as
+well: a contact that begins to slide may hold less than one that rests. It was a slide
 
 * if f comes back with N, ``TRUST_SEEN`` and the delay that felt slip is told to have after N is back at
   ``TRUST_MORE`` of what it was, within ``TRUST_JUDGED``,
-* and no finger has told slip since ``TRUST_BEFORE`` before.
+* and no finger has told slip since ``TRUST_BEFORE`` before, at ``TRUST_FAR`` or more of the utilisation that
+  has just held: a channel that is late tells it when the grip is back.
 
 Then the channels are deaf: what they have proven is void, and they are not used for ``TRUST_DEAF``, the next
 time for ``TRUST_DEAD``.
 
 A slide while N falls slowly would show too late: below ``TRUST_SLOW`` of ln N a second what was let go of is
 taken back. The quick fall before has shown no slide, so while felt slip is trusted no more is taken back than
-``TRUST_RETREAT``, then and when a load changes, until a finger slips.
+``TRUST_RETREAT``, then and when a load changes, until a finger slips. A load that holds also raises the
+belief; by so much less is let go of, lest it counts twice and the grip rests at the limit.
 
 A flag that tells slip again and again below ``TRUST_FAR`` of the utilisation that has just held contradicts
 the load, and is not used. What any flag has taught is void when it is found to contradict load or slip speed:
@@ -59,6 +61,7 @@ from vegrip.grip.felt_slip import (
     FELT_WHY,
     FELT_WIDTH,
     distrust,
+    shows_sliding,
 )
 from vegrip.grip.friction_belief import (
     BELIEF_FINGERS,
@@ -107,7 +110,9 @@ TRUST_VOID = TRUST_FALSE + BELIEF_MOST  # 1 where what it has taught is void, it
 TRUST_RIM = TRUST_VOID + BELIEF_MOST  # [s] for which it has slid by its slip speed alone
 TRUST_KEPT = TRUST_RIM + BELIEF_MOST  # of what it was let go of, what the load has shown to hold
 TRUST_CLEAN = TRUST_KEPT + BELIEF_MOST  # mean ln mu when no flag had told slip for a while
-TRUST_SIZE = TRUST_CLEAN + BELIEF_MOST
+TRUST_MEAN = TRUST_CLEAN + BELIEF_MOST  # mean ln mu at the last sample
+TRUST_TOLD = TRUST_MEAN + BELIEF_MOST  # [s] since it told slip where it may have slid
+TRUST_SIZE = TRUST_TOLD + BELIEF_MOST
 
 TRUST_LASTS = 60.0  # [s]
 TRUST_SILENCE = 0.5  # [s]
@@ -150,7 +155,7 @@ def begin_trust(g: Numbers, q: Numbers) -> None:
         q[TRUST_HELD + j] = 0.0
     q[TRUST_LEAST] = math.inf
     for i in range(BELIEF_MOST):
-        q[TRUST_PRIOR + i] = q[TRUST_CLEAN + i] = g[BELIEF_MEAN + i]
+        q[TRUST_PRIOR + i] = q[TRUST_CLEAN + i] = q[TRUST_MEAN + i] = g[BELIEF_MEAN + i]
         q[TRUST_SPREAD + i] = math.sqrt(believed_variance(g, i))
 
 
@@ -296,11 +301,15 @@ def follow_trust(
     q[TRUST_PROOF + i] = max(q[TRUST_PROOF + i] - dt, 0.0)
     watch_constant(g, q, i, speed)
     void_lies(g, q, i)
+    count_once(g, q, i)
     if not touching:
         q[TRUST_TOP + i] = q[TRUST_FORCE + i] = q[TRUST_PULL + i] = 0.0
     else:
         known = u if relative < ONSET_VAGUE else 0.0
         q[TRUST_FALSE + i] *= math.exp(-dt / TRUST_FALSE_TIME)
+        q[TRUST_TOLD + i] += dt
+        if (flag >= 0.5 or shows_sliding(q, speed)) and may_slide(q, i, known):
+            q[TRUST_TOLD + i] = 0.0
         if flag >= 0.5:
             hear_slide(q, i, known)
         q[TRUST_TOP + i] = max(known, q[TRUST_TOP + i] * math.exp(-dt / TRUST_TOP_TIME))
@@ -320,10 +329,15 @@ def hear_slide(q: Numbers, i: int, u: float) -> None:
     is_expected = q[PROBE_SHIFT + i] - q[TRUST_KEPT + i] > LEAST_PROBE and u >= TRUST_NEAR * top
     if is_expected and silent >= TRUST_SILENCE:
         q[TRUST_PROOF + i], q[TRUST_MISSED] = TRUST_LASTS, 0.0
-    if 0.0 < u < TRUST_FAR * top and silent > 0.0:
+    if u > 0.0 and silent > 0.0 and not may_slide(q, i, u):
         q[TRUST_FALSE + i] += 1.0
         if q[TRUST_FALSE + i] > TRUST_FALSE_MOST:
             distrust(q, flag, FELT_BY_LOAD, FELT_DISTRUST)
+
+
+def may_slide(q: Numbers, i: int, u: float) -> bool:
+    """Return whether finger ``i`` may have slid at ``u``: not far below what has just held it."""
+    return not u < TRUST_FAR * q[TRUST_TOP + i]
 
 
 def is_constant(q: Numbers, i: int) -> bool:
@@ -398,8 +412,10 @@ def watch_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> None:
         q[TRUST_FIRST] = q[TRUST_LATER] = max(force, 0.0)
         q[TRUST_RATIO] = 0.0
         return
-    if has_torn(q, pull / force, part, rise_of_slide(g, q, dt, noise)):
+    if has_torn(q, pull, force, part, rise_of_slide(g, q, dt, noise)):
+        q[TRUST_RATIO], q[TRUST_LEAST] = 0.0, math.inf
         take_back(g, q)
+        await_slip(q, pull)
         return
     if is_slow(q, force, part):
         keep_held(g, q)
@@ -414,8 +430,8 @@ def watch_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> None:
             take_back(g, q)
             q[PROBE_SINCE_SLIP], q[TRUST_LEAST] = 0.0, math.inf
             if math.log(q[TRUST_GRIP] / force) <= TRUST_FADING * math.log(q[TRUST_LOAD] / pull):
-                q[TRUST_HELD], q[TRUST_WAIT] = TRUST_HOLD, TRUST_JUDGED + q[FELT_DELAY]
-                q[TRUST_FELL] = q[TRUST_LOAD] - pull
+                q[TRUST_HELD] = TRUST_HOLD
+                await_slip(q, pull)
             return
         forgotten = 1.0
     if y <= q[TRUST_LEAST]:
@@ -426,6 +442,11 @@ def watch_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> None:
     q[TRUST_GRIP] += forgotten * (force - q[TRUST_GRIP])
 
 
+def await_slip(q: Numbers, pull: float) -> None:
+    """Wait for a channel to tell the slide in which f has fallen to ``pull`` [N]."""
+    q[TRUST_WAIT], q[TRUST_FELL] = TRUST_JUDGED + q[FELT_DELAY], q[TRUST_LOAD] - pull
+
+
 def is_slow(q: Numbers, force: float, dt: float) -> bool:
     """Return whether N, ``force`` [N] now, falls so slowly that its fall would not show a slide in time."""
     q[TRUST_LATER] += (1.0 - math.exp(-dt / TRUST_LATER_TIME)) * (force - q[TRUST_LATER])
@@ -433,10 +454,13 @@ def is_slow(q: Numbers, force: float, dt: float) -> bool:
     return force < TRUST_BEGUN * q[TRUST_FIRST] and rate < TRUST_SLOW
 
 
-def has_torn(q: Numbers, ratio: float, dt: float, rise: float) -> bool:
-    """Return whether f / N, now ``ratio``, has fallen at once, as friction may when a slide begins."""
-    q[TRUST_RATIO] += (1.0 - math.exp(-dt / TRUST_TORN_TIME)) * (ratio - q[TRUST_RATIO])
-    return ratio < q[TRUST_RATIO] * math.exp(-rise)
+def has_torn(q: Numbers, pull: float, force: float, dt: float, rise: float) -> bool:
+    """Return whether f, ``pull`` [N] now, has fallen at once, and more than N, as when a slide begins."""
+    ratio = pull / force
+    lagging = q[TRUST_RATIO] + (1.0 - math.exp(-dt / TRUST_TORN_TIME)) * (ratio - q[TRUST_RATIO])
+    q[TRUST_RATIO] = max(ratio, lagging)
+    least = math.exp(-rise)
+    return ratio < least * q[TRUST_RATIO] and pull < least * q[TRUST_LOAD]
 
 
 def take_back(g: Numbers, q: Numbers) -> None:
@@ -445,6 +469,14 @@ def take_back(g: Numbers, q: Numbers) -> None:
         keep_nothing(q)
     for i in range(int(g[BELIEF_FINGERS])):
         q[PROBE_SHIFT + i] = min(q[PROBE_SHIFT + i], q[TRUST_KEPT + i])
+
+
+def count_once(g: Numbers, q: Numbers, i: int) -> None:
+    """Let go of finger ``i`` by so much less as its belief has risen: a load that held counts once."""
+    rise = max(g[BELIEF_MEAN + i] - q[TRUST_MEAN + i], 0.0)
+    q[TRUST_MEAN + i] = g[BELIEF_MEAN + i]
+    q[PROBE_SHIFT + i] = max(q[PROBE_SHIFT + i] - rise, 0.0)
+    q[TRUST_KEPT + i] = max(q[TRUST_KEPT + i] - rise, 0.0)
 
 
 def keep_held(g: Numbers, q: Numbers) -> None:
@@ -465,8 +497,7 @@ def judge_slide(g: Numbers, q: Numbers) -> None:
     n = int(g[BELIEF_FINGERS])
     silent = math.inf
     for i in range(n):
-        flag, speed = FELT_FLAG + FELT_WIDTH * i, FELT_SPEED + FELT_WIDTH * i
-        silent = min(silent, q[flag + FELT_QUIET], q[speed + FELT_QUIET])
+        silent = min(silent, q[TRUST_TOLD + i])
     heard = silent < TRUST_JUDGED + q[FELT_DELAY] + TRUST_BEFORE
     if heard:
         return

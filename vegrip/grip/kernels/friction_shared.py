@@ -101,11 +101,12 @@ def update_shared_friction(f: Floats, t: Wholes, g: Floats) -> None:
     g[BELIEF_SINCE] += dt / float(t.setup.fingers)
     is_touching = touches(f, t)
     slip, speed = believed_flag(g, i, f.shared.flag), believed_speed(g, i, f.shared.speed)
+    u, relative = utilised_friction(f, is_touching)
+    then = recall_load(g, i, dt, u)
     is_evidence = may_teach(g, i)
     give_evidence(f, g, i, slip >= SLIDES and (is_late(g) or not is_evidence))
-    u, relative = utilised_friction(f, is_touching)
     vague = relative if is_evidence else math.inf
-    feel_onset(g, g, i, dt, recall_load(g, i, dt, u), vague, slip, speed)
+    feel_onset(g, g, i, dt, then, vague, slip, speed)
     g[PROBE_NEED + i] = f.grip.required
     load = armed_load(f, is_touching)
     watch_load(g, i, dt, load, f.shared.load_noise, is_touching)
@@ -113,7 +114,7 @@ def update_shared_friction(f: Floats, t: Wholes, g: Floats) -> None:
     x, y = f.state.tangential_force_x, f.state.tangential_force_y
     pull = math.sqrt(x * x + y * y)
     follow_trust(
-        g, g, i, dt, slip, f.shared.speed, u, relative, f.state.normal_force, pull, noise, is_touching
+        g, g, i, dt, slip, f.shared.speed, then, relative, f.state.normal_force, pull, noise, is_touching
     )
     feel_slip(g, dt, t.setup.fingers, slides)
     let_go(g, g, i, dt, f.asked.quantile, f.asked.margin, u, noise, is_touching, slides)
