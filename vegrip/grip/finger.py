@@ -377,7 +377,7 @@ class GraspFinger:
         self.memory["INPUT_CORRUPT"], self.memory["INPUT_IS_CORRUPT"] = now, 1
 
     def _put(self, state: FingertipState) -> None:
-        self._pack(self._bytes, 0, *state[FIRST_QUANTITY:])
+        self._pack(self._bytes, 0, *state[FIRST_QUANTITY:])  # type: ignore[index]
 
     def _ask(self, policy: GripPolicy) -> None:
         """Let a policy in Python say what force it wants."""
