@@ -91,7 +91,7 @@ def replay(
     """
     from vegrip.errors import UsageError
 
-    if recording.suffix.lower() in LOGS and recording.is_file():
+    if recording.suffix.lower() in LOGS and not recording.is_dir():
         if through or finger:
             raise UsageError("a log is played as it is; leave out --through and --finger")
         _play_log(recording, config, speed, values or [])
@@ -144,7 +144,7 @@ def _play_log(log: Path, config: Path | None, speed: float, values: list[str]) -
     from vegrip.cli.node import assigned
     from vegrip.clock import WallClock
     from vegrip.config import build
-    from vegrip.errors import DeviceError, UsageError
+    from vegrip.errors import DeviceError, InputError, UsageError
     from vegrip.identification.recording.can_log import frames_of
     from vegrip.runtime.launch_file import find_launch_file, read_launch_file
     from vegrip.runtime.replay.run import play_frames
@@ -152,6 +152,8 @@ def _play_log(log: Path, config: Path | None, speed: float, values: list[str]) -
     from vegrip.transport.mapped.plan import open_plan
     from vegrip.transport.open import CanSettings, open_bus
 
+    if not log.is_file():
+        raise InputError(f"{log}: there is no such file")
     nodes = [] if config is None else read_launch_file(find_launch_file(str(config)))
     table = {"transport": next((dict(node.transport) for node in nodes if node.transport.get("map")), {})}
     if not table["transport"]:

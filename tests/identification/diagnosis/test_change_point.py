@@ -186,6 +186,8 @@ def test_no_change_is_told_of_a_sound_tip(tip) -> None:
     [
         ("time", 50.1, (50.05, 50.25), -0.182, 0.004,
          "falls by 18.2 +- 0.4 % at 50.1 s (50.05 to 50.25 s with 95 %)"),
+        ("time", 50.1, (50.05, 50.25), -0.2, 0.0003,
+         "falls by 20.00 +- 0.03 % at 50.1 s (50.05 to 50.25 s with 95 %)"),
         ("displacement", 7e-4, (6.5e-4, 7.2e-4), 1520.0, 30.0,
          "rises by 1.52 +- 0.03 N/mm from 0.7 mm on (0.65 to 0.72 mm with 95 %)"),
     ],

@@ -136,6 +136,15 @@ OWN = "t;normal_force;depth_mm;episode;temperature\n" + "".join(
 )
 
 
+@pytest.mark.parametrize("stamp", ["2026-03-01T10:00:00.005", "2026-03-01 10:00:00+01:00"])
+def test_a_date_as_the_time_is_refused_with_the_remedy(stamp: str, tmp_path: Path) -> None:
+    rows = "".join(f"{stamp},{force},{depth}\n" for force, depth in zip(FORCE, DEPTH, strict=True))
+    (tmp_path / "t.csv").write_text(",".join(NAMES) + "\n" + rows)
+    chart = with_columns(ColumnMap(), *MAPS)
+    with pytest.raises(RecordingError, match=r"t\.csv:2: the time 'time_s' is a date.* seconds"):
+        import_csv(tmp_path / "t.csv", chart)
+
+
 def test_columns_with_our_names_are_taken_beside_those_that_are_mapped(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(OWN)
     chart = with_columns(ColumnMap(), ["displacement=depth_mm"], ["displacement=mm", "normal_force=mN"])

@@ -107,3 +107,9 @@ def test_a_recording_played_on_a_bus_arrives_there_in_full_and_at_its_pace(press
     np.testing.assert_allclose(
         [state.normal_force for state in states], recorded.columns["normal_force"], rtol=1e-6
     )
+
+
+@pytest.mark.parametrize("options", [["--map", "hand.toml"], []])
+def test_a_log_that_is_not_there_is_called_a_file(options: list[str], tmp_path: Path, capsys: Capsys) -> None:
+    assert main(["replay", str(tmp_path / "nosuch.log"), *options]) == 3
+    assert "nosuch.log: there is no such file\n" in capsys.readouterr().err

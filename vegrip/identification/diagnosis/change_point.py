@@ -56,7 +56,9 @@ class Change:
         if self.variable == "time":
             low, high = (f"{one:.6g}" for one in self.interval)
             share, std = 100.0 * abs(self.change), 100.0 * self.std
-            told = f"{goes} by {share:.1f} +- {std:.1f} % at {self.at:.6g} s ({low} to {high} s with 95 %)"
+            places = min(max(1, -math.floor(math.log10(std))), 4) if std > 0.0 else 1
+            amount = f"{share:.{places}f} +- {std:.{places}f} %"
+            told = f"{goes} by {amount} at {self.at:.6g} s ({low} to {high} s with 95 %)"
         else:
             at, low, high = (f"{1e3 * one:.4g}" for one in (self.at, *self.interval))
             stiffer, std = 1e-3 * abs(self.change), 1e-3 * self.std

@@ -10,6 +10,7 @@ import gzip
 import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Final, TextIO
 
@@ -101,6 +102,7 @@ def read_table(
             table = _plain_block(block, numbers, words, wanted, len(header), layout)
             if table is None:
                 whole = _whole(_rows(path, block, layout), len(header), report)
+                _refuse_dates(path, whole, numbers, wanted)
                 table = _converted(whole, numbers, words, wanted, layout, report)
             blocks.append(table)
             of_use += (
@@ -268,6 +270,24 @@ def _whole(
     uncut = [row for row in block if not row[2]]
     report_if(report, Kind.FIELDS, "", [line for line, cells, _ in uncut if len(cells) != width])
     return [row for row in uncut if len(row[1]) == width]
+
+
+def _refuse_dates(
+    path: Path, block: list[tuple[int, Cells, bool]], numbers: Sequence[str], at: dict[str, int]
+) -> None:
+    """Raise where the first of ``numbers``, the time, is a calendar's."""
+    for line, cells, _ in block[:1] if numbers else ():
+        cell = cells[at[numbers[0]]].strip()
+        if not _float(cell)[1]:
+            return
+        try:
+            datetime.fromisoformat(cell)
+        except ValueError:
+            return
+        raise RecordingError(
+            f"{path}:{line}: the time {numbers[0]!r} is a date, {cell!r}; write it as a number, such as the "
+            "seconds since the first row"
+        )
 
 
 def _converted(
