@@ -16,8 +16,8 @@ import numpy as np
 from validation.compiled_finger import Log
 from vegrip.canopen.codec import CanopenCodec
 from vegrip.canopen.connection_set import identifiers
-from vegrip.grip.batch_text import COMMANDED
 from vegrip.grip.node import GraspForce
+from vegrip.grip.wires import COMMANDED
 from vegrip.messages import FingertipState, ForceCommand, Message
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, BatchCodec

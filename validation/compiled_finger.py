@@ -17,10 +17,9 @@ import numpy as np
 from validation.faults.table import CASES, FAULT_BEGIN_S, Case
 from validation.faults.testbed import Scene
 from validation.liars import Liar
-from vegrip.grip.batch_text import COMMANDED
-from vegrip.grip.finger import LEFT_ALONE, REPORT
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters
+from vegrip.grip.wires import COMMANDED, LEFT_ALONE, REPORT
 from vegrip.messages import Condition, ContactEstimate, ForceCommand, Message, SlipMargin
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.line import Line

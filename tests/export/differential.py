@@ -27,8 +27,8 @@ from vegrip.estimator.saved_numbers import SavedNumbers
 from vegrip.export import Request, finger, texts
 from vegrip.export.finger_vectors import FingerVectors, alone
 from vegrip.export.saved import HEAD, TAIL, checksum, numbers_of, resumed
-from vegrip.grip.batch_text import COMMAND_BYTES, COMMANDED
 from vegrip.grip.finger import GraspFinger
+from vegrip.grip.wires import COMMAND_BYTES, COMMANDED
 from vegrip.messages import Condition
 from vegrip.transport.codec.database import layouts
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from vegrip import FingertipState, GripController
 from vegrip.config import build
-from vegrip.grip.finger import COMMANDED
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters, estimator_factory
+from vegrip.grip.wires import COMMANDED
 from vegrip.messages import Condition, ModelHealth
 
 from .channels import FAULTS, FLICKER_S, Said, Sound

@@ -12,13 +12,12 @@ from vegrip.export.finger_vectors import Meeting, record
 from vegrip.export.precision import PRECISIONS
 from vegrip.export.request import Request
 from vegrip.export.unit import Unit
-from vegrip.grip.batch_text import COMMAND_BYTES
 from vegrip.grip.compiled import finger_places, finger_text
 from vegrip.grip.finger import RENEWAL
 from vegrip.grip.joint_confidence import FINGER_CORRELATION, each_confidence
 from vegrip.grip.layout import RULES, FingerLayout
 from vegrip.grip.settings import ControlSettings
-from vegrip.grip.wires import ENTRIES
+from vegrip.grip.wires import COMMAND_BYTES, ENTRIES
 from vegrip.messages import Condition
 from vegrip.transport.codec.database import database, layouts
 from vegrip.transport.codec.kernel_text import STATE

@@ -22,8 +22,6 @@ from vegrip.estimator.compiled import clock_parts, estimator_parts
 from vegrip.estimator.kernels_c import address
 from vegrip.estimator.memory import CHANNELS
 from vegrip.estimator.origins import Origins
-from vegrip.grip import packet_text
-from vegrip.grip.batch_text import REPORT_ARGUMENTS, STEP_ARGUMENTS, batch_text
 from vegrip.grip.layout import MECHANICAL_CHANNELS, WINDOW_SLOTS, FingerLayout
 from vegrip.grip.slip_trust import TRUST_SIZE
 from vegrip.grip.wires import ENTRIES, FRAME_ENTRIES, MESSAGE_ENTRIES, NODE_ENTRIES
@@ -32,6 +30,11 @@ from vegrip.model.composer import compose
 from vegrip.transport.codec.kernel_text import wire_text
 
 HERE: Final = Path(__file__).parent / "kernels"
+ROWS: Final = HERE.with_name("rows.c")
+_POINTER, _WHOLE = ctypes.c_void_p, ctypes.c_int64
+ROWS_ARGUMENTS: Final = (
+    *[_POINTER] * 4, *[_WHOLE] * 3, ctypes.c_char_p, _POINTER, *[_WHOLE] * 3, *[_POINTER] * 2,
+)  # fmt: skip
 INPUT_KERNELS: Final = ("bits", "words", "protection", "receive", "stillness", "noise", "watchdog")
 GRIP_KERNELS: Final = (
     "demand", "takeover", "usual_need", "margin_grip", "fail_safe", "limits", "share", "control",
@@ -64,7 +67,7 @@ def finger_module(
     if mode in {"c", "c-float"}:
         try:
             lengths = single_lengths(finger) if mode == "c-float" else None
-            more = batch_text(finger) + packet_text.PACKET_TEXT
+            more = ROWS.read_text(encoding="utf-8")
             place = finger_places(model).place
             library = native.library_of(text, entries_of(finger), place, more, single=lengths)
             return FingerKernelsC(library)
@@ -182,10 +185,9 @@ class FingerKernelsC:
     def __init__(self, library: Path) -> None:
         loaded = host.load(library)
         self.library, self._loaded = library, loaded
-        self.batch_step = _plain(loaded, "vg_batch_step", STEP_ARGUMENTS, ctypes.c_int64)
-        self.batch_report = _plain(loaded, "vg_batch_report", REPORT_ARGUMENTS, None)
-        self.packet_step = _plain(loaded, "vg_packet_step", packet_text.STEP_ARGUMENTS, ctypes.c_int64)
-        self.packet_report = _plain(loaded, "vg_packet_report", packet_text.REPORT_ARGUMENTS, ctypes.c_int)
+        rows_step: Any = loaded.vg_rows_step
+        rows_step.argtypes, rows_step.restype = ROWS_ARGUMENTS, ctypes.c_int64
+        self.rows_step = rows_step
         self._step, self._tick, self._receive, self._report = (
             self.entry(name) for name in ("finger_step", "finger_tick", "finger_receive", "finger_report")
         )
@@ -231,12 +233,6 @@ class FingerKernelsC:
         at = address
         told: int = self._report(at(f), at(t), now, at(contact1), at(contact2), at(margin))
         return told
-
-
-def _plain(library: ctypes.CDLL, name: str, arguments: Sequence[Any], returns: Any) -> Any:
-    function: Any = library[name]
-    function.argtypes, function.restype = arguments, returns
-    return function
 
 
 def _entry(library: ctypes.CDLL, name: str, kinds: Sequence[Kind]) -> Any:

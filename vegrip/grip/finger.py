@@ -22,7 +22,6 @@ from vegrip.estimator import ContactEstimator
 from vegrip.estimator.estimator import quantile
 from vegrip.estimator.learning import Learned
 from vegrip.estimator.memory import CHANNELS, FingerMemory
-from vegrip.grip.batch_text import COMMAND_BYTES, REPORT_BYTES
 from vegrip.grip.compiled import (
     FingerKernels,
     FingerKernelsC,
@@ -40,6 +39,7 @@ from vegrip.grip.policies.policy import GripPolicy
 from vegrip.grip.recent_states import KeptStates
 from vegrip.grip.rules import MARGIN, write_choice, write_rules
 from vegrip.grip.settings import ControlSettings, apply_policy, make_policy
+from vegrip.grip.wires import COMMAND_BYTES, REPORT_BYTES
 from vegrip.messages import (
     Condition,
     ContactEstimate,
@@ -58,13 +58,6 @@ from vegrip.types import Floats
 
 Wanted = tuple[float, float]
 """Margin to keep [-], and the one-sided confidence to keep it with."""
-
-LEFT_ALONE: Final = 0
-"""The step did not take the frame, and changed nothing."""
-COMMANDED: Final = 2
-"""Bit of a step after which there is a command."""
-REPORT: Final = 4
-"""Bit of a step after which something is due to be told."""
 
 RENEWAL: Final = 0.25
 """Part of its lifetime after which a command is renewed: three of them may get lost."""

@@ -12,19 +12,18 @@ import numpy as np
 from vegrip.config import build
 from vegrip.errors import ConfigError, UsageError
 from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
-from vegrip.grip.batch_text import STATE_BYTES
-from vegrip.grip.compiled_batch import CompiledBatch, can_batch
-from vegrip.grip.compiled_packet import CompiledPackets, can_take_packets
+from vegrip.grip.compiled_rows import CompiledBatch, CompiledPackets, join
 from vegrip.grip.controller import GripController
 from vegrip.grip.drive_log import DriveLog
 from vegrip.grip.estimator_protocol import Estimator
-from vegrip.grip.finger import COMMANDED, LEFT_ALONE, REPORT, GraspFinger
+from vegrip.grip.finger import GraspFinger
 from vegrip.grip.grasp_action import GraspAction, GraspGoal, ReleaseGoal
 from vegrip.grip.known_objects import KnownObjects, ObjectFriction
 from vegrip.grip.learned_store import LearnedStore, NoStore
 from vegrip.grip.model_swap import ModelSwap
 from vegrip.grip.settings import ControlSettings, make_share
 from vegrip.grip.slip_table import describe_derived
+from vegrip.grip.wires import COMMANDED, LEFT_ALONE, REPORT
 from vegrip.host.realtime import NODE_PRIORITY
 from vegrip.messages import (
     Condition,
@@ -321,11 +320,6 @@ class GraspForce(NodeBase):
             return None
         return packets.step(packet, expected, now)
 
-    def report_packet(self, name: str, now: int) -> memoryview | None:
-        """Return requests to send contact and slip margin, None where frames cannot tell them."""
-        packets = self._packets
-        return None if not self._active or packets is None else packets.report(name, now)
-
     @property
     def batch_commands(self) -> bytearray:
         """The rows of the commands that :meth:`on_batch` gave last, below a head that is still empty."""
@@ -414,11 +408,9 @@ class GraspForce(NodeBase):
         is_whole = bool(fingers) and len(fingers) == len(self.fingers)
         self._batch = self._packets = None
         if is_whole and self.controller is not None:
-            shared = self.controller.friction.shared
-            if can_batch(fingers):
-                self._batch = CompiledBatch(fingers, shared, STATE_BYTES)
-            elif can_take_packets(fingers):
-                self._packets = CompiledPackets(fingers, shared)
+            joined = join(fingers, self.controller.friction.shared)
+            self._batch = joined if isinstance(joined, CompiledBatch) else None
+            self._packets = joined if isinstance(joined, CompiledPackets) else None
 
     @property
     def path_taken(self) -> str:

@@ -6,6 +6,18 @@ from typing import Final
 from vegrip.c99 import BYTES, LONG, LONGS, MEMORY
 from vegrip.c99.kinds import Kind
 
+LEFT_ALONE: Final = 0
+"""The step did not take the frame, and changed nothing."""
+COMMANDED: Final = 2
+"""Bit of a step after which there is a command."""
+REPORT: Final = 4
+"""Bit of a step after which something is due to be told."""
+
+STATE_BYTES: Final = 48
+COMMAND_BYTES: Final = 24
+REPORT_BYTES: Final = (64, 64, 48)
+"""Of the frames of a report: both of a contact, and that of a slip margin."""
+
 ENTRIES: Final = {
     "finger_step": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
     "finger_tick": (MEMORY, LONGS, MEMORY, LONG, BYTES),

@@ -112,9 +112,6 @@ class FrameNode(Protocol):
     def report_frames(self, name: str, now: int) -> Iterable[tuple[int, Any]]:
         """Return identifiers and frames of what is due to be told and ready as bytes."""
 
-    def report_packet(self, name: str, now: int) -> memoryview | None:
-        """Return requests to send what is due to be told of a finger, None where :meth:`reports` has it."""
-
     def report_batch(self, names: Sequence[str], now: int) -> Sequence[str]:
         """Pack what is due to be told of fingers; return whose it is."""
 
@@ -219,9 +216,8 @@ class FramePath:
 
     def _tell(self, finger: str, now: int) -> bool:
         """Send what is due to be told of ``finger`` that is ready as bytes; return whether there was any."""
-        frames = list(self.node.report_frames(finger, now))
-        for identifier, data in frames:
-            self._endpoint.send_frame(Frame(identifier, data.tobytes(), True))
+        frames = [Frame(one, data.tobytes(), True) for one, data in self.node.report_frames(finger, now)]
+        self._endpoint.send_frames(frames)
         return bool(frames)
 
     def _note(self, finger: str, done: int, arrival: int, now: int) -> None:
@@ -279,14 +275,6 @@ class PacketPath(FramePath):
         for state in states:
             self._note(*state, now)
         return taken, [finger for finger, done, _ in states if done & REPORT]
-
-    def _tell(self, finger: str, now: int) -> bool:
-        if not (self.node.takes_packets and self._endpoint.takes_requests):
-            return super()._tell(finger, now)
-        requests = self.node.report_packet(finger, now)
-        if requests is not None:
-            self._endpoint.send_requests(requests, sum(ROWS_EACH))
-        return requests is not None
 
 
 class BatchPath(FramePath):

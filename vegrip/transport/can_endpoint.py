@@ -178,7 +178,10 @@ class CanEndpoint(Endpoint):
 
     def send_all(self, messages: Sequence[Message]) -> None:
         """Queue the frames of ``messages``; all are counted as unsent when the bus does not take them."""
-        frames = [frame for message in messages for frame in self._codec.encode(message)]
+        self.send_frames([frame for message in messages for frame in self._codec.encode(message)])
+
+    def send_frames(self, frames: Sequence[Frame]) -> None:
+        """Queue ``frames``, at once where the bus can."""
         if isinstance(self._port, VirtualPort) and self.patience_s == 0.0:
             try:
                 self._port.send_several(frames)
@@ -187,11 +190,6 @@ class CanEndpoint(Endpoint):
         else:
             for frame in frames:
                 self.send_frame(frame)
-
-    @property
-    def takes_requests(self) -> bool:
-        """Whether :meth:`send_requests` can be used."""
-        return isinstance(self._port, VirtualPort) and self.patience_s == 0.0
 
     def send_requests(self, requests: bytes | bytearray | memoryview, count: int) -> None:
         """Queue ``count`` frames packed as requests; counted as unsent when the bus does not take them."""

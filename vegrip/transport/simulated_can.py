@@ -193,6 +193,11 @@ class SimulatedEndpoint(Endpoint):
         """Ask for the bus with ``frame``."""
         self.put(frame, self._bus.clock.now())
 
+    def send_frames(self, frames: Sequence[Frame]) -> None:
+        """Ask for the bus with each of ``frames``."""
+        for frame in frames:
+            self.send_frame(frame)
+
     def put(self, frame: Frame, now: int) -> None:
         """Send ``frame`` at ``now`` [ns], past the codec."""
         for time, sent in self.tamper(frame, now) if self.tamper else ((now, frame),):

@@ -100,6 +100,10 @@ class FrameLink(Link):
     def send_frame(self, frame: Frame) -> None:
         self.outgoing.append(Sent(frame.arbitration_id, frame.data))
 
+    def send_frames(self, frames: Sequence[Frame]) -> None:
+        for frame in frames:
+            self.send_frame(frame)
+
     def _decoded(self, sent: Sent, now: int) -> Message | None:
         frame = Frame(int(sent.place), sent.data, fd=True, stamp=now)
         if self.intercept is not None and self.intercept(frame):

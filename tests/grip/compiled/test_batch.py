@@ -10,9 +10,8 @@ import pytest
 
 from validation.compiled_finger import Log
 from vegrip.clock import WallClock
-from vegrip.grip.batch_text import COMMANDED
-from vegrip.grip.finger import LEFT_ALONE
 from vegrip.grip.node import GraspForce
+from vegrip.grip.wires import COMMANDED, LEFT_ALONE
 from vegrip.messages import FingertipState, ForceCommand, SlipMargin
 from vegrip.runtime.frame_path import BatchPath
 from vegrip.runtime.runner import LoopSettings, Runner
