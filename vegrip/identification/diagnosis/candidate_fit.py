@@ -177,7 +177,7 @@ def _problem(base: CandidateFit, candidate: Candidate) -> Problem:
     )
     is_plain = {one.name for one in p.model.effects} <= set(BASE)
     within = None if is_plain or candidate.effect.expensive else carrier(p.model, [candidate])
-    return Problem(model, p.measured, zeros=p.zeros, symbols=ordered, like=p, within=within)
+    return Problem(model, p.measured, symbols=ordered, like=p, within=within)
 
 
 def _is_astray(base: CandidateFit) -> bool:

@@ -92,13 +92,13 @@ class Changed(Problem):
         self.amount = float(u[-1])
         super().freeze(u)
 
-    def _sensitivity(self, vector: Floats, zeros: tuple[Floats, Floats]) -> Sensitivity:
+    def _sensitivity(self, u: Floats) -> Sensitivity:
         changed = self.amount * (self.places >= self.at)
         if self.variable == "time":
             self.stiffness = self.stiffness * (1.0 + changed)
         else:
             self.stiffness = self.stiffness + self.scale * changed * (self.stiffness > 0.0)
-        return super()._sensitivity(vector, zeros)
+        return super()._sensitivity(u)
 
     def term(self, u: Floats, table: Floats, places: Floats, amount: float) -> Floats:
         """Return what an amount of 1 adds to the force for each place, (n, places) [N].

@@ -8,14 +8,14 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 from vegrip.identification.compare.comparison import Comparison
 from vegrip.identification.compare.where import Regime
 from vegrip.identification.diagnosis import thresholds
-from vegrip.identification.diagnosis.candidate_fit import held_out_groups
+from vegrip.identification.diagnosis.candidate_fit import evaluate_candidate, held_out_groups
 from vegrip.identification.diagnosis.clean import Clean, find_clean
 from vegrip.identification.diagnosis.data_checks import (
     Doubt,
@@ -67,6 +67,17 @@ class Diagnosis:
     search: Search  # every step
     # what is wrong with the recording; a grave one forbids names
     doubts: list[Doubt] = field(default_factory=list)
+
+    def or_by_episode(self, own: "Diagnosis") -> "Diagnosis":
+        """Return ``own``, in which each episode has its law, where it names what explains this recording.
+
+        Where the laws alone explain it, no effect is missing but the same place: that is said.
+        """
+        said = Doubt(own.start.laws_note)
+        gain = own.search.last.evidence - self.search.last.evidence
+        if own.verdict in ("named", "ambiguous") and gain > thresholds.MIN_LATER_GAIN_NATS:
+            return replace(own, doubts=[*own.doubts, said])
+        return replace(self, doubts=[*self.doubts, said]) if own.verdict == "adequate" else self
 
     @property
     def named(self) -> list[str]:
@@ -266,6 +277,7 @@ def diagnose(
     *,
     noise: Noise | None = None,
     zeros: Zeros = "recording",
+    laws: Zeros = "recording",
     most: int = 4,
     threads: int = 2,
     report: Report = lambda _: None,
@@ -273,14 +285,32 @@ def diagnose(
     """Say what ``model`` (the paper's when not given) lacks to explain ``recording``.
 
     The model is refitted first: a wrong stiffness is no missing effect. ``most`` limits how many effects are
-    named together, ``threads`` how many candidates are fitted at a time.
+    named together, ``threads`` how many candidates are fitted at a time. Where nothing explains the
+    recording, each episode is tried with laws of its own: several places or specimens may have been pressed.
 
     Raises:
         RecordingError: the recording lacks what a fit needs; says what.
 
     """
-    start = fit(recording, model, noise=noise, zeros=zeros, report=report)
+
+    def started(laws: Zeros) -> Fit:
+        return fit(recording, model, noise=noise, zeros=zeros, laws=laws, report=report)
+
+    start = started(laws)
     refuse_unusable(recording, start.problem.measured)
+    found = _diagnosed(start, most, threads, report)
+    is_open = found.verdict == "unexplained" and not any(doubt.is_grave for doubt in found.doubts)
+    if not is_open or laws != "recording" or not start.problem.episodes.any():
+        return found
+    own = started("episode")
+    gain = evaluate_candidate(own.problem, own.optimum, found.groups).evidence - found.search.first.evidence
+    if gain < thresholds.MIN_LATER_GAIN_NATS:
+        return found
+    report("tries a law of each episode")
+    return found.or_by_episode(_diagnosed(own, most, threads, report))
+
+
+def _diagnosed(start: Fit, most: int, threads: int, report: Report) -> Diagnosis:
     doubts = list(check_before_search(start.problem))
     is_unreliable = any(doubt.is_grave for doubt in doubts)
     found = search_effects(

@@ -226,7 +226,7 @@ def widened(problem: Problem, candidates: list[Candidate]) -> Problem:
     """Return the problem, run by a model in which the candidates are, absent; noise and rows are kept."""
     p = problem
     within = carrier(p.model, candidates)
-    return Problem(p.model, p.measured, zeros=p.zeros, symbols=p.symbols, like=p, within=within)
+    return Problem(p.model, p.measured, symbols=p.symbols, like=p, within=within)
 
 
 def carrier(model: ContactModel, candidates: Sequence[Candidate]) -> ContactModel:

@@ -332,7 +332,7 @@ def _without(fitted: CandidateFit, candidate: Candidate) -> Problem:
     model = dataclasses.replace(problem.model, effects=effects, values=values)
     symbols = tuple(s for s in problem.symbols if s not in own)
     within = carrier(model, [])
-    return Problem(model, problem.measured, zeros=problem.zeros, symbols=symbols, like=problem, within=within)
+    return Problem(model, problem.measured, symbols=symbols, like=problem, within=within)
 
 
 def _shared(fitted: CandidateFit, other: Problem) -> Floats:

@@ -321,7 +321,7 @@ class Screen:
     def _widened(self, one: Probe) -> Problem:
         p = self._base.problem
         within = with_candidates(p.model, [Candidate(one.effect, null(one.effect), ())])
-        return Problem(p.model, p.measured, zeros=p.zeros, symbols=p.symbols, like=p, within=within)
+        return Problem(p.model, p.measured, symbols=p.symbols, like=p, within=within)
 
     def values(self, variable: Variable, tau: float) -> Floats:
         """Return a variable (n,) as a sensor shows it that adds a little of it."""

@@ -34,6 +34,7 @@ def fit(
     *,
     noise: Noise | None = None,
     zeros: Zeros = "recording",
+    laws: Zeros = "recording",
     report: Report = lambda _: None,
 ) -> Fit:
     """Fit ``model`` to ``recording``: normal force, load at slip and contact radius together.
@@ -45,13 +46,14 @@ def fit(
         noise: of the sensors; as :func:`vegrip.identification.fit.noise.noise_of` finds it when not given.
         zeros: whether the zeros of displacement and force are the same for the recording, each episode's, or
             those of a group of episodes: the group of each episode, such as the trial that it is from.
+        laws: the same of K and p, where more than one place or specimen was pressed.
         report: called with the progress.
 
     Raises:
         RecordingError: the recording lacks what a fit needs; says what.
 
     """
-    return fit_of(*solve(recording, model, noise=noise, zeros=zeros, report=report))
+    return fit_of(*solve(recording, model, noise=noise, zeros=zeros, laws=laws, report=report))
 
 
 def solve(
@@ -61,6 +63,7 @@ def solve(
     noise: Noise | None,
     zeros: Zeros,
     report: Report,
+    laws: Zeros = "recording",
     symbols: tuple[str, ...] | None = None,
 ) -> tuple[Problem, Optimum]:
     """Return the problem of ``model``, the paper's when not given, and where it is at its best.
@@ -68,10 +71,10 @@ def solve(
     The arguments are those of :func:`fit`; ``symbols``: parameters to fit, none for a model as it is.
     """
     measured = preprocess(recording, noise or noise_of(recording))
-    plain = Problem(base_model(recording, model), measured, zeros=zeros)
+    plain = Problem(base_model(recording, model), measured, zeros=zeros, laws=laws)
     if model is None:
         return plain, fit_problem(plain, report)
-    problem = Problem(model, measured, zeros=zeros, symbols=symbols)
+    problem = Problem(model, measured, zeros=zeros, laws=laws, symbols=symbols)
     return problem, fit_problem(problem, report, plain)
 
 

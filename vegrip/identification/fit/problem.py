@@ -1,12 +1,13 @@
 """The least-squares problem of a model and a recording: what the model leaves, in units of the noise.
 
 Three blocks, one below the other: the normal force (every row, whitened), the load at slip (rows that slide),
-the contact radius (rows that see it). Unknown are the coordinates of the model's parameters and the zeros of
-both sensors, for the recording or for each episode.
+the contact radius (rows that see it). Unknown are the coordinates of the model's parameters, the zeros of
+both sensors, for the recording or for each episode, and where each place that was pressed has laws of its
+own, how far its parameters lie from the common ones.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -30,7 +31,13 @@ from vegrip.parameters import coordinate
 from vegrip.types import Floats
 
 Zeros = Literal["recording", "episode"] | tuple[int, ...]
-"""What has zeros of its own: the recording, each episode, or a group: the number of that of each episode."""
+"""What has zeros, or laws, of its own: the recording, each episode, or a group of episodes: the number of the
+group of each."""
+
+OWN_MARK = "_at_"  # in the names of what a place has for itself
+OWN_STDS = 5.0  # standard deviations of the prior, within which a place differs from the others
+OWN_LOG_SCALE = 1.0  # and that of its stiffness
+OF_INSTRUMENT = {"tip", "sense"}  # stages of an effect that has no other place
 
 AT = {name: i for i, name in enumerate(QUANTITIES)}
 # the prior of a fit is this many times wider than declared, of the base model and of shapes
@@ -79,13 +86,16 @@ class Problem:
         model: whose values are the start.
         measured: the recording.
         zeros: whether the zeros of the sensors are the recording's, each episode's or those of its group.
+        laws: the same of the parameters of what is pressed, while those of drive and sensor are common. No
+            press before has touched another place, so each group starts with no history.
         symbols: parameters to fit; those with a standard deviation when not given.
-        like: a problem whose rows and noise to share, so that models can be compared; else the noise is
-            that at the start, until :meth:`freeze`.
+        like: a problem whose rows, noise, zeros and laws to share, so that models can be compared; else the
+            noise is that at the start, until :meth:`freeze`.
         within: a model that has all effects of ``model`` and more, those absent; it is what runs.
 
     """
 
+    _pressed: Sequence[slice | NDArray[np.int64]] = (slice(None),)  # rows of each place
     doubtful: NDArray[np.bool_]
     stiffness: Floats
     whitener: Whitener
@@ -101,6 +111,7 @@ class Problem:
         measured: Measured,
         *,
         zeros: Zeros = "recording",
+        laws: Zeros = "recording",
         symbols: tuple[str, ...] | None = None,
         like: "Problem | None" = None,
         within: ContactModel | None = None,
@@ -110,16 +121,23 @@ class Problem:
         asked = np.zeros(len(measured.recording))
         asked[measured.seen], asked[measured.sliding] = 1.0, 2.0
         runs = within or model
-        self._predictor = Predictor(runs, self._columns, asked=asked)
+        self.zeros, self.laws = (zeros, laws) if like is None else (like.zeros, like.laws)
+        self.episodes = np.cumsum(measured.first > 0.5).astype(np.int64) - 1
+        self._owner = _owners(self.zeros, self.episodes, measured.recording)
+        self.places = _owners(self.laws, self.episodes, measured.recording)
+        count = int(self.places.max()) + 1
+        if count > 1:
+            self._pressed = [np.flatnonzero(self.places == i) for i in range(count)]
+        self._predictors = [
+            Predictor(runs, {name: column[rows] for name, column in self._columns.items()}, asked=asked[rows])
+            for rows in self._pressed
+        ]
         self._places = {symbol: i for i, symbol in enumerate(runs.parameters)}
         self._vector = runs.vector
         for symbol, value in model.values.items():
             self._vector[self._places[symbol]] = value.value
         self.depth = model.reference_depth
         self.load = float(np.nanmax(np.abs(measured.force)))
-        self.episodes = np.cumsum(measured.first > 0.5).astype(np.int64) - 1
-        self._owner = _owners(zeros, self.episodes, measured.recording)
-        self.zeros = zeros
         self.unknowns = self._unknowns(symbols)
         if like is None:
             self.doubtful = np.zeros(self.episodes.size, dtype=bool)
@@ -138,7 +156,7 @@ class Problem:
         names = [s for s in known if self.model.values[s].std > 0.0] if symbols is None else list(symbols)
         declared = [known[s][1] for s in names]
         values = [self.model.values[s] for s in names]
-        zeros = int(self._owner.max()) + 1
+        zeros, places = int(self._owner.max()) + 1, len(self._pressed)
         extra = [
             f"{kind}{i if zeros > 1 else ''}"
             for kind in ("zero_displacement", "zero_force")
@@ -148,8 +166,8 @@ class Problem:
 
         # a first touch that lies deeper, or long before the record began, is no zero but another law
 
-        def joined(inner: list[float], zero: float) -> Floats:
-            return np.array([*inner, *[zero] * len(extra)], dtype=np.float64)
+        def joined(inner: list[float], zero: float, beside: Sequence[float] = ()) -> Floats:
+            return np.array([*inner, *[zero] * len(extra), *(beside or [0.0] * len(own))], dtype=np.float64)
 
         base = [known[s][0] in BASE for s in names]
         wide = [
@@ -160,15 +178,26 @@ class Problem:
             coordinate(p, v.value if own else p.default)
             for p, v, own in zip(declared, values, base, strict=True)
         ]
+        own = {
+            own_name(p.symbol, i): min(std, OWN_LOG_SCALE)
+            for p, std in zip(declared, wide, strict=True)
+            if p.symbol in self.own_symbols
+            for i in range(places)
+        }
+        bounds = [OWN_STDS * std for std in own.values()]
+        lows, highs = (
+            [_bound(p.transform, value) for p, value in zip(declared, ends, strict=True)]
+            for ends in ([v.low for v in values], [v.high for v in values])
+        )
         return Unknowns(
-            (*names, *extra),
-            np.array([p.transform == "log" for p in declared] + [False] * len(extra)),
-            np.array([*place, *[-1] * len(extra)], dtype=np.int64),
+            (*names, *extra, *own),
+            np.array([p.transform == "log" for p in declared] + [False] * (len(extra) + len(own))),
+            np.array([*place, *[-1] * (len(extra) + len(own))], dtype=np.int64),
             joined([coordinate(p, v.value) for p, v in zip(declared, values, strict=True)], 0.0),
-            joined([_bound(p.transform, v.low) for p, v in zip(declared, values, strict=True)], -FREE_ZERO),
-            joined([_bound(p.transform, v.high) for p, v in zip(declared, values, strict=True)], FREE_ZERO),
+            joined(lows, -FREE_ZERO, [-bound for bound in bounds]),
+            joined(highs, FREE_ZERO, bounds),
             joined(middle, 0.0),
-            joined(wide, FREE_ZERO),
+            joined(wide, FREE_ZERO, list(own.values())),
         )
 
     def parts(self, u: Floats) -> tuple[Floats, tuple[Floats, Floats]]:
@@ -180,8 +209,51 @@ class Problem:
             self.unknowns.log[inner], np.exp(np.where(self.unknowns.log[inner], raw, 0.0)), raw
         )
         zero = u[~inner]
-        n = zero.size // 2
-        return vector, (self.depth * zero[:n][self._owner], self.load * zero[n:][self._owner])
+        n = int(self._owner.max()) + 1
+        return vector, (self.depth * zero[:n][self._owner], self.load * zero[n : 2 * n][self._owner])
+
+    def at(self, symbol: str) -> int:
+        """Return where a parameter stands in the vector of :meth:`parts`."""
+        return self._places[symbol]
+
+    @property
+    def own_symbols(self) -> list[str]:
+        """The parameters that each place has for itself."""
+        if len(self._pressed) == 1:
+            return []
+        pressed = [e for e in self.model.effects if not {hook.stage for hook in e.hooks} <= OF_INSTRUMENT]
+        return [p.symbol for e in pressed for p in e.parameters]
+
+    def own_law(self, vector: Floats, u: Floats, place: int) -> Floats:
+        """Return the ``vector`` of :meth:`parts` with the values of one place."""
+        own, names = vector.copy(), self.unknowns.names
+        for symbol in self.own_symbols:
+            if (name := own_name(symbol, place)) in names:
+                at, declared = self._places[symbol], self.model.parameters[symbol][1]
+                off = float(u[names.index(name)])
+                moved = own[at] * math.exp(off) if declared.transform == "log" else own[at] + off
+                own[at] = min(max(moved, declared.low), declared.high)
+        return own
+
+    def _predict(
+        self,
+        u: Floats,
+        moved: float | Floats = 0.0,
+        speed: Floats | None = None,
+        instead: Mapping[str, float] | None = None,
+    ) -> Floats:
+        """Return the prediction (n, 14) with a displacement that is ``moved`` (n,) [m] deeper."""
+        vector, (depth, force) = self.parts(u)
+        for symbol, value in (instead or {}).items():
+            vector[self._places[symbol]] = value
+        depth = depth - moved
+        if len(self._pressed) == 1:
+            return self._predictors[0](vector, (depth, force), speed)
+        out = np.empty((depth.size, len(QUANTITIES)))
+        for i, (rows, predictor) in enumerate(zip(self._pressed, self._predictors, strict=True)):
+            at = None if speed is None else speed[rows]
+            out[rows] = predictor(self.own_law(vector, u, i), (depth[rows], force[rows]), at)
+        return out
 
     def table(self, u: Floats, instead: Mapping[str, float] | None = None) -> Floats:
         """Return the prediction (n, 14), radius and load only of rows that tell.
@@ -190,20 +262,17 @@ class Problem:
 
         ``instead``: values of parameters that are not among the unknowns.
         """
-        vector, zeros = self.parts(u)
-        for symbol, value in (instead or {}).items():
-            vector[self._places[symbol]] = value
-        out = self._predictor(vector, zeros)
-        out[:, AT["normal_force"]] += zeros[1]
+        out = self._predict(u, instead=instead)
+        out[:, AT["normal_force"]] += self.parts(u)[1][1]
         return out
 
     def freeze(self, u: Floats) -> None:
         """Set up the noise of every block at ``u``."""
         m, noise = self.measured, self.measured.noise
         here = self.table(u)
-        vector, zeros = self.parts(u)
+        _, zeros = self.parts(u)
         h = 1e-3 * self.depth
-        beyond = self._predictor(vector, (zeros[0] - h, zeros[1]))
+        beyond = self._predict(u, h)
         rise = (beyond[:, AT["elastic_force"]] - here[:, AT["elastic_force"]]) / h
         touching = here[:, AT["normal_force"]] - zeros[1] != 0.0
         self.stiffness = np.where(touching, np.maximum(rise, 0.0), 0.0)
@@ -211,7 +280,7 @@ class Problem:
             m.recording.t,
             m.first,
             m.motion,
-            self._sensitivity(vector, zeros),
+            self._sensitivity(u),
             noise.of_force(m.force, self.episodes),
             self.used.astype(np.float64),
         )
@@ -222,20 +291,20 @@ class Problem:
         firm = np.fmin(m.force, here[:, AT["normal_force"]]) - zeros[1] > FIRM * self.force_std
         self.radius_std = np.where(self.doubtful | ~firm, np.inf, radius_std)[m.seen]
 
-    def _sensitivity(self, vector: Floats, zeros: tuple[Floats, Floats]) -> Sensitivity:
+    def _sensitivity(self, u: Floats) -> Sensitivity:
         m, plain = self.measured, by_position(self.stiffness)
         tip, speed, bend = plain.follows, plain.speed, plain.bend
         noise = m.noise.displacement
         if has_play(self.model) and noise > 0.0:
 
             def indentation(moved: Floats) -> Floats:
-                return self._predictor(vector, (zeros[0] - moved, zeros[1]))[:, AT["indentation"]]
+                return self._predict(u, moved)[:, AT["indentation"]]
 
             tip = follows(indentation, m.first, m.motion.displacement, noise)
         if feels_speed(self.model):
 
             def force(at: Floats) -> Floats:
-                return self._predictor(vector, zeros, at)[:, AT["normal_force"]]
+                return self._predict(u, speed=at)[:, AT["normal_force"]]
 
             speed, bend = by_speed(force, m.recording.t, m.first, m.motion)
         return Sensitivity(self.stiffness, speed, tip, bend)
@@ -341,16 +410,30 @@ class Problem:
         base = self.residual(u) if residual is None else residual
         out = np.empty((base.size, u.size))
         k = self.unknowns
-        for j in range(u.size):
+        for together in self._columns_at_once:
+            j = together[0]
             if known is not None and k.names[j] in known:
-                out[:, j] = known[k.names[j]]
+                out[:, together] = np.stack([known[k.names[i]] for i in together], axis=1)
                 continue
             h = DERIVATIVE_STEP * k.std[j]
-            h = -h if u[j] + h > k.high[j] else h
+            h = -h if (u[together] + h > k.high[together]).any() else h
             moved = u.copy()
-            moved[j] += h
-            out[:, j] = (self.residual(moved) - base) / h
+            moved[together] += h
+            change = (self.residual(moved) - base) / h
+            if len(together) == 1:
+                out[:, j] = change
+            else:  # each place has rows of its own
+                at = self.places[self.rows]
+                out[:, together] = np.where(at[:, None] == np.arange(len(together)), change[:, None], 0.0)
         return out
+
+    @property
+    def _columns_at_once(self) -> list[list[int]]:
+        """The unknowns, and those that one evaluation tells the derivatives of, together."""
+        names, places = self.unknowns.names, range(len(self._pressed))
+        own = [[own_name(symbol, i) for i in places] for symbol in self.own_symbols]
+        some = [[names.index(name) for name in of] for of in own if of[0] in names]
+        return [[j] for j in range(len(names)) if not any(j in of for of in some)] + some
 
     @property
     def rows(self) -> NDArray[np.int64]:
@@ -361,6 +444,11 @@ class Problem:
     def counted(self) -> NDArray[np.bool_]:
         """Which residuals are measurements (a missing force has none)."""
         return np.concatenate([self.used, np.isfinite(self.slip_std), np.isfinite(self.radius_std)])
+
+
+def own_name(symbol: str, place: int) -> str:
+    """Return the name of the unknown by which ``symbol`` of one place differs from the common one."""
+    return f"{symbol}{OWN_MARK}{place}"
 
 
 def _owners(zeros: Zeros, since: NDArray[np.int64], recording: Recording) -> NDArray[np.int64]:

@@ -162,6 +162,34 @@ class Fit:
         return {"displacement": float(np.mean(depth)), "normal_force": float(np.mean(force))}
 
     @property
+    def laws(self) -> list[dict[str, float]]:
+        """Values of each place, where places have laws of their own; those of the model are between them."""
+        problem, u = self.problem, self.optimum.u
+        places = range(int(problem.places.max()) + 1)
+        common, _ = problem.parts(u)
+        vectors = [problem.own_law(common, u, i) for i in places] if len(places) > 1 else []
+        return [
+            {s: float(own[problem.at(s)]) for s in problem.own_symbols if s in problem.symbols}
+            for own in vectors
+        ]
+
+    @property
+    def laws_note(self) -> str:
+        """Which laws the places have; empty where they have one."""
+        if not self.laws:
+            return ""
+        K, p = ([law[symbol] for law in self.laws if symbol in law] for symbol in ("K", "p"))
+        told = ", ".join(
+            f"{name} {min(of):.3g} to {max(of):.3g}{unit}"
+            for name, of, unit in (("K", K, " N"), ("p", p, ""))
+            if of
+        )
+        return (
+            f"each of {len(self.laws)} episodes has a stiffness of its own ({told}): "
+            "other places or specimens were pressed, or something changed between them"
+        )
+
+    @property
     def channels(self) -> dict[str, ChannelError]:
         return channel_errors(self.problem, self.optimum.u)
 
@@ -224,6 +252,7 @@ class Fit:
             "recording": self.problem.measured.recording.name,
             "parameters": told,
             "zeros": self.zeros,
+            "laws": self.laws,
             "correlations": [list(pair) for pair in self.correlations()],
             "channels": {name: asdict(error) for name, error in self.channels.items()},
             "error": self.error,
@@ -273,7 +302,7 @@ def _about_unknown(fit: Fit, j: int, name: str) -> Iterator[str]:
     k = fit.problem.unknowns
     found = fit.declared(name)
     if found is None:
-        if abs(fit.optimum.u[j]) > (1.0 - AT_BOUND) * k.high[j]:
+        if abs(fit.optimum.u[j]) > (1.0 - AT_BOUND) * k.high[j] and name.startswith("zero_"):
             yield f"{name} is on its bound: check the zero of the recording, and the radius"
         return
     effect, parameter = found

@@ -42,9 +42,11 @@ def fit_problem(problem: Problem, report: Report = lambda _: None, plain: Proble
         problem.doubtful = plain.doubted(_best_start(plain, starting_points(plain), report))
     if not problem.symbols:
         return _settle(problem, problem.unknowns.start, report)
-    as_it_is = Problem(problem.model, problem.measured, zeros=problem.zeros, symbols=(), like=problem)
-    given = problem.unknowns.start.copy()
-    given[problem.unknowns.place < 0] = _settle(as_it_is, as_it_is.unknowns.start, report).u
+    as_it_is = Problem(problem.model, problem.measured, symbols=(), like=problem)
+    zeros = _settle(as_it_is, as_it_is.unknowns.start, report).u
+    known = dict(zip(as_it_is.unknowns.names, zeros, strict=True))
+    k = problem.unknowns
+    given = np.array([known.get(name, start) for name, start in zip(k.names, k.start, strict=True)])
     if not _is_settled(problem, given):
         given = _best_start(problem, [given, *starting_points(problem)], report)
     return _settle(problem, given, report)

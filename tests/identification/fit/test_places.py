@@ -1,0 +1,76 @@
+"""Places that have laws of their own: the values of each are those of it alone, the sensors are common."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from vegrip.identification.diagnosis import diagnose
+from vegrip.identification.fit import fit
+from vegrip.identification.recording import Recording
+
+TAU = 0.04  # [s]
+SOFTER = 0.6
+
+
+def elsewhere(recording: Recording, softer: float) -> Recording:
+    """Return the recording with every other episode pressed at a place that is softer."""
+    force = recording.columns["normal_force"]
+    number = np.unique(recording.episode, return_inverse=True)[1]
+    columns = {**recording.columns, "normal_force": np.where(number % 2, softer, 1.0) * force}
+    return dataclasses.replace(recording, columns=columns)
+
+
+@pytest.fixture(scope="module")
+def two_places(tip):
+    return elsewhere(tip(21, kinds=("hold", "ramp", "hold", "ramp")), SOFTER)
+
+
+def test_each_place_has_its_stiffness_and_the_others_their_own(two_places) -> None:
+    one = fit(two_places)
+    own = fit(two_places, laws=(0, 1, 0, 1))
+    assert one.laws == []
+    assert own.error < 1.1 < one.error
+    first, second = own.laws
+    assert second["K"] / first["K"] == pytest.approx(SOFTER, rel=0.03)
+    assert second["p"] == pytest.approx(first["p"], abs=0.03)
+    assert f"{second['K']:.3g} to {first['K']:.3g} N" in own.laws_note
+    assert own.as_dict()["laws"] == own.laws
+
+
+def test_a_place_is_fitted_as_if_it_were_alone(two_places) -> None:
+    alone = two_places.select(two_places.episode % 2 == 1)
+    K = fit(alone).model.values["K"]
+    assert fit(two_places, laws=(0, 1, 0, 1)).laws[1]["K"] == pytest.approx(K.value, rel=0.02)
+
+
+def test_derivatives_of_all_places_at_once_are_those_of_each(two_places) -> None:
+    found = fit(two_places, laws="episode")
+    problem, u = found.problem, found.optimum.u
+    told, k = problem.jacobian(u), problem.unknowns
+    for j, name in enumerate(k.names):
+        moved = u.copy()
+        moved[j] += 1e-4 * k.std[j]
+        apart = (problem.residual(moved) - problem.residual(u)) / (1e-4 * k.std[j])
+        np.testing.assert_allclose(told[:, j], apart, atol=1e-6 * np.abs(apart).max(), err_msg=name)
+
+
+def test_one_law_for_all_is_the_model_without_places(tip) -> None:
+    plain = tip(22, kinds=("hold", "ramp"))
+    assert fit(plain).optimum.cost == fit(plain, laws=(7, 7)).optimum.cost
+
+
+@pytest.mark.slow
+def test_a_lag_is_named_beside_places_that_differ(tip) -> None:
+    late = tip(23, kinds=("hold", "ramp", "hold", "ramp"), late=("lag", TAU))
+    found = diagnose(elsewhere(late, SOFTER))
+    assert {"sensor_lag"} == set(found.named) or ["sensor_lag", "sensor_delay"] in found.indistinguishable
+    assert found.model.values["tau"].value == pytest.approx(TAU, rel=0.2)
+    assert any("of 4 episodes has a stiffness of its own" in doubt.text for doubt in found.doubts)
+
+
+@pytest.mark.slow
+def test_what_only_differs_between_episodes_names_nothing(two_places) -> None:
+    found = diagnose(two_places)
+    assert (found.verdict, found.named) == ("unexplained", [])
+    assert any("has a stiffness of its own" in doubt.text for doubt in found.doubts)
