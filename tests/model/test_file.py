@@ -1,5 +1,6 @@
 """Model files come back as they were written, and complain with file and key."""
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 
 from vegrip.effects import effect
 from vegrip.errors import ConfigError, ModelError
-from vegrip.model import paper_model, read_model, write_model
+from vegrip.model import Shown, paper_model, read_model, write_model
 
 
 @settings(max_examples=25, deadline=None)
@@ -27,6 +28,7 @@ def test_a_model_round_trips_to_the_last_bit(
     model = paper_model(radius).with_value("K", K, std=math.pi).with_value("p", p, learn=False)
     model = model.with_effect(effect("second_relaxation"))
     model.provenance["recording"] = note  # type: ignore[index]
+    model = dataclasses.replace(model, shown=Shown(depth=K, load=p, warmest=radius))
     write_model(model, path)
     assert read_model(path) == model
 

@@ -16,7 +16,7 @@ from vegrip.effects.contract import Effect
 from vegrip.errors import InputError, ModelError
 
 MAX_BYTES = 100_000
-_PARSING = threading.Lock()  # two threads at once can end in a SystemError of the parser (3.11.7)
+_PARSING = threading.Lock()
 IMPORTS = {
     "vegrip.effects": {"Effect", "State", "hook"},
     "vegrip.parameters": {"Parameter"},
@@ -30,6 +30,16 @@ FUNCTION = (
     *SCALAR, ast.FunctionDef, ast.arguments, ast.arg, ast.Assign, ast.AnnAssign, ast.AugAssign, ast.Return,
     ast.If, ast.For, ast.Break, ast.Continue, ast.Pass, ast.Expr, ast.Subscript,
 )  # fmt: skip
+
+
+def parsed(text: str) -> ast.Module:
+    """Parse ``text``, one thread at a time.
+
+    CPython counts the depth of the tree it builds in one place for all threads; two at once can end in
+    "SystemError: AST constructor recursion depth mismatch" (seen with 3.11.7).
+    """
+    with _PARSING:
+        return ast.parse(text)
 
 
 def read_effect(path: Path) -> Effect:
@@ -58,8 +68,7 @@ def effect_of(text: str, where: str) -> Effect:
     if len(text) > MAX_BYTES:
         raise ModelError(f"{where}: is longer than {MAX_BYTES} characters; that is no effect")
     try:
-        with _PARSING:
-            tree = ast.parse(text)
+        tree = parsed(text)
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         raise ModelError(f"{where}: is not Python ({error}); an effect file is") from None
     for statement in tree.body:

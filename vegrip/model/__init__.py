@@ -2,12 +2,13 @@
 
 from vegrip.model.channels import Predictor, predict
 from vegrip.model.file import read_model, write_model
-from vegrip.model.model import BASE, ContactModel, Simulation, paper_model
+from vegrip.model.model import BASE, ContactModel, Shown, Simulation, paper_model
 
 __all__ = [
     "BASE",
     "ContactModel",
     "Predictor",
+    "Shown",
     "Simulation",
     "paper_model",
     "predict",

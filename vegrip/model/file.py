@@ -1,6 +1,8 @@
 """Model files: TOML that people can read and change; it round-trips exactly."""
 
+import math
 from collections.abc import Mapping
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +10,7 @@ from vegrip.config import parse_toml, read_toml, toml_value
 from vegrip.effects import Effect, effect
 from vegrip.effects.file import read_effect
 from vegrip.errors import ConfigError, suggestion
-from vegrip.model.model import ContactModel
+from vegrip.model.model import ContactModel, Shown
 from vegrip.parameters import Value, declared
 from vegrip.whole_file import write_whole
 
@@ -36,6 +38,10 @@ def model_text(model: ContactModel) -> str:
             fields = ", ".join(f"{name} = {toml_value(getattr(value, name))}" for name in FIELDS)
             lines.append(f"{parameter.symbol} = {{ {fields} }}  # [{parameter.unit}] {parameter.doc}")
         lines.append("")
+    shown = {name: at for name, at in asdict(model.shown).items() if math.isfinite(at)}
+    if shown:
+        lines += ["[shown]  # in m, m/s, N, degC: beyond it nothing was seen of what the model says"]
+        lines += [*(f"{name} = {toml_value(at)}" for name, at in shown.items()), ""]
     lines += [
         "[provenance]",
         *(f"{toml_value(key)} = {toml_value(text)}" for key, text in model.provenance.items()),
@@ -69,7 +75,7 @@ def parse_model(text: str) -> ContactModel:
 
 
 def _built(table: Mapping[str, Any], path: str) -> ContactModel:
-    _known(table, ("fingertip", "effects", "provenance"), f"{path}")
+    _known(table, ("fingertip", "effects", "shown", "provenance"), f"{path}")
     fingertip = table.get("fingertip", {})
     _known(fingertip, FINGERTIP, f"{path} [fingertip]")
     if "tip_radius" not in fingertip:
@@ -88,7 +94,13 @@ def _built(table: Mapping[str, Any], path: str) -> ContactModel:
         for p in one.parameters:
             values[p.symbol] = _value(declared(p), section.get(p.symbol, {}), f"{where}: {p.symbol!r}")
     provenance = {key: str(text) for key, text in table.get("provenance", {}).items()}
-    return ContactModel(tuple(effects), values, radius, **rest, provenance=provenance)
+    shown = _shown(table.get("shown", {}), f"{path} [shown]")
+    return ContactModel(tuple(effects), values, radius, **rest, provenance=provenance, shown=shown)
+
+
+def _shown(table: Mapping[str, Any], where: str) -> Shown:
+    _known(table, tuple(one.name for one in fields(Shown)), where)
+    return Shown(**{key: _number(value, f"{where}: {key!r}") for key, value in table.items()})
 
 
 def _effect(section: Mapping[str, Any], path: str) -> Effect:

@@ -36,6 +36,20 @@ class Simulation(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Shown:
+    """The range over which a model was fitted; beyond it nothing was seen of what it says.
+
+    Not finite where that is not known.
+    """
+
+    depth: float = math.inf  # [m] the deepest indentation
+    speed: float = math.inf  # [m/s] the quickest motion in contact
+    load: float = math.inf  # [N] the largest normal force
+    coldest: float = -math.inf  # [degrees Celsius]
+    warmest: float = math.inf
+
+
+@dataclass(frozen=True)
 class ContactModel:
     """One fingertip: geometry, effects in order, values of their parameters.
 
@@ -51,6 +65,7 @@ class ContactModel:
     reference_depth: float  # x_ref [m], where K is the elastic force
     reference_temperature: float = 23.0  # [degrees Celsius] at which the values hold
     provenance: Mapping[str, str] = field(default_factory=dict)  # recording, date, error, ...
+    shown: Shown = Shown()
 
     def __post_init__(self) -> None:
         for name in ("tip_radius", "reference_depth"):

@@ -9,28 +9,15 @@ import ast
 import builtins
 import inspect
 import textwrap
-import threading
 import types
 from collections.abc import Callable
 from typing import Any
 
 from vegrip.effects.contract import Hook
+from vegrip.effects.file import parsed
 from vegrip.errors import ModelError
 
 ALLOWED = {"abs", "bool", "float", "int", "max", "min", "range", "round"}
-
-
-_PARSING = threading.Lock()
-
-
-def parsed(text: str) -> ast.Module:
-    """Parse ``text``, one thread at a time.
-
-    CPython counts the depth of the tree it builds in one place for all threads; two at once can end in
-    "SystemError: AST constructor recursion depth mismatch" (seen with 3.11.7).
-    """
-    with _PARSING:
-        return ast.parse(text)
 
 
 class Texts:

@@ -11,7 +11,6 @@ from vegrip.effects import effect
 from vegrip.effects.file import effect_of
 from vegrip.identification.draft import draft
 from vegrip.identification.draft.grammar import LAW_PLACES, LAW_SHAPES, LAW_VARIABLES, Law
-from vegrip.identification.draft.obeys import broken_over
 from vegrip.identification.draft.text import law_text
 from vegrip.identification.recording import read_recording
 from vegrip.model import paper_model, read_model
@@ -87,29 +86,6 @@ LAWS = [
 )
 def test_every_sentence_of_the_grammar_is_an_effect_that_holds_to_the_laws(law: Law) -> None:
     assert broken_laws(effect_of(law_text(law, "one", {}), "the draft")) == []
-
-
-def with_law(place: str, variable: str, amount: float) -> tuple[str, ...]:
-    law = Law(LAW_PLACES[place], LAW_VARIABLES[variable], LAW_SHAPES["linear"], 1.0)
-    made = effect_of(law_text(law, "one", {}), "the draft")
-    model = paper_model(8e-3).with_effect(made).with_value("c_one", amount)
-    return tuple(broken_over(model, depth=1e-3, speeds=(1e-3, 1e-2), length=20.0))
-
-
-@pytest.mark.parametrize(
-    ("place", "variable", "amount", "broken"),
-    [
-        ("elastic", "depth", 0.5, ""),
-        ("elastic", "depth", -0.7, "pressing deeper takes less force"),
-        ("force", "contact_time", 0.3, "grows under a constant indentation"),
-        ("force", "speed", -0.1, "gives back more work"),
-        ("force", "time", 5.0, "grows without bound"),
-        ("sense", "time", 1.0, ""),
-    ],
-)
-def test_a_law_that_no_contact_obeys_is_named(place: str, variable: str, amount: float, broken: str) -> None:
-    told = with_law(place, variable, amount)
-    assert (told == ()) if not broken else any(broken in sentence for sentence in told), told
 
 
 def test_an_effect_in_a_file_is_added_saved_and_read_again(tmp_path: Path) -> None:

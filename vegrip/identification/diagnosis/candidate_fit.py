@@ -104,23 +104,33 @@ class CandidateFit:
 
 def evaluate_candidate(problem: Problem, optimum: Optimum, groups: Floats) -> CandidateFit:
     """Return an optimum with evidence and held-out scores; ``groups`` (rows,) numbers what is held out."""
-    s = problem.unknowns.std
-    J = optimum.jacobian
-    prior = np.diag(s**-2.0)
-    A = J.T @ J + prior
-    noise = float(np.sum(problem.log_scale))
-    evidence = -optimum.cost - noise - float(np.sum(np.log(s))) - 0.5 * float(np.linalg.slogdet(A)[1])
-    squares = scores(problem, optimum, A, groups)
+    squares = scores(problem, optimum, _information(problem, optimum), groups)
     scales = np.array([float(np.sum(problem.log_scale[groups == one])) for one in np.unique(groups)])
     count = max(int(np.count_nonzero(problem.counted)), 1)
     without = math.sqrt(-2.0 * float(squares.sum()) / count)
-    return CandidateFit(
-        problem, optimum, evidence, squares - scales, without, rms(optimum.residual[problem.counted])
-    )
+    evidence, error = log_evidence(problem, optimum), rms(optimum.residual[problem.counted])
+    return CandidateFit(problem, optimum, evidence, squares - scales, without, error)
+
+
+def log_evidence(problem: Problem, optimum: Optimum) -> float:
+    """Return ln Z [nats]."""
+    noise, priors = float(np.sum(problem.log_scale)), float(np.sum(np.log(problem.unknowns.std)))
+    half = 0.5 * float(np.linalg.slogdet(_information(problem, optimum))[1])
+    return -optimum.cost - noise - priors - half
+
+
+def _information(problem: Problem, optimum: Optimum) -> Floats:
+    information: Floats = optimum.jacobian.T @ optimum.jacobian + np.diag(problem.unknowns.std**-2.0)
+    return information
 
 
 def extend_problem(base: CandidateFit, hint: Hint, groups: Floats) -> CandidateFit:
     """Refit with a candidate, from where the screen points."""
+    return evaluate_candidate(*extended(base, hint), groups)
+
+
+def extended(base: CandidateFit, hint: Hint) -> tuple[Problem, Optimum]:
+    """Return the problem with a candidate, and where it is best."""
     best: Optimum | None = None
     problem = _problem(base, hint.candidate)
     near = max(CANDIDATE_PRECISION_NATS, SLOPPY * hint.gain)
@@ -148,18 +158,20 @@ def extend_problem(base: CandidateFit, hint: Hint, groups: Floats) -> CandidateF
     if has_play(problem.model):  # what the tip does not follow is another noise
         problem.freeze(best.u)
         best = refine_optimum(problem, best.u, EVALUATIONS)
-    return evaluate_candidate(problem, best, groups)
+    return problem, best
 
 
 def finish_fit(base: CandidateFit, rough: CandidateFit, groups: Floats) -> CandidateFit:
-    """Return a candidate that ended far from the base with its last steps taken by derivatives made anew."""
-    if rough.optimum.cost > base.optimum.cost - FAR_NATS:
+    """Return a candidate with its last steps taken, see :func:`finished`."""
+    best = finished(base, rough.problem, rough.optimum)
+    return rough if best is rough.optimum else evaluate_candidate(rough.problem, best, groups)
+
+
+def finished(base: CandidateFit, problem: Problem, rough: Optimum) -> Optimum:
+    """Return an optimum that ended far from the base with its last steps taken by derivatives made anew."""
+    if rough.cost > base.optimum.cost - FAR_NATS:
         return rough
-    return evaluate_candidate(
-        rough.problem,
-        refine_optimum(rough.problem, rough.optimum.u, 2 * EVALUATIONS, near=CANDIDATE_PRECISION_NATS),
-        groups,
-    )
+    return refine_optimum(problem, rough.u, 2 * EVALUATIONS, near=CANDIDATE_PRECISION_NATS)
 
 
 def _problem(base: CandidateFit, candidate: Candidate) -> Problem:
@@ -173,7 +185,7 @@ def _problem(base: CandidateFit, candidate: Candidate) -> Problem:
     ordered = tuple(
         s
         for s in model.parameters
-        if s in p.symbols or s in [one.symbol for one in candidate.effect.parameters]
+        if s in p.symbols or s in [one.symbol for one in candidate.effect.parameters if one.std > 0.0]
     )
     is_plain = {one.name for one in p.model.effects} <= set(BASE)
     within = None if is_plain or candidate.effect.expensive else carrier(p.model, [candidate])
@@ -207,6 +219,8 @@ def _start(problem: Problem, base: CandidateFit, hint: Hint, factor: float) -> F
             u[j] = base.optimum.u[known.names.index(name)]
     multiple = factor * math.copysign(min(max(abs(hint.multiple), 0.02), 30.0), hint.multiple)
     for p in hint.candidate.effect.parameters:
+        if p.symbol not in k.names:
+            continue
         value = hint.trial[p.symbol]
         if p.null is not None:
             value = p.null + multiple * (value - p.null)

@@ -92,6 +92,9 @@ LAW_VARIABLES = {
         Variable("below", "how far the indentation is below the deepest one", "x_ref",
                  f"({{z}} - max({X}, 0.0))", (f"{{z}} = max({{z}}, {X})",), "1", is_lasting=True,
                  refute="triangles of growing peak, then back to a small one"),
+        Variable("deepest_here", "the deepest indentation in this contact", "x_ref", "{z}",
+                 (f"{{z}} = max({{z}}, {X}) if x > 0.0 else 0.0",), "1", places=KEPT,
+                 refute="presses just short of a depth and just past it, in and out"),
         Variable("contact_time", "the time in this contact", "s", "{z}",
                  ("{z} = {z} + dt if x > 0.0 else 0.0",), "s", places=KEPT,
                  refute="a hold ten times as long"),
@@ -105,9 +108,15 @@ LAW_VARIABLES = {
         Variable("work", "the work done on the tip so far", "K x_ref", "{z}",
                  (f"{{z}} = {{z}} + elastic_force / K * {RATE} * dt",), "1", is_lasting=True,
                  places=("force", "pull"), refute="many presses, deep in one recording, shallow in another"),
+        Variable("impulse", "the load times the time so far", "K s", "{z}",
+                 ("{z} = {z} + max(elastic_force, 0.0) / K * dt",), "s", is_lasting=True,
+                 places=("force", "pull"), refute="a long hold, deep in one recording, shallow in another"),
         Variable("recent_depth", "a memory of the indentation", "x_ref", "{z}",
-                 (LAG.replace("{q}", f"max({X}, 0.0)"),), "1", places=KEPT, kin="depth",
+                 (LAG.replace("{q}", f"max({X}, 0.0)"),), "1", is_lasting=True, places=KEPT, kin="depth",
                  refute="holds of very different length"),
+        Variable("recent_load", "a memory of the elastic force", "K", "{z}",
+                 (LAG.replace("{q}", "elastic_force / K"),), "1", is_lasting=True, places=("force", "pull"),
+                 kin="load", refute="holds of very different length and depth"),
         Variable("recent_rate", "a memory of how fast it moved", "x_ref/s", "{z}",
                  (LAG.replace("{q}", RATE),), "1/s", places=KEPT, kin="rate",
                  refute="sines of growing frequency, then a slow press at once"),
@@ -137,6 +146,10 @@ class Shape:
     is_odd: bool = False
     of_what: tuple[str, ...] = ()  # variables that it is for, of some alone
 
+    @property
+    def middle(self) -> float:
+        return self.trials[len(self.trials) // 2] if self.trials else 1.0
+
     def of(self, variable: Variable) -> str:
         """Return the expression for a variable."""
         return (
@@ -160,7 +173,7 @@ LAW_SHAPES = {
               5.0, is_odd=True),
         Shape("beyond", "max(q - s, 0)", "max({q} - {s}, 0.0)", (0.2, 0.35, 0.5, 0.65, 0.8), 0.01, 1.0),
         Shape("step", "(1/2 + tanh((q - s) / 0.02) / 2)", "(0.5 + 0.5 * math.tanh(({q} - {s}) / 0.02))",
-              (0.1, 0.25, 0.5, 0.75, 0.9), 0.01, 1.0, of_what=("time", "presses", "way")),
+              (0.1, 0.25, 0.5, 0.75, 0.9), 0.01, 1.0, of_what=("time", "presses", "way", "deepest_here")),
     )
 }  # fmt: skip
 MEMORY_TIMES_S = (0.1, 1.0, 10.0, 100.0)  # [s] at which a memory is tried

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from vegrip.identification.draft.search import Draft
+from vegrip.identification.draft.text import PROBE_NAME
 from vegrip.identification.fit.problem import AT
 from vegrip.identification.fit.solve import covariance
 from vegrip.plotting import new_figure, save_figure
@@ -51,7 +52,7 @@ def interval(found: Draft, before: Floats, after: Floats) -> tuple[Floats, Float
     taken = found.taken
     assert taken is not None  # noqa: S101
     k = taken.fitted.problem.unknowns
-    at = k.names.index(f"c_{found.name}")
+    at = k.names.index(f"c_{PROBE_NAME}")
     std = math.sqrt(float(covariance(taken.fitted.problem, taken.fitted.optimum)[at, at]))
     part = SURE * std / max(abs(float(taken.fitted.optimum.u[at])), 1e-300)
     change = after - before

@@ -14,36 +14,37 @@ import math
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vegrip.effects import Effect, names
-from vegrip.effects.file import effect_of
+from vegrip.effects import names
 from vegrip.errors import UsageError
 from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.acceptance import Verdict, judge_candidate, misfit_by_regime
 from vegrip.identification.diagnosis.candidate_fit import (
     CandidateFit,
     evaluate_candidate,
-    extend_problem,
-    finish_fit,
+    extended,
+    finished,
     held_out_groups,
+    log_evidence,
     regime_map,
 )
 from vegrip.identification.diagnosis.data_checks import check_before_search, refuse_unusable
 from vegrip.identification.diagnosis.discrepancy import find_discrepancy
 from vegrip.identification.diagnosis.score_tests import Candidate, Hint, null, with_candidates
 from vegrip.identification.draft.grammar import LAW_PLACES, LAW_SHAPES, MEMORY_TIMES_S, Law, Place, Variable
-from vegrip.identification.draft.obeys import broken_by
-from vegrip.identification.draft.text import Probe, law_text, probe
+from vegrip.identification.draft.text import PROBE_NAME, Probe, law_text, parameters_of, probe
 from vegrip.identification.fit.fitting import fit, on_one_thread
 from vegrip.identification.fit.noise import Noise
+from vegrip.identification.fit.obeys import broken_by
 from vegrip.identification.fit.problem import AT, Problem, Zeros
-from vegrip.identification.fit.result import Fit, fit_of
-from vegrip.identification.fit.solve import Report
+from vegrip.identification.fit.result import Fit, fit_of, shown_by
+from vegrip.identification.fit.solve import Optimum, Report
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
 from vegrip.types import Floats
@@ -53,6 +54,7 @@ SHOWN = 1e-3  # of K, by which a sensor shows a variable
 COARSE = ("linear", "saturating", "beyond")  # shapes of the first look
 LOOKED_AT_AGAIN = 12  # pairs of place and variable whose every shape and second variable is screened
 REFITTED = 8
+JUDGED = 8
 MAX_ALIKE = 2  # of them, of one place and variable
 MIN_EPISODES = 2
 MIN_SHARE = 0.3  # of the excess of the squared error over the noise's, that a law worth writing takes
@@ -72,11 +74,21 @@ class Screened:
 
 
 @dataclass(frozen=True, eq=False)
+class Refitted:
+    """A law at its best; ``gain`` of evidence [nats]."""
+
+    law: Law
+    candidate: Candidate
+    problem: Problem
+    optimum: Optimum
+    gain: float
+
+
+@dataclass(frozen=True, eq=False)
 class Tried:
     """A law that was refitted; ``across``: gain [nats] where each protocol is foretold by the others."""
 
     law: Law
-    effect: Effect
     fitted: CandidateFit
     verdict: Verdict
     share: float  # of the excess of the squared error over the noise's, that it takes
@@ -85,7 +97,9 @@ class Tried:
 
     @property
     def parameters(self) -> dict[str, float]:
-        return {p.symbol: self.fitted.value(p.symbol) for p in self.effect.parameters}
+        """What was fitted, by the letters of :func:`~vegrip.identification.draft.text.parameters_of`."""
+        free = [one.symbol for one in parameters_of(self.law, PROBE_NAME)]
+        return {symbol.removesuffix(f"_{PROBE_NAME}"): self.fitted.value(symbol) for symbol in free}
 
     @property
     def failed(self) -> tuple[str, ...]:
@@ -115,7 +129,11 @@ class Draft:
     def text(self) -> str:
         """The effect's file."""
         assert self.taken is not None  # noqa: S101
-        return law_text(self.taken.law, self.name, self._found(self.taken))
+        return law_text(self.taken.law, self.name, self._found(self.taken), self.taken.parameters)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        return {f"{key}_{self.name}": at for key, at in self.taken.parameters.items()} if self.taken else {}
 
     def _found(self, taken: Tried) -> dict[str, str]:
         recording = self.start.problem.measured.recording
@@ -125,9 +143,7 @@ class Draft:
             "Shown for": "; ".join(spans(self.base)),
             "Error over the noise": f"{self.base.error:.4g} -> {k.error:.4g} (floor 1); held-out protocols "
             f"{taken.across:+.4g} nats",
-            "Fitted values": ", ".join(
-                f"{p.symbol} = {k.value(p.symbol):.4g}" for p in taken.effect.parameters
-            ),
+            "Fitted values": ", ".join(f"{key} = {at:.4g}" for key, at in self.parameters.items()),
             "Place": taken.law.place.where,
             "What would refute it": taken.law.variable.refute,
         }
@@ -147,7 +163,7 @@ class Draft:
             "law": one.law.in_words if one else None,
             "place": one.law.place.where if one else None,
             "variables": one.law.variables if one else [],
-            "parameters": one.parameters if one else {},
+            "parameters": self.parameters,
             "error": error,
             "heldout_gain": one.verdict.heldout if one else None,
             "heldout_protocols_gain": one.across if one else None,
@@ -204,104 +220,22 @@ def draft(
     refuse_unusable(recording, start.problem.measured)
     problem, groups = start.problem, held_out_groups(start.problem)
     base = evaluate_candidate(problem, start.optimum, groups)
-    judge = Judge(base, groups, name, threads)
-    if reason := _why_not(problem, base, judge.misfit):
+    if reason := _why_not(problem, base):
         return Draft(start, base, name, reason=reason)
     report("screens the laws of the grammar")
     screen = Screen(base)
     found, count = screen_laws(screen, threads, report)
-    judge.pays = thresholds.MIN_GAIN_NATS + math.log(max(count, 1))
-    found = [one for one in found if one.gain > judge.pays]
-    tried = judge.refitted(shortlist(found), report)
-    tried = judge.refitted(_kin(found, tried), report) + tried
-    tried.sort(key=lambda one: -one.verdict.gain)
+    pays = thresholds.MIN_GAIN_NATS + math.log(max(count, 1))
+    found = [one for one in found if one.gain > pays]
+    judge = Judge(base, groups, screen, pays, threads)
+    refitted = judge.refitted(shortlist(found), report)
+    refitted += judge.refitted(_kin(found, refitted), report)
+    tried = judge.judged(sorted(refitted, key=lambda one: -one.gain))
     taken = shortest([one for one in tried if not one.failed])
     if taken is None:
         return Draft(start, base, name, tried, None, _why_none(tried), count)
-    tau = taken.fitted.value(f"tau_{name}") if taken.law.variable.has_rate else 1.0
-    values = screen.values(taken.law.variable, tau) / taken.law.size
+    values = screen.values(taken.law.variable, taken.parameters.get("tau", 1.0)) / taken.law.size
     return Draft(start, base, name, tried, taken, "", count, values)
-
-
-class Judge:
-    """Refits of laws, and what they are worth beside the model that is there."""
-
-    def __init__(self, base: CandidateFit, groups: Floats, name: str, threads: int) -> None:
-        self._base, self._groups, self._name, self._threads = base, groups, name, threads
-        self._regimes = regime_map(base.problem, base.optimum.u)
-        self._protocols = protocols(base.problem)[base.problem.rows].astype(np.float64)
-        self.misfit = misfit_by_regime(base.optimum.residual, self._regimes)
-        self.pays = thresholds.MIN_GAIN_NATS
-
-    def refitted(self, chosen: list[Screened], report: Report) -> list[Tried]:
-        if chosen:
-            report(f"refits {'; '.join(one.law.equation for one in chosen)}")
-        with ThreadPoolExecutor(self._threads) as pool:
-            return list(pool.map(self._tried, chosen))
-
-    def _tried(self, one: Screened) -> Tried:
-        effect, name = effect_of(law_text(one.law, self._name, {}), "the draft"), self._name
-        values = {f"c_{name}": AMOUNT, f"s_{name}": one.s, f"tau_{name}": one.tau}
-        trial = {p.symbol: values[p.symbol] for p in effect.parameters}
-        candidate = Candidate(effect, null(effect), (trial,))
-        hint = Hint(candidate, one.gain, trial, one.multiple, np.zeros(0, dtype=np.float32))
-        base = self._base
-        fitted = finish_fit(base, extend_problem(base, hint, self._groups), self._groups)
-        after = misfit_by_regime(fitted.optimum.residual, self._regimes)
-        verdict = judge_candidate(candidate, base, fitted, (self.misfit, after), self.pays)
-        broken = (
-            broken_by(fit_of(fitted.problem, fitted.optimum).model, base.problem) if verdict.is_passed else ()
-        )
-        share = (base.error**2 - fitted.error**2) / max(base.error**2 - 1.0, 1e-12)
-        return Tried(one.law, effect, fitted, verdict, share, self._across(fitted), tuple(broken))
-
-    def _across(self, new: CandidateFit) -> float:
-        """Return by how much [nats] protocols are better foretold by fits to the others.
-
-        Episodes, where all of them are one protocol.
-        """
-        if self._protocols.max() < 1.0:
-            return float(np.sum(new.heldout - self._base.heldout))
-        old, now = (
-            evaluate_candidate(one.problem, one.optimum, self._protocols) for one in (self._base, new)
-        )
-        return float(np.sum(now.heldout - old.heldout))
-
-
-def shortest(passed: list[Tried]) -> Tried | None:
-    """Return the shortest law within the noise of the best one."""
-    if not passed:
-        return None
-    best = max(one.verdict.gain for one in passed)
-    within = max(thresholds.INDISTINGUISHABLE_NATS, thresholds.INDISTINGUISHABLE_SHARE * best)
-    near = [one for one in passed if one.verdict.gain >= best - within]
-    return min(near, key=lambda one: (one.law.complexity, -one.verdict.gain))
-
-
-def _why_not(problem: Problem, base: CandidateFit, misfit: float) -> str:
-    """Return why no law is looked for; empty where one is."""
-    for doubt in check_before_search(problem):
-        if doubt.is_grave:
-            return f"the recording is in doubt: {doubt.text}"
-    if problem.episodes.max() + 1 < MIN_EPISODES:
-        return (
-            "there is one episode only, so nothing can be held out; record the motion again, or another one"
-        )
-    if misfit <= thresholds.MAX_NOISE_CHI2:
-        rest = find_discrepancy(base)
-        if rest is None or rest.gain <= thresholds.MIN_CURVE_NATS:
-            return "the model leaves only noise; there is no law to be found here"
-    return ""
-
-
-def _why_none(tried: list[Tried]) -> str:
-    if not tried:
-        return "no law of the grammar gains enough; `vegrip diagnose` says where the model fails"
-    best = tried[0]
-    if best.broken and best.failed == best.broken:
-        return f"the best law, {best.law.equation}, cannot be: {'; '.join(best.broken)}"
-    would = f"{best.law.variable.refute} would show it"
-    return f"the best law, {best.law.equation}, fails: {', '.join(best.failed)}; {would}"
 
 
 class Screen:
@@ -355,6 +289,116 @@ class Screen:
             return None
         along = float(own[:rows] @ base.optimum.residual)
         return Screened(law, 0.5 * along * along / (left + 1e-3), s, tau, -along / left)
+
+
+class Judge:
+    """Refits of laws, and what they are worth beside the model that is there."""
+
+    def __init__(self, base: CandidateFit, groups: Floats, screen: Screen, pays: float, threads: int) -> None:
+        self._base, self._groups, self._screen, self._pays = base, groups, screen, pays
+        self._regimes = regime_map(base.problem, base.optimum.u)
+        self._misfit = misfit_by_regime(base.optimum.residual, self._regimes)
+        self._threads = threads
+
+    def refitted(self, chosen: list[Screened], report: Report) -> list[Refitted]:
+        """Return laws refitted, best first."""
+        if chosen:
+            report(f"refits {'; '.join(one.law.equation for one in chosen)}")
+        with ThreadPoolExecutor(self._threads) as pool:
+            return sorted(pool.map(self._refitted, chosen), key=lambda one: -one.gain)
+
+    def _refitted(self, one: Screened) -> Refitted:
+        probe = self._screen.probes[one.law.place.name]
+        absent, trial = (probe.trial(c, one.law, one.s, one.tau) for c in (0.0, AMOUNT))
+        candidate = Candidate(probe.freed_for(one.law), absent, (trial,))
+        hint = Hint(candidate, one.gain, trial, one.multiple, np.zeros(0, dtype=np.float32))
+        problem, rough = extended(self._base, hint)
+        best = finished(self._base, problem, rough)
+        return Refitted(one.law, candidate, problem, best, log_evidence(problem, best) - self._base.evidence)
+
+    def judged(self, refitted: list[Refitted]) -> list[Tried]:
+        """Return laws judged, best first, down to those that are surely worse than the best that passes.
+
+        Holding out costs most of the time.
+        """
+        tried: list[Tried] = []
+        with ThreadPoolExecutor(self._threads) as pool:
+            for i in range(0, min(len(refitted), JUDGED), self._threads):
+                passed = [one.verdict.gain for one in tried if not one.failed]
+                if passed and refitted[i].gain < max(passed) - indistinguishable(max(passed)):
+                    break
+                tried += pool.map(self._tried, refitted[i : i + self._threads])
+        return tried
+
+    def _tried(self, one: Refitted) -> Tried:
+        base, fitted = self._base, evaluate_candidate(one.problem, one.optimum, self._groups)
+        after = misfit_by_regime(fitted.optimum.residual, self._regimes)
+        verdict = judge_candidate(one.candidate, base, fitted, (self._misfit, after), self._pays)
+        share = (base.error**2 - fitted.error**2) / max(base.error**2 - 1.0, 1e-12)
+        if verdict.failed:
+            return Tried(one.law, fitted, verdict, share, -math.inf, ())
+        broken = broken_by(fit_of(fitted.problem, fitted.optimum).model, base.problem)
+        return Tried(one.law, fitted, verdict, share, self._across(fitted), tuple(broken))
+
+    def _across(self, new: CandidateFit) -> float:
+        """Return by how much [nats] protocols are better foretold by fits to the others.
+
+        Episodes, where all of them are one protocol.
+        """
+        if self._protocols.max() < 1.0:
+            return float(np.sum(new.heldout - self._base.heldout))
+        now = evaluate_candidate(new.problem, new.optimum, self._protocols)
+        return float(np.sum(now.heldout - self._base_across.heldout))
+
+    @cached_property
+    def _protocols(self) -> Floats:
+        problem = self._base.problem
+        return protocols(problem)[problem.rows].astype(np.float64)
+
+    @cached_property
+    def _base_across(self) -> CandidateFit:
+        return evaluate_candidate(self._base.problem, self._base.optimum, self._protocols)
+
+
+def indistinguishable(gain: float) -> float:
+    """Return by how much [nats] laws may gain less than the best and be as good."""
+    return max(thresholds.INDISTINGUISHABLE_NATS, thresholds.INDISTINGUISHABLE_SHARE * gain)
+
+
+def shortest(passed: list[Tried]) -> Tried | None:
+    """Return the shortest law within the noise of the best one."""
+    if not passed:
+        return None
+    best = max(one.verdict.gain for one in passed)
+    near = [one for one in passed if one.verdict.gain >= best - indistinguishable(best)]
+    return min(near, key=lambda one: (one.law.complexity, -one.verdict.gain))
+
+
+def _why_not(problem: Problem, base: CandidateFit) -> str:
+    """Return why no law is looked for; empty where one is."""
+    for doubt in check_before_search(problem):
+        if doubt.is_grave:
+            return f"the recording is in doubt: {doubt.text}"
+    if problem.episodes.max() + 1 < MIN_EPISODES:
+        return (
+            "there is one episode only, so nothing can be held out; record the motion again, or another one"
+        )
+    regimes = regime_map(problem, base.optimum.u)
+    if misfit_by_regime(base.optimum.residual, regimes) <= thresholds.MAX_NOISE_CHI2:
+        rest = find_discrepancy(base)
+        if rest is None or rest.gain <= thresholds.MIN_CURVE_NATS:
+            return "the model leaves only noise; there is no law to be found here"
+    return ""
+
+
+def _why_none(tried: list[Tried]) -> str:
+    if not tried:
+        return "no law of the grammar gains enough; `vegrip diagnose` says where the model fails"
+    best = tried[0]
+    if best.broken and best.failed == best.broken:
+        return f"the best law, {best.law.equation}, cannot be: {'; '.join(best.broken)}"
+    would = f"{best.law.variable.refute} would show it"
+    return f"the best law, {best.law.equation}, fails: {', '.join(best.failed)}; {would}"
 
 
 def screen_laws(screen: Screen, threads: int, report: Report) -> tuple[list[Screened], int]:
@@ -432,11 +476,11 @@ def shortlist(found: list[Screened]) -> list[Screened]:
     return chosen[:REFITTED]
 
 
-def _kin(found: list[Screened], tried: list[Tried]) -> list[Screened]:
+def _kin(found: list[Screened], tried: list[Refitted]) -> list[Screened]:
     """Return laws of the best one's place and variable in other shapes, and without its memory."""
     if not tried:
         return []
-    best = max(tried, key=lambda one: one.verdict.gain).law
+    best = tried[0].law
     there = {_key(one.law) for one in tried}
     own = (best.variable.name, best.variable.kin)
     near = [one for one in _distinct(found) if one.law.place == best.place and one.law.second is None]
@@ -473,15 +517,13 @@ def protocols(problem: Problem) -> NDArray[np.int64]:
 
 
 def spans(base: CandidateFit) -> list[str]:
-    """Return for which depths, speeds and times the recording shows anything."""
-    p, m = base.problem, base.problem.measured
-    speed = np.abs(np.gradient(m.motion.displacement, m.recording.t))
-    touching = p.stiffness > 0.0
-    deep = float(np.max(m.motion.displacement[touching]))
+    """Return for which depths, speeds, loads and times the recording shows anything."""
+    shown, t = shown_by(base.problem, base.optimum.u), base.problem.measured.recording.t
     return [
-        f"depths up to {1e3 * deep:.3g} mm",
-        f"speeds up to {1e3 * float(np.quantile(speed[touching], 0.99)):.3g} mm/s",
-        f"{m.recording.t[-1] - m.recording.t[0]:.4g} s",
+        f"depths up to {1e3 * shown.depth:.3g} mm",
+        f"speeds up to {1e3 * shown.speed:.3g} mm/s",
+        f"loads up to {shown.load:.3g} N",
+        f"{t[-1] - t[0]:.4g} s",
     ]
 
 

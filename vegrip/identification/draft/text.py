@@ -2,12 +2,15 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from string import Template
+from types import MappingProxyType
 
 from vegrip.effects.contract import Effect
 from vegrip.effects.file import effect_of
 from vegrip.identification.draft.grammar import LAW_SHAPES, LAW_VARIABLES, Law, Place, Variable
+from vegrip.parameters import Parameter
 
 ARGUMENT = re.compile(r"\b(?:[a-z]\w*|K)\b")
 NOT_ARGUMENTS = {"not", "abs", "max", "min", "math", "exp", "tanh", "floor", "if", "else", "and", "or"}
@@ -65,8 +68,36 @@ def state_text(name: str, variable: Variable) -> str:
     return f'State("{name}", "{variable.state_unit}", "{variable.words}"{lasting}),'
 
 
-def law_text(law: Law, name: str, found: Mapping[str, str]) -> str:
-    """Return the file of a law, an effect called ``name``; ``found`` says where and with what evidence."""
+def parameters_of(law: Law, name: str, values: Mapping[str, float] = MappingProxyType({})) -> list[Parameter]:
+    """Return what a law leaves to a fit: amount ``c``, and where it has them shape ``s`` and time ``tau``.
+
+    ``values``: by those letters, what they begin with.
+    """
+    at = {"c": 0.2, "s": law.shape.middle, "tau": 1.0} | {
+        key: float(f"{one:.6g}") for key, one in values.items()
+    }
+    amount = Parameter(f"c_{name}", "1", at["c"], 0.3, -20.0, 20.0, "change at SIZE", null=0.0)
+    s, tau = f"s_{name}", f"tau_{name}"
+    bounds = (law.shape.low, law.shape.high)
+    shape = [Parameter(s, "1", at["s"], 0.7, *bounds, "shapes the change", "log")] * bool(law.shape.trials)
+    doc = "time constant of the memory"
+    memory = [Parameter(tau, "s", at["tau"], 1.5, 1e-3, 1e4, doc, "log")] * law.variable.has_rate
+    return [amount, *shape, *memory]
+
+
+def parameter_text(one: Parameter) -> str:
+    numbers = ", ".join(f"{each:.6g}" for each in (one.default, one.std, one.low, one.high))
+    kind = f", null={one.null!r}" if one.null is not None else f', transform="{one.transform}"'
+    return f'Parameter("{one.symbol}", "{one.unit}", {numbers}, "{one.doc}"{kind}),'
+
+
+def law_text(
+    law: Law, name: str, found: Mapping[str, str], values: Mapping[str, float] = MappingProxyType({})
+) -> str:
+    """Return the file of a law, an effect called ``name``; ``found`` says where and with what evidence.
+
+    ``values``: of :func:`parameters_of`.
+    """
     c, s, tau = f"c_{name}", f"s_{name}", f"tau_{name}"
     parts = [("q", "SIZE", f"z_{name}", law.variable, law.size)]
     if law.second is not None:
@@ -78,13 +109,6 @@ def law_text(law: Law, name: str, found: Mapping[str, str]) -> str:
     shape = law.shape.of(law.variable).format(q="q", s=s)
     lines.append(f"f = ({shape}) * r" if law.second is not None else f"f = {shape}")
     states = [(z, variable) for _, _, z, variable, _ in parts if variable.remember]
-    parameters = [f'Parameter("{c}", "1", 0.2, 0.3, -20.0, 20.0, "change at SIZE", null=0.0),']
-    if law.shape.trials:
-        declared = f"{law.shape.trials[len(law.shape.trials) // 2]}, 0.7, {law.shape.low}, {law.shape.high}"
-        parameters.append(f'Parameter("{s}", "1", {declared}, "shapes the change", transform="log"),')
-    if law.variable.has_rate:
-        declared = '1.0, 1.5, 1e-3, 1e4, "time constant of the memory"'
-        parameters.append(f'Parameter("{tau}", "s", {declared}, transform="log"),')
     kept = [state_text(*each) for each in states]
     return FILE.substitute(
         equation=law.equation, words=law.in_words, head=HEAD, name=name,
@@ -94,12 +118,13 @@ def law_text(law: Law, name: str, found: Mapping[str, str]) -> str:
             for _, constant, _, variable, size in parts
         ),
         function=function_text(law.place, lines, c, [z for z, _ in states], f"Return the {law.place.unit}."),
-        parameters="".join(f"\n        {each}" for each in parameters),
+        parameters="".join(f"\n        {parameter_text(one)}" for one in parameters_of(law, name, values)),
         states="".join(f"\n        {each}" for each in kept),
         stage=law.place.stage, gives=law.place.gives, refute=law.variable.refute,
     ).replace("    states=(\n    ),\n", "")  # fmt: skip
 
 
+PROBE_NAME = "probe"
 CHOICES = ("first", "shape", "second", "s", "tau", "size", "size2")
 PROBE = Template("""\
 $head
@@ -124,16 +149,30 @@ class Probe:
     effect: Effect
     variables: tuple[Variable, ...]
 
-    def index(self, variable: Variable | None) -> float:
-        return -1.0 if variable is None else float(self.variables.index(variable))
-
     def trial(self, amount: float, law: Law, s: float, tau: float) -> dict[str, float]:
         """Return the values at which the probe is a law."""
         shape = float(list(LAW_SHAPES.values()).index(law.shape))
-        values = (self.index(law.variable), shape, self.index(law.second), s, tau, law.size, law.second_size)
-        return {"c_probe": amount} | {f"{one}_probe": at for one, at in zip(CHOICES, values, strict=True)}
+        first, second = self._index(law.variable), self._index(law.second)
+        values = (first, shape, second, s, tau, law.size, law.second_size)
+        names = (f"{one}_{PROBE_NAME}" for one in CHOICES)
+        return {f"c_{PROBE_NAME}": amount} | dict(zip(names, values, strict=True))
+
+    def freed_for(self, law: Law) -> Effect:
+        """Return the effect that leaves to a fit what a law does; few of them, for each is composed anew."""
+        return _freed(self.effect, tuple(parameters_of(law, PROBE_NAME)))
+
+    def _index(self, variable: Variable | None) -> float:
+        return -1.0 if variable is None else float(self.variables.index(variable))
 
 
+@cache
+def _freed(effect: Effect, free: tuple[Parameter, ...]) -> Effect:
+    named = {one.symbol: one for one in free}
+    parameters = tuple(named.get(one.symbol) or replace(one, std=0.0) for one in effect.parameters)
+    return replace(effect, parameters=parameters)
+
+
+@cache
 def probe(place: Place, *, has_temperature: bool) -> Probe:
     """Return the probe of a place; that of the sensor has every variable, for it shows what they are."""
     known = [one for one in LAW_VARIABLES.values() if has_temperature or one.name != "temperature"]

@@ -4,6 +4,7 @@ import datetime
 import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,11 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtri
 
 from vegrip.effects.contract import Effect
+from vegrip.identification.fit.obeys import broken_by
 from vegrip.identification.fit.problem import AT, Problem
 from vegrip.identification.fit.solve import Optimum, covariance
 from vegrip.identification.recording.checks import suspect_columns
-from vegrip.model import ContactModel
+from vegrip.model import ContactModel, Shown
 from vegrip.parameters import Parameter, changed, in_si
 from vegrip.types import Floats
 
@@ -112,6 +114,29 @@ def whiteness(values: Floats, episode: np.ndarray, lags: int = LAGS) -> float:
     return float(chdtrc(lags, Q))
 
 
+def shown_by(problem: Problem, u: Floats) -> Shown:
+    """Return the range of what is touched in a recording."""
+    m, table, t = problem.measured, problem.table(u), problem.measured.recording.t
+    rows = (problem.stiffness > 0.0) & problem.used
+    if not rows.any():
+        return Shown()
+    speed = np.abs(np.gradient(m.motion.displacement, t))
+    _, zeros = problem.parts(u)
+    known = {
+        "depth": float(np.max(table[rows, AT["indentation"]])),
+        "speed": float(np.quantile(speed[rows], NEARLY_ALL)),
+        "load": float(np.max((table[:, AT["normal_force"]] - zeros[1])[rows])),
+    }
+    warm = m.recording.columns.get("temperature", np.zeros(0))
+    warm = warm[np.isfinite(warm)]
+    if warm.size:
+        low, high = float(np.min(warm)), float(np.max(warm))
+        known |= {"coldest": low - AS_WARM_K, "warmest": high + AS_WARM_K}
+    return Shown(**known)
+
+
+NEARLY_ALL = 0.999  # of the rows: the quickest are noise
+AS_WARM_K = 1.0  # [K] by which a temperature may differ and be the same
 UNDETERMINED_SHARE = 0.7  # a posterior std above this share of the prior's: the data say nothing
 ENTANGLED = 0.98  # a correlation above this: only a combination is known
 AT_BOUND = 1e-3  # of the range, or of a prior std
@@ -153,7 +178,17 @@ class Fit:
             "date": datetime.date.today().isoformat(),
             "error": f"{self.error:.4g} (rms of whitened residuals; 1 is noise)",
         }
-        return replace(problem.model, values=values, provenance=provenance)
+        return replace(problem.model, values=values, provenance=provenance, shown=self.shown)
+
+    @property
+    def shown(self) -> Shown:
+        """The range over which the model was fitted."""
+        return shown_by(self.problem, self.optimum.u)
+
+    @cached_property
+    def broken_laws(self) -> list[str]:
+        """Sentences for what the model does within that range and no contact can."""
+        return list(broken_by(self.model, self.problem))
 
     @property
     def zeros(self) -> dict[str, float]:
@@ -282,6 +317,8 @@ def _warnings(fit: Fit, *, advise: bool) -> Iterator[str]:
     for one, other, c in fit.correlations(ENTANGLED):
         yield f"{one} and {other} are known only together (correlation {c:+.3f})"
     yield from _about_misfit(fit, advise=advise)
+    for sentence in fit.broken_laws:
+        yield f"the model does what no contact can: {sentence}"
 
 
 def _about_data(fit: Fit) -> Iterator[str]:
