@@ -88,7 +88,8 @@ def errors_on(found: Draft, other: Recording) -> dict[str, float]:
     here = base.problem.table(base.optimum.u)
     left = base.problem.measured.force - here[:, AT["normal_force"]]
     touching = (here[:, AT["elastic_force"]] > 0.0) & np.isfinite(left)
-    known, episodes = inputs(base.problem, here)[touching], base.problem.episodes[touching]
+    known = inputs(base.problem, here)[touching]
+    episodes = base.problem.episodes[touching].astype(np.float64)
     there = inputs(problem, table)
     for name, regression in BASELINES.items():
         more = regression(known, left[touching], episodes)

@@ -113,7 +113,8 @@ def gaussian_process(X: Floats, left: Floats, _episodes: Floats) -> Callable[[Fl
     def kernel(A: Floats, B: Floats, lengths: Floats) -> Floats:
         a, b = A / lengths, B / lengths
         squares = np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1) - 2.0 * a @ b.T
-        return np.exp(-0.5 * np.maximum(squares, 0.0))
+        near: Floats = np.exp(-0.5 * np.maximum(squares, 0.0))
+        return near
 
     def cost(h: Floats) -> float:
         K = math.exp(h[-2]) * kernel(Z, Z, np.exp(h[:-2])) + (math.exp(h[-1]) + 1e-6) * np.eye(y.size)

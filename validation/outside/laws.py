@@ -107,7 +107,7 @@ class SecondBody(Scaled):
     at: float = 0.5
 
     def elastic(self, force: float, x: float) -> float:
-        return force + 8.0 * self.share * self.force * max(x / self.depth - self.at, 0.0) ** 1.5
+        return force + 8.0 * self.share * self.force * math.pow(max(x / self.depth - self.at, 0.0), 1.5)
 
 
 @dataclass
