@@ -23,6 +23,7 @@ from vegrip.c99.literals import real
 from vegrip.c99.names import INDENT, broken, local
 from vegrip.c99.refusal import is_text, refused
 from vegrip.c99.scopes import Scopes, is_field, matters, nodes_of
+from vegrip.python_text import parsed
 
 ZERO = {INT: "0", LONG: "0", BOOL: "false"}
 PASSES = 8  # until the kinds of all variables are known
@@ -269,7 +270,7 @@ class Function:
         return both
 
     def _augmented(self, node: ast.AugAssign) -> list[str]:
-        read = ast.parse(ast.unparse(node.target), mode="eval").body
+        read = next(one.value for one in parsed(ast.unparse(node.target)).body if isinstance(one, ast.Expr))
         value = ast.BinOp(read, node.op, node.value)
         self._note_writes(value)
         writer = self._writer(value)

@@ -30,6 +30,7 @@ from vegrip.c99.kinds import (
 from vegrip.c99.names import broken, comment, joined, local
 from vegrip.c99.refusal import Place, RefusedError, UntranslatableError, refused, statements, unknown_place
 from vegrip.c99.scopes import nodes_of
+from vegrip.python_text import parsed
 
 LETTERS = {REAL: "r", INT: "i", LONG: "l", BOOL: "b"}
 
@@ -108,7 +109,7 @@ class _Translator(Callees):
         notes: Mapping[str, str],
         reals: RealType,
     ) -> None:
-        tree = ast.parse(text)
+        tree = parsed(text)
         self.trees = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
         self.values = _values(tree)
         self.entries, self.prefix, self.place, self.notes = entries, prefix, place, notes

@@ -8,15 +8,14 @@ import ast
 import dataclasses
 import hashlib
 import linecache
-import threading
 import types
 from pathlib import Path
 
 from vegrip.effects.contract import Effect
 from vegrip.errors import InputError, ModelError
+from vegrip.python_text import parsed
 
 MAX_BYTES = 100_000
-_PARSING = threading.Lock()
 IMPORTS = {
     "vegrip.effects": {"Effect", "State", "hook"},
     "vegrip.parameters": {"Parameter"},
@@ -30,16 +29,6 @@ FUNCTION = (
     *SCALAR, ast.FunctionDef, ast.arguments, ast.arg, ast.Assign, ast.AnnAssign, ast.AugAssign, ast.Return,
     ast.If, ast.For, ast.Break, ast.Continue, ast.Pass, ast.Expr, ast.Subscript,
 )  # fmt: skip
-
-
-def parsed(text: str) -> ast.Module:
-    """Parse ``text``, one thread at a time.
-
-    CPython counts the depth of the tree it builds in one place for all threads; two at once can end in
-    "SystemError: AST constructor recursion depth mismatch" (seen with 3.11.7).
-    """
-    with _PARSING:
-        return ast.parse(text)
 
 
 def read_effect(path: Path) -> Effect:

@@ -14,8 +14,8 @@ from collections.abc import Callable
 from typing import Any
 
 from vegrip.effects.contract import Hook
-from vegrip.effects.file import parsed
 from vegrip.errors import ModelError
+from vegrip.python_text import parsed
 
 ALLOWED = {"abs", "bool", "float", "int", "max", "min", "range", "round"}
 

@@ -8,6 +8,7 @@ import numpy as np
 K, P, C1, NU, RADIUS = 2.0, 1.6, 0.3, 2.0, 8e-3
 DEPTH = RADIUS / 10.0
 NOISE_N, NOISE_M = 0.01, 1e-6
+SECOND_BODY_MM = 0.9
 STEP_S, EACH = 2.5e-3, 4  # of the simulation, and steps a sample
 
 Law = Callable[[float, float, float, dict[str, float]], tuple[float, float, float]]
@@ -30,7 +31,7 @@ def quick_when_deep(
 
 
 def second_body(x: float, speed: float, force: float, memory: dict[str, float]) -> tuple[float, float, float]:
-    return force + 1.2 * max(x - 0.9, 0.0), 1.0, 1.0
+    return force + 1.2 * max(x - SECOND_BODY_MM, 0.0), 1.0, 1.0
 
 
 def thixotropic(x: float, speed: float, force: float, memory: dict[str, float]) -> tuple[float, float, float]:
