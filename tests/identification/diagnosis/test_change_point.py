@@ -105,7 +105,7 @@ def test_the_term_is_what_the_change_does_to_the_force_through_the_relaxation(
     assert added[loaded] == pytest.approx(more[loaded], abs=0.02 * np.ptp(more))
     at_once = Changed(found.problem, variable, is_relaxing=False)
     plain = at_once.term(u, table, np.array([at]), 0.0)[:, 0]
-    force, deeper = table[:, AT["normal_force"]] - zero, problem.places - at
+    force, deeper = table[:, AT["normal_force"]] - zero, problem.along - at
     expected = force if variable == "time" else deeper * at_once.scale * (force != 0.0)
     assert plain == pytest.approx(np.where(deeper >= 0.0, expected, 0.0))
     assert at_once.scale == (1.0 if variable == "time" else found.problem.stiffness.max())
@@ -115,7 +115,7 @@ def test_the_term_is_what_the_change_does_to_the_force_through_the_relaxation(
 def test_no_change_makes_a_force_that_pulls(cracked, amount) -> None:
     problem = Changed(cracked.problem, "displacement", is_relaxing=True)
     u = np.append(cracked.optimum.u, amount)
-    problem.at = 2e-4
+    problem.onset = 2e-4
     force = problem.table(u)[:, AT["normal_force"]] - problem.parts(u)[1][1]
     before = cracked.problem.table(cracked.optimum.u)[:, AT["normal_force"]] - problem.parts(u)[1][1]
     assert force.min() > -1e-12
@@ -126,10 +126,10 @@ def test_no_change_makes_a_force_that_pulls(cracked, amount) -> None:
 @pytest.mark.parametrize(("variable", "at"), [("time", 3.1), ("displacement", 7e-4)])
 def test_an_error_of_the_motion_makes_as_much_force_as_the_changed_stiffness(cracked, variable, at) -> None:
     changed, plain = (Changed(cracked.problem, variable, is_relaxing=True) for _ in range(2))
-    changed.at = at
+    changed.onset = at
     changed.freeze(np.append(cracked.optimum.u, 0.3))
     plain.freeze(np.append(cracked.optimum.u, 0.0))
-    there = (changed.places >= at) & (plain.stiffness > 0.0)
+    there = (changed.along >= at) & (plain.stiffness > 0.0)
     more = 0.3 * (plain.stiffness if variable == "time" else changed.scale) * there
     assert there.sum() > 100
     assert changed.stiffness == pytest.approx(plain.stiffness + more, rel=1e-9)

@@ -72,10 +72,10 @@ class Changed(Problem):
 
     def __init__(self, base: Problem, variable: str, *, is_relaxing: bool) -> None:
         self.__dict__.update(base.__dict__)  # the same rows, noise and compiled model
-        self.variable, self.is_relaxing, self.at = variable, is_relaxing, math.inf
+        self.variable, self.is_relaxing, self.onset = variable, is_relaxing, math.inf
         m = base.measured
-        self.places = m.recording.t if variable == "time" else m.motion.displacement
-        self.inner = np.unique(self.places[base.used & (base.stiffness > 0.0)])[1:-1]
+        self.along = m.recording.t if variable == "time" else m.motion.displacement
+        self.inner = np.unique(self.along[base.used & (base.stiffness > 0.0)])[1:-1]
         self.scale = 1.0
         if variable == "displacement" and self.inner.size:
             self.inner = np.linspace(self.inner[0], self.inner[-1], DEPTHS)
@@ -85,7 +85,7 @@ class Changed(Problem):
     def table(self, u: Floats, instead: Mapping[str, float] | None = None) -> Floats:
         """Return the prediction (n, 14) with the change."""
         out = super().table(u, instead)
-        out[:, AT["normal_force"]] += u[-1] * self.term(u, out, np.array([self.at]), float(u[-1]))[:, 0]
+        out[:, AT["normal_force"]] += u[-1] * self.term(u, out, np.array([self.onset]), float(u[-1]))[:, 0]
         return out
 
     def freeze(self, u: Floats) -> None:
@@ -93,7 +93,7 @@ class Changed(Problem):
         super().freeze(u)
 
     def _sensitivity(self, u: Floats) -> Sensitivity:
-        changed = self.amount * (self.places >= self.at)
+        changed = self.amount * (self.along >= self.onset)
         if self.variable == "time":
             self.stiffness = self.stiffness * (1.0 + changed)
         else:
@@ -107,7 +107,7 @@ class Changed(Problem):
         """
         vector, (_, zero) = self.parts(u)
         force = table[:, AT["normal_force"]] - zero
-        here = self.places[:, None]
+        here = self.along[:, None]
         if self.variable == "displacement":
             added = self.scale * np.maximum(here - places, 0.0)
         elif self.is_relaxing:
@@ -183,7 +183,7 @@ def _refit(fitted: CandidateFit, problem: Changed, places: Floats, gains: Floats
         if is_found:
             break
         at = float(places[np.argmax(gains)])
-        is_found, problem.at = at == problem.at, at
+        is_found, problem.onset = at == problem.onset, at
         if i > 0:  # the first model may be far astray, and its noise with it
             problem.freeze(u)
         best = refine_optimum(problem, u, REFIT_EVALUATIONS)

@@ -96,6 +96,8 @@ class Problem:
     """
 
     _pressed: Sequence[slice | NDArray[np.int64]] = (slice(None),)  # rows of each place
+    zeros: Zeros
+    laws: Zeros
     doubtful: NDArray[np.bool_]
     stiffness: Floats
     whitener: Whitener
