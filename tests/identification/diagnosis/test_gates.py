@@ -323,7 +323,10 @@ def test_clocks_are_looked_at_where_something_is_left_or_named_and_a_doubtful_re
 ) -> None:
     seen = []
     start = SimpleNamespace(
-        problem=SimpleNamespace(measured=None, model=SimpleNamespace(tip_radius=0.01)), optimum=None
+        problem=SimpleNamespace(
+            measured=None, model=SimpleNamespace(tip_radius=0.01), episodes=np.zeros(1, dtype=int)
+        ),
+        optimum=None,
     )
     steps = [step(*(tried(name, 30.0) for name in accepted), tried("b", 20.0), taken=0 if accepted else None)]
 

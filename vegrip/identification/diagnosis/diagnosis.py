@@ -299,8 +299,8 @@ def diagnose(
     start = started(laws)
     refuse_unusable(recording, start.problem.measured)
     found = _diagnosed(start, most, threads, report)
-    is_open = found.verdict == "unexplained" and not any(doubt.is_grave for doubt in found.doubts)
-    if not is_open or laws != "recording" or not start.problem.episodes.any():
+    may_differ = laws == "recording" and start.problem.episodes.any()
+    if not may_differ or any(doubt.is_grave for doubt in found.doubts) or found.verdict != "unexplained":
         return found
     own = started("episode")
     gain = evaluate_candidate(own.problem, own.optimum, found.groups).evidence - found.search.first.evidence
