@@ -30,6 +30,7 @@ KIND = Annotated[
 EFFECT = Annotated[
     list[str] | None, typer.Option("--effect", help="Only with this effect hidden; may be repeated.")
 ]
+PLACES = Annotated[int, typer.Option("--places", min=1, help="That each recording presses, in turn.")]
 JOBS = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Recordings at a time.")]
 OUT = Annotated[
     Path | None,
@@ -42,6 +43,7 @@ def trial(
     seed: SEED = 0,
     kind: KIND = None,
     effect: EFFECT = None,
+    places: PLACES = 1,
     jobs: JOBS = 1,
     output: OUT = None,
     force: FORCE = False,
@@ -59,7 +61,7 @@ def trial(
     for name in kind or ():
         if name not in CASE_KINDS:
             raise UsageError(f"there is no kind {name!r}; {suggestion(name, CASE_KINDS)}")
-    wanted = list(draw_cases(trials, seed, kind or CASE_KINDS, _known(effect or [])))
+    wanted = list(draw_cases(trials, seed, kind or CASE_KINDS, _known(effect or []), places))
     with Outputs(force=force) as outputs:
         outputs.log(output)
         done = _read(output) if output is not None else {}

@@ -16,6 +16,7 @@ from validation.diagnosis_trials.unmodelled import EVERY
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.virtual.bench.protocol import Episode, Segment, standard_protocol
 from vegrip.virtual.bench.trial import run_trial
+from vegrip.virtual.hidden import Clocked
 from vegrip.virtual.settings import FingertipSettings, SensorSettings, random_fingertip
 
 CASE_KINDS = ("none", "one", "pair", "outside")
@@ -37,6 +38,7 @@ class Case:
     hidden: tuple[str, ...]
     size: str
     seed: int
+    places: int = 1  # that are pressed, in turn
 
     @property
     def kind(self) -> str:
@@ -48,16 +50,24 @@ class Case:
     @property
     def key(self) -> str:
         """What names it in a file of results."""
-        return f"{'+'.join(self.hidden) or 'nothing'} {self.size} {self.seed}"
+        places = f" {self.places} places" if self.places > 1 else ""
+        return f"{'+'.join(self.hidden) or 'nothing'} {self.size} {self.seed}{places}"
 
 
 def draw_cases(
-    count: int, seed: int = 0, kinds: Sequence[str] = CASE_KINDS, only: Sequence[str] = ()
+    count: int,
+    seed: int = 0,
+    kinds: Sequence[str] = CASE_KINDS,
+    only: Sequence[str] = (),
+    places: int = 1,
 ) -> Iterator[Case]:
-    """Yield ``count`` cases of all ``kinds``, every effect in turn; ``only``: with one of these effects."""
+    """Yield ``count`` cases of all ``kinds``, every effect in turn; ``only``: with one of these effects.
+
+    Several ``places`` are pressed with nothing hidden that goes by the hour, which they would have in common.
+    """
     turn = [kind for kind, share in MIX for _ in range(share) if kind in kinds]
     np.random.default_rng(0).shuffle(turn)
-    names = {kind: _names(kind, only) for kind in kinds}
+    names = {kind: _names(kind, only, places) for kind in kinds}
     done = dict.fromkeys(kinds, 0)
     for i in range(count):
         kind = turn[i % len(turn)]
@@ -65,15 +75,15 @@ def draw_cases(
         done[kind] += 1
         hidden = choice[n % len(choice)]
         size = "weak" if kind == "one" and (n // len(choice) + n) % 2 else "strong"
-        yield Case(hidden, size, 100_000 * seed + i)
+        yield Case(hidden, size, 100_000 * seed + i, places)
 
 
-def _names(kind: str, only: Sequence[str]) -> list[tuple[str, ...]]:
+def _names(kind: str, only: Sequence[str], places: int) -> list[tuple[str, ...]]:
     if kind == "none":
         return [()]
-    every: list[tuple[str, ...]] = list(combinations(CATALOGUE_AMOUNTS, 2))
-    if kind != "pair":
-        every = [(name,) for name in (CATALOGUE_AMOUNTS if kind == "one" else UNMODELLED_AMOUNTS)]
+    amounts = UNMODELLED_AMOUNTS if kind == "outside" else CATALOGUE_AMOUNTS
+    known = [name for name in amounts if places == 1 or not issubclass(EVERY[name], Clocked)]
+    every: list[tuple[str, ...]] = list(combinations(known, 2 if kind == "pair" else 1))
     chosen = [names for names in every if not only or set(only) & set(names)] or every
     np.random.default_rng(1).shuffle(chosen)
     return [tuple(names) for names in chosen]
@@ -102,7 +112,7 @@ def make_recording(
     every = {name: {**CATALOGUE_AMOUNTS, **UNMODELLED_AMOUNTS}[name](setting) for name in case.hidden}
     hidden = {name: amount for name, amount in every.items() if only is None or name in only}
     trial = run_trial(
-        tip,
+        [_elsewhere(tip, case.seed, place) for place in places_of(case, len(episodes))],
         episodes,
         _quietened(sensors) if quiet else sensors,
         case.seed,
@@ -121,6 +131,25 @@ def make_recording(
     columns = {name: values for name, values in trial.columns.items() if name not in ("t", "episode")}
     episode = trial.columns["episode"].astype(np.int64)
     return Recording(case.key, trial.columns["t"], episode, columns, Fingertip(tip.radius), stated)
+
+
+def places_of(case: Case, episodes: int) -> tuple[int, ...]:
+    """Return the number of the place that each episode presses."""
+    return tuple(i % case.places for i in range(episodes))
+
+
+def _elsewhere(tip: FingertipSettings, seed: int, place: int) -> FingertipSettings:
+    """Return what another place of the same material is like: tens of percent stiffer or softer."""
+    if not place:
+        return tip
+    rng = np.random.default_rng([seed, 17, place])
+    return replace(
+        tip,
+        reference_force=tip.reference_force * float(np.exp(rng.normal(0.0, 0.3))),
+        exponent=tip.exponent + float(rng.normal(0.0, 0.05)),
+        amplitudes=tuple(float(c * np.exp(rng.normal(0.0, 0.15))) for c in tip.amplitudes),
+        rates=tuple(float(nu * np.exp(rng.normal(0.0, 0.15))) for nu in tip.rates),
+    )
 
 
 def protocol(tip: FingertipSettings, size: float, rng: np.random.Generator) -> tuple[Episode, ...]:

@@ -56,6 +56,8 @@ class Outcome:
     @property
     def answer(self) -> str:
         """right, set (one that holds it), missed, partly, wrong, unexplained, other variable."""
+        if self.case.kind == "none" and self.case.places > 1:  # none is missing, and no one law explains it
+            return "right" if self.verdict in ("adequate", "unexplained") else "wrong"
         if self.case.kind == "none":
             return "right" if self.verdict == "adequate" else "wrong"
         if self.verdict == "adequate":

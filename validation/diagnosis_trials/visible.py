@@ -10,7 +10,7 @@ import dataclasses
 
 import numpy as np
 
-from validation.diagnosis_trials.cases import Case, make_recording
+from validation.diagnosis_trials.cases import Case, make_recording, places_of
 from vegrip.errors import VegripError
 from vegrip.identification.fit.fitting import base_model
 from vegrip.identification.fit.noise import noise_of
@@ -32,7 +32,9 @@ def remaining_evidence(case: Case) -> dict[str, float]:
 def left(case: Case, only: tuple[str, ...]) -> float:
     """Return what the fitted paper's model leaves with ``only`` these hidden [nats]; inf where none fits."""
     try:
-        problem = Problem(base_model(make_recording(case, only=only)), without_noise(case, only))
+        recording = make_recording(case, only=only)
+        places = places_of(case, np.unique(recording.episode).size)
+        problem = Problem(base_model(recording), without_noise(case, only), laws=places)
         return 0.5 * float(np.sum(fit_problem(problem).residual ** 2))
     except VegripError:
         return float("inf")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vegrip.errors import RecordingError, UsageError
-from vegrip.identification.recording import Kind
+from vegrip.identification.recording import Kind, Recording
 from vegrip.identification.recording.column_map import ColumnMap, read_column_map, with_columns
 from vegrip.identification.recording.import_csv import baseline_noise, first_touch, import_csv
 
@@ -94,6 +94,52 @@ def test_semicolons_and_decimal_commas_are_read(tmp_path: Path) -> None:
     recording = import_csv(path, column_map(tmp_path, text))
     np.testing.assert_array_equal(recording.t, [0.0, 0.5])
     np.testing.assert_array_equal(recording.columns["normal_force"], [1.5, 2.5])
+
+
+SECTIONS = """<Tester>
+Operator:\tnone
+<Touch>
+<DATA>
+t\tz\tF
+0\t1\t9
+<END DATA>
+<Press>
+Speed:\t3
+<DATA>
+t\tz\tF
+0\t1\t2
+1\t2\tn/a
+2\t3\t4
+<END DATA>
+<Touch>
+0\t1\t9
+<Press>
+<DATA>
+t\tz\tF
+0\t5\t6
+"""
+
+
+def sections(tmp_path: Path, text: str, name: str) -> Recording:
+    chart = (
+        f'[table]\nsection = "{name}"\n[episode]\ncolumn = "section"\n[channels.normal_force]\ncolumn = "F"\n'
+    )
+    return import_csv(table(tmp_path, text), column_map(tmp_path, chart))
+
+
+def test_of_a_file_of_many_tables_those_below_one_line_become_the_episodes(tmp_path: Path) -> None:
+    found = sections(tmp_path, SECTIONS, "<Press>")
+    np.testing.assert_array_equal(found.columns["normal_force"], [2.0, 4.0, 6.0])
+    np.testing.assert_array_equal(found.episode, [0, 0, 1])
+    assert {f.kind: f.lines for f in found.report.findings if f.lines} == {Kind.NUMBER: [13]}
+
+
+def test_a_file_without_the_asked_tables_or_with_unlike_ones_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match="there is no table below a line '<Pull>'"):
+        sections(tmp_path, SECTIONS, "<Pull>")
+    unlike = SECTIONS[::-1].replace("F\tz\tt", "z\tF\tt", 1)[::-1]
+    with pytest.raises(RecordingError, match="csv:20: the columns are not those of the first table"):
+        sections(tmp_path, unlike, "<Press>")
 
 
 def test_bad_rows_carry_the_line_numbers_of_the_file(tmp_path: Path) -> None:

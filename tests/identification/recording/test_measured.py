@@ -84,3 +84,15 @@ def test_chiaro_knows_its_sphere(measured: Measured) -> None:
     assert press.columns["displacement"].max() == pytest.approx(
         12e-6, rel=0.1
     )  # instrument: 13 um, other zero
+
+
+def test_tissue_is_three_relaxations_of_one_file_in_newtons_and_metres(measured: Measured) -> None:
+    tissue = imported(measured("tissue-indent") / "Hayes_data.txt.gz", "mach1")
+    stated = (0.2096, 0.5877, 0.3026), (0.2322, 0.7240, 0.2526), (0.1924, 0.3076, 0.1451)  # [mm], [gf]
+    for number, (depth, peak, end) in enumerate(stated):
+        rows = tissue.episode == number
+        assert tissue.columns["displacement"][rows][-1] == pytest.approx(1e-3 * depth, abs=1e-6)
+        force = tissue.columns["normal_force"][rows] / 9.80665e-3  # [gf]
+        assert force[-1] == pytest.approx(end, abs=1e-3)
+        assert force.max() == pytest.approx(peak, abs=1e-4)
+        assert tissue.t[rows][-1] - tissue.t[rows][0] == pytest.approx(301.6, abs=0.2)

@@ -1,6 +1,7 @@
 """How an answer is judged, and the cases that are drawn."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,15 +9,17 @@ import pytest
 from validation.diagnosis_trials import Case, Outcome, draw_cases, make_recording, tally_outcomes
 from validation.diagnosis_trials.__main__ import trial
 from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, UNMODELLED_AMOUNTS
+from validation.diagnosis_trials.cases import places_of
 from validation.diagnosis_trials.unmodelled import UNMODELLED as UNKNOWN
 from validation.diagnosis_trials.visible import remaining_evidence
 from vegrip.cli import run
 from vegrip.effects import BUILT_IN
+from vegrip.identification.fit import fit
 from vegrip.virtual.hidden import HIDDEN
 
 
-def of(hidden, verdict, named=(), sets=(), variable="", after=1.0, leaves=()) -> Outcome:
-    case = Case(hidden, "strong", 0)
+def of(hidden, verdict, named=(), sets=(), variable="", after=1.0, leaves=(), places=1) -> Outcome:
+    case = Case(hidden, "strong", 0, places)
     return Outcome(case, verdict, named, sets, variable, 2.0, after, (9.0, 1.0), 1.0, dict(leaves))
 
 
@@ -106,6 +109,26 @@ def test_cases_hold_every_kind_and_every_effect_and_no_seed_twice() -> None:
     assert not {one.seed for one in drawn} & {one.seed for one in draw_cases(400, seed=4)}
     assert drawn[:50] == list(draw_cases(50, seed=3))
     assert {one.hidden for one in draw_cases(20, kinds=["one"], only=["adhesion"])} == {("adhesion",)}
+
+
+def test_places_are_a_matter_of_the_case_and_hide_nothing_that_goes_by_the_hour() -> None:
+    drawn = list(draw_cases(60, seed=3, kinds=["one"], places=3))
+    assert {one.places for one in drawn} == {3}
+    assert {one.hidden[0] for one in drawn} == set(CATALOGUE_AMOUNTS) - {"force_drift"}
+    assert drawn[0].key != replace(drawn[0], places=1).key
+    assert of((), "unexplained", places=3).right
+    assert not of((), "named", ("sensor_lag",), places=3).right
+
+
+@pytest.mark.long
+def test_each_place_is_as_stiff_as_its_own_recording_says() -> None:
+    case = Case((), "strong", 4, places=2)
+    recording = make_recording(case)
+    own = fit(recording, laws=places_of(case, np.unique(recording.episode).size))
+    assert own.error == pytest.approx(1.0, abs=0.05)
+    assert fit(recording).error > 1.5
+    softer, stiffer = sorted(law["K"] for law in own.laws)
+    assert stiffer > 1.05 * softer
 
 
 @pytest.mark.long

@@ -92,6 +92,9 @@ class TableMap:
     delimiter: str = parameter("", doc="between fields; empty: found")
     decimal: str = parameter("", choices=("", ".", ","), doc="decimal sign; empty: found")
     skip: int = parameter(-1, low=-1, doc="lines before the header; -1: found")
+    section: str = parameter(
+        "", doc="the line above each table, in a file of several; their number is the column `section`"
+    )
 
 
 @dataclass(frozen=True)

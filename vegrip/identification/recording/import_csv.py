@@ -116,7 +116,8 @@ def import_csv(
     """
     path, report = Path(path), LoadReport()
     chart = column_map or ColumnMap()
-    layout, unusual = find_layout(path, chart.table.delimiter, chart.table.decimal, chart.table.skip)
+    form = chart.table
+    layout, unusual = find_layout(path, form.delimiter, form.decimal, form.skip, form.section)
     if unusual:
         report.add(Kind.NOTE, f"found by itself: {unusual}")
     header = read_header(path, layout)

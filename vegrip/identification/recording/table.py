@@ -40,6 +40,9 @@ LONGEST_LINE: Final = 1_000_000
 MOST_LOST: Final = 1_000_000
 """Rows that are of no use to a recording; two megabytes of gzip can hold 200 million of one time stamp."""
 
+SECTION_COLUMN: Final = "section"
+"""The name of the column with the number of the table."""
+
 Cells = list[str]
 Progress = Callable[[int], None]
 
@@ -53,6 +56,7 @@ class Layout:
     skip: int = 0  # lines before the header
     sealed: bool = False  # a last line without its line end is cut, not only unusual
     encoding: str = "utf-8-sig"
+    section: str = ""  # the line above each table, in a file of several
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +132,39 @@ def _opened(path: Path, layout: Layout) -> TextIO:
 
 
 def _texts(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[int, str]]:
-    """Yield number and text of every line that is not blank; damage to the file raises."""
+    """Yield number and text of every line of the table; damage to the file raises."""
+    texts = _filled_lines(path, file, layout)
+    return _tables_below(path, texts, layout) if layout.section else texts
+
+
+def _tables_below(path: Path, texts: Iterator[tuple[int, str]], layout: Layout) -> Iterator[tuple[int, str]]:
+    """Yield the tables below the lines ``section`` as one, with the number of each as its first column.
+
+    A table ends with a line that is not divided into cells.
+    """
+    number, names, above, where = 0, "", "", "elsewhere"
+    for line, text in texts:
+        if text.strip() == layout.section:
+            number, where = number + 1, "above"
+            continue
+        first, divides, _ = text.partition(layout.delimiter)
+        if where == "above" and divides and not _float(first)[1]:
+            where = "within"
+            if names and above.strip() != names:
+                raise RecordingError(f"{path}:{line - 1}: the columns are not those of the first table")
+            if not names:
+                names = above.strip()
+                yield line - 1, f"{SECTION_COLUMN}{layout.delimiter}{above}"
+        if where == "within" and divides:
+            yield line, f"{number}{layout.delimiter}{text}"
+        elif where == "within":
+            where = "elsewhere"
+        above = text
+    if not names:
+        raise RecordingError(f"{path}: there is no table below a line {layout.section!r}")
+
+
+def _filled_lines(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[int, str]]:
     line = 0
     try:
         for line, text in enumerate(iter(lambda: file.readline(LONGEST_LINE + 1), ""), start=1):

@@ -32,7 +32,9 @@ NUMBER: Final = re.compile(
 )
 
 
-def find_layout(path: Path, delimiter: str = "", decimal: str = "", skip: int = -1) -> tuple[Layout, str]:
+def find_layout(
+    path: Path, delimiter: str = "", decimal: str = "", skip: int = -1, section: str = ""
+) -> tuple[Layout, str]:
     """Return how the table ``path`` is written, and in words what of that is not usual.
 
     Args:
@@ -40,6 +42,7 @@ def find_layout(path: Path, delimiter: str = "", decimal: str = "", skip: int = 
         delimiter: between fields; empty: found.
         decimal: decimal sign; empty: found.
         skip: lines before the header; below 0: found.
+        section: the line above each table, in a file of several; empty: it is one.
 
     Raises:
         RecordingError: the file cannot be read.
@@ -57,7 +60,8 @@ def find_layout(path: Path, delimiter: str = "", decimal: str = "", skip: int = 
     if best.first is None:  # no numbers: what stands most in the first line that could be a header
         top = next((line for line in lines[begin:] if line.strip()), "")
         best = max(forms, key=lambda form: top.count(form.delimiter))
-    found = Layout(best.delimiter, best.decimal, begin if skip >= 0 else best.header, encoding=encoding)
+    before = begin if skip >= 0 or section else best.header
+    found = Layout(best.delimiter, best.decimal, before, encoding=encoding, section=section)
     said = [
         (f"fields separated by {DELIMITERS.get(found.delimiter)}", not delimiter and found.delimiter != ","),
         ("decimal commas", not decimal and found.decimal == ","),

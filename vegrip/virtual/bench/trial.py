@@ -37,7 +37,7 @@ class Trial:
     Attributes:
         columns: what was measured: ``t`` [s], ``episode`` and the channels of a recording, each (n,).
         truth: what was true at the same instants, by the names of :data:`TRUTH`, each (n,).
-        tip: the fingertip.
+        tip: the first fingertip.
         noise: its sensors.
 
     """
@@ -49,7 +49,7 @@ class Trial:
 
 
 def run_trial(
-    tip: FingertipSettings,
+    tip: FingertipSettings | Sequence[FingertipSettings],
     protocol: Sequence[Episode],
     noise: SensorSettings,
     seed: int = 0,
@@ -69,9 +69,12 @@ def run_trial(
     seed gives the same trial, bit for bit. ``temperature`` [degrees Celsius] may be one for each episode.
     ``hidden`` names effects that the plain fingertip does not have, with their parameters
     (of the ``catalogue``). Without ``truth`` that part is empty, and half of the time saved.
+    ``tip`` may be one for each episode, where several places or specimens are pressed: each has been through
+    what was done to it alone.
     Slip is measured without threshold and delay: the bench imposes the slide, so it need not feel it.
     """
-    bench = _Bench(tip, step, rings, spokes, make(hidden or {}, catalogue))
+    tips = [tip] * len(protocol) if isinstance(tip, FingertipSettings) else list(tip)
+    benches = {one: _Bench(one, step, rings, spokes, make(hidden or {}, catalogue)) for one in set(tips)}
     at_once = replace(noise, slip_threshold=0.0, slip_delay=0.0)
     sensors = Sensors(at_once, TIP, np.random.default_rng(seed))
     every = max(1, round(1.0 / (noise.rate * step)))
@@ -80,6 +83,7 @@ def run_trial(
     start = 0.0
     for number, episode in enumerate(protocol):
         warm = temperature if isinstance(temperature, float) else temperature[number]
+        bench = benches[tips[number]]
         bench.reset(pause, warm)
         ticks = 0
         for ticks, segment in enumerate(_steps(bench, episode, step), 1):
@@ -94,7 +98,7 @@ def run_trial(
     columns = dict(zip(("t", "episode", *SENSED_CHANNELS, "slip"), np.array(rows).T, strict=True))
     present = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
     known = dict(zip(TRUTH, np.array(truths).T, strict=True)) if truth else {}
-    return Trial(present, known, tip, noise)
+    return Trial(present, known, tips[0], noise)
 
 
 def _steps(bench: "_Bench", episode: Episode, step: float) -> Iterator[Segment]:
