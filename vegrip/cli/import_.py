@@ -1,5 +1,6 @@
 """``vegrip import``: a table of numbers, a CAN log, an MCAP file or a rosbag becomes a recording."""
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -32,6 +33,13 @@ UNIT = Annotated[list[str] | None, typer.Option("--unit", help="CHANNEL=UNIT, e.
 NEGATE = Annotated[
     list[str] | None, typer.Option("--negate", help="Channel whose sign is turned; compression is positive.")
 ]
+ZERO = Annotated[
+    list[str] | None,
+    typer.Option("--zero", help="CHANNEL=first, baseline or contact, e.g. displacement=contact."),
+]
+BASELINE = Annotated[
+    float | None, typer.Option(min=0.0, help="Seconds without contact at the start of every trial.")
+]
 RADIUS = Annotated[str, typer.Option(help="Radius of the fingertip, e.g. '8 mm'; overrides the map's.")]
 FINGERS = Annotated[str, typer.Option(help="CAN logs: fingers in the order of the bus, by commas.")]
 LOGS = (".asc", ".blf")
@@ -47,6 +55,8 @@ def import_(
     columns: MAP = None,
     units: UNIT = None,
     negated: NEGATE = None,
+    zeros: ZERO = None,
+    baseline: BASELINE = None,
     radius: RADIUS = "",
     fingers: FINGERS = ALL,
     as_json: JSON = False,
@@ -59,13 +69,19 @@ def import_(
 
     A CAN log needs no map: vegrip sample press.blf && vegrip import press.blf -o log --fingers thumb
     """
-    from vegrip.identification.recording.column_map import ColumnMap, read_column_map, with_columns
+    from vegrip.identification.recording.column_map import (
+        BaselineMap,
+        ColumnMap,
+        read_column_map,
+        with_columns,
+    )
     from vegrip.identification.recording.units import parse_length
 
     metres = parse_length(radius, "--radius") if radius else math.nan
     mapped = map_file is not None or bool(columns)
     one = src[0]
     table_options = {"--map": columns, "--unit": units, "--negate": negated, "--map-file": map_file}
+    table_options |= {"--zero": zeros, "--baseline": baseline}
     is_alone = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
     if len(src) > 1 and (is_alone or any(path.suffix.lower() in LOGS for path in src)):
         raise UsageError(
@@ -82,7 +98,10 @@ def import_(
         found = _can_log(one, output, fingers, metres)
     else:
         read = read_column_map(map_file) if map_file else ColumnMap()
-        found = _mapped(src, output, with_columns(read, columns or [], units or [], negated or []), metres)
+        chart = with_columns(read, columns or [], units or [], negated or [], zeros or [])
+        if baseline is not None:
+            chart = dataclasses.replace(chart, baseline=BaselineMap(baseline))
+        found = _mapped(src, output, chart, metres)
     _print_result(found, as_json=as_json)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from vegrip.identification.recording import Kind
 from vegrip.identification.recording.checks import suspect_columns
-from vegrip.identification.recording.column_map import ColumnMap, with_columns
+from vegrip.identification.recording.column_map import BaselineMap, ColumnMap, with_columns
 from vegrip.identification.recording.import_csv import import_csv
 from vegrip.identification.samples import recording
 from vegrip.types import Floats
@@ -115,3 +115,58 @@ def test_an_empty_column_is_told_and_left_out(tmp_path: Path) -> None:
     found = import_csv(tmp_path / "a.csv")
     assert list(found.columns) == ["displacement"]
     assert "normal_force holds no number: the column 'normal_force' is empty" in found.report.summary()
+
+
+def travelled(tmp_path: Path, offset: float, name: str = "displacement", scale: float = 1.0) -> Path:
+    """Write two trials whose displacement [m] begins at ``offset``, and whose force rests at 0.35 N."""
+    depth, force = pressed(noise=1e-3)
+    lines = [
+        f"{1e-2 * i},{scale * (d + offset)},{f + 0.35},{trial}"
+        for trial in ("a", "b")
+        for i, (d, f) in enumerate(zip(depth, force, strict=True))
+    ]
+    path = tmp_path / "rig.csv"
+    path.write_text("\n".join([f"t,{name},normal_force,trial", *lines, ""]))
+    return path
+
+
+def test_the_travel_of_a_rig_is_no_indentation_and_the_option_that_is_told_makes_it_one(
+    tmp_path: Path,
+) -> None:
+    chart = with_columns(ColumnMap(), ["episode=trial"], [])
+    for offset in (-3e-3, 2.4e-3):
+        said = import_csv(travelled(tmp_path, offset), chart, radius=RADIUS).report.summary()
+        assert "--zero displacement=contact --zero normal_force=baseline --baseline 0.5" in said
+    zeros = ["displacement=contact", "normal_force=baseline"]
+    chart = with_columns(ColumnMap(baseline=BaselineMap(0.5)), ["episode=trial"], [], [], zeros)
+    right = import_csv(travelled(tmp_path, 2.4e-3), chart, radius=RADIUS)
+    assert Kind.SUSPECT not in {one.kind for one in right.report.findings}
+    depth, force = pressed(noise=1e-3)
+    np.testing.assert_allclose(right.columns["normal_force"], np.tile(force, 2), atol=2e-3)
+    np.testing.assert_allclose(right.columns["displacement"], np.tile(depth, 2), atol=4e-5)
+    near = import_csv(travelled(tmp_path, 0.2e-3), with_columns(ColumnMap(), ["episode=trial"], []))
+    assert Kind.SUSPECT not in {one.kind for one in near.report.findings}  # a fit finds it
+
+
+def test_trials_that_lie_over_each_other_are_told(tmp_path: Path) -> None:
+    path = travelled(tmp_path, 0.0)
+    assert "the time begins anew 1 x" in import_csv(path).report.summary()
+    chart = with_columns(ColumnMap(), ["episode=trial"], [])
+    assert "begins anew 1 x" not in import_csv(path, chart).report.summary()
+
+
+@pytest.mark.parametrize("name", ["Weg [mm]", "depth (mm)", "z  [ mm ]"])
+def test_a_unit_in_the_name_of_a_column_counts_unless_another_is_said(tmp_path: Path, name: str) -> None:
+    path = travelled(tmp_path, 0.0, name, 1e3)
+    mapped = [f"displacement={name}", "episode=trial"]
+    found = import_csv(path, with_columns(ColumnMap(), mapped, []))
+    np.testing.assert_allclose(found.columns["displacement"], np.tile(pressed(noise=1e-3)[0], 2))
+    assert "displacement in mm" in found.report.summary()
+    other = import_csv(path, with_columns(ColumnMap(), mapped, ["displacement=um"]))
+    np.testing.assert_allclose(other.columns["displacement"], 1e-3 * np.tile(pressed(noise=1e-3)[0], 2))
+
+
+def test_a_remark_in_the_name_of_a_column_is_no_unit(tmp_path: Path) -> None:
+    path = travelled(tmp_path, 0.0, "depth (left)")
+    found = import_csv(path, with_columns(ColumnMap(), ["displacement=depth (left)", "episode=trial"], []))
+    np.testing.assert_allclose(found.columns["displacement"], np.tile(pressed(noise=1e-3)[0], 2))

@@ -340,7 +340,8 @@ def _about_unknown(fit: Fit, j: int, name: str) -> Iterator[str]:
     found = fit.declared(name)
     if found is None:
         if abs(fit.optimum.u[j]) > (1.0 - AT_BOUND) * k.high[j] and name.startswith("zero_"):
-            yield f"{name} is on its bound: check the zero of the recording, and the radius"
+            zero = "displacement=contact" if name.startswith("zero_displacement") else "normal_force=baseline"
+            yield f"{name} is on its bound: import with --zero {zero} --baseline SECONDS, or check the radius"
         return
     effect, parameter = found
     described = f"{name} ({effect.name})"

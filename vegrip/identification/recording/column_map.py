@@ -26,7 +26,9 @@
 In the map of a rosbag a column is ``/topic:field.of.the.message``, and ``[bag]`` says whose time it has.
 """
 
+import contextlib
 import dataclasses
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -36,6 +38,9 @@ from vegrip.config import build, parameter, read_toml, replace
 from vegrip.errors import ConfigError, RecordingError, UsageError, suggestion
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.data import Fingertip
+from vegrip.identification.recording.units import to_si
+
+IN_BRACKETS = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]$")
 
 
 @dataclass(frozen=True)
@@ -43,7 +48,7 @@ class ChannelMap:
     """Where one channel comes from: ``SI(column * scale) + offset``, then compliance, then zero."""
 
     column: str = parameter(doc="name of the column in the table")
-    unit: str = parameter("", doc="unit of the column; SI when left out")
+    unit: str = parameter("", doc="unit of the column; left out: that in brackets in its name, else SI")
     scale: float = parameter(1.0, unit="1", doc="factor, -1 turns the sign")
     offset: float = parameter(0.0, doc="added after the conversion, in SI")
     zero: str = parameter(
@@ -58,7 +63,7 @@ class TimeMap:
     """The column of the time."""
 
     column: str = parameter("t", doc="name of the column")
-    unit: str = parameter("", doc="unit; seconds when left out")
+    unit: str = parameter("", doc="unit; left out: that in brackets in its name, else seconds")
 
 
 @dataclass(frozen=True)
@@ -145,18 +150,23 @@ def read_column_map(path: Path | str) -> ColumnMap:
 
 
 def with_columns(
-    base: ColumnMap, columns: Sequence[str], units: Sequence[str], negated: Sequence[str] = ()
+    base: ColumnMap,
+    columns: Sequence[str],
+    units: Sequence[str],
+    negated: Sequence[str] = (),
+    zeros: Sequence[str] = (),
 ) -> ColumnMap:
     """Return ``base`` with what the command line says: ``normal_force=force_N``, ``displacement=mm``.
 
-    The sign of the channels in ``negated`` is turned.
+    The sign of the channels in ``negated`` is turned; ``zeros`` are like ``displacement=contact``.
     """
     for name, column in map(_pair, columns):
         base = _changed(base, name, "column", column)
-    for name, unit in map(_pair, units):
-        if name == "episode":
-            raise UsageError(f"--unit {name}={unit}: an episode has no unit")
-        base = _changed(base, name, "unit", unit)
+    for key, pairs in (("unit", units), ("zero", zeros)):
+        for name, value in map(_pair, pairs):
+            if name == "episode" or (name == "t" and key == "zero"):
+                raise UsageError(f"--{key} {name}={value}: {name} has no {key}")
+            base = _changed(base, name, key, value)
     for name in negated:
         if name not in CHANNELS:
             raise UsageError(f"there is no channel {name!r}; {suggestion(name, CHANNELS)}")
@@ -175,6 +185,22 @@ def own_columns(base: ColumnMap, header: Sequence[str]) -> ColumnMap:
     if not base.episode.column and "episode" in header and "episode" not in said:
         base = _changed(base, "episode", "column", "episode")
     return base
+
+
+def header_units(base: ColumnMap) -> tuple[ColumnMap, list[str]]:
+    """Return ``base`` with the units that columns have in their names, as in ``Force [mN]``, and which.
+
+    A column of which a unit or a scale is said keeps that.
+    """
+    found = []
+    for name, entry in {"t": base.time, **base.channels}.items():
+        bracket = IN_BRACKETS.search(entry.column)
+        if bracket and not entry.unit and abs(getattr(entry, "scale", 1.0)) == 1.0:
+            with contextlib.suppress(RecordingError):  # a remark
+                to_si(bracket[1], CHANNELS[name].unit if name in CHANNELS else "s", name)
+                base = _changed(base, name, "unit", bracket[1])
+                found.append(f"{name} in {bracket[1]}")
+    return base, found
 
 
 def _built(table: Mapping[str, Any], path: Path) -> ColumnMap:

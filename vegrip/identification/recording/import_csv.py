@@ -11,13 +11,17 @@ from vegrip.clock import NS
 from vegrip.errors import RecordingError, suggestion
 from vegrip.identification.recording.channels import CHANNELS, noise_name
 from vegrip.identification.recording.checks import report_doubts, stretches_of, usable_rows
-from vegrip.identification.recording.column_map import ColumnMap, own_columns
+from vegrip.identification.recording.column_map import ColumnMap, header_units, own_columns
 from vegrip.identification.recording.data import Columns, Recording
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import Progress, Table, read_header, read_table
 from vegrip.identification.recording.table_form import find_layout
 from vegrip.identification.recording.units import to_si
 from vegrip.types import Floats
+
+LOST_TRIALS = 0.1  # of the rows left out, from which it is looked for trials that lie over each other
+REST_ROWS = 20  # at the start of a trial, before its press
+TOUCH_SHARE = 0.01  # of the peak force
 
 
 def correct_trial(
@@ -125,6 +129,9 @@ def import_csv(
     if taken := chart.channels.keys() - mapped.channels.keys() if mapped.channels else ():
         report.add(Kind.NOTE, f"taken by their names: {', '.join(sorted(taken))}")
     _check_mapped(path, chart, header)
+    chart, units = header_units(chart)
+    if units:
+        report.add(Kind.NOTE, f"units taken from the names of the columns: {', '.join(units)}")
     numbers = [chart.time.column, *(entry.column for entry in chart.channels.values())]
     words = [chart.episode.column] if chart.episode.column else []
     table = read_table(path, list(dict.fromkeys(numbers)), words, layout, report, progress)
@@ -154,6 +161,8 @@ def recording_of(
     report.rows_kept = int(np.count_nonzero(keep))
     if not report.rows_kept:
         raise RecordingError(f"{path}: no usable row; {report.summary()}")
+    if not chart.episode.column and len(keep) > report.rows_kept / (1.0 - LOST_TRIALS):
+        _suspect_trials(t, report)
     start = origin + round(float(t[keep][0]) * NS) if origin else 0
     t, trial, lines = t[keep] - t[keep][0], trial[keep], table.lines[keep]
     columns = {
@@ -169,6 +178,7 @@ def recording_of(
     if not columns:
         raise RecordingError(f"{path}: no channel holds a single value")
     noise = _noise(t, trial, columns, chart)
+    _suspect_travel(t, trial, columns, chart, report)
     for rows in stretches_of(trial):
         one = {name: values[rows] for name, values in columns.items()}  # views: corrected in place
         correct_trial(t[rows], one, noise.get("normal_force", 0.0), chart, report)
@@ -180,6 +190,45 @@ def recording_of(
     ordered = {key: columns[key] for key in CHANNELS if key in columns}
     name = path.name.removesuffix(".gz").rsplit(".", 1)[0]
     return Recording(name, t, trial, ordered, fingertip, noise, source, start, report)
+
+
+def _suspect_trials(t: Floats, report: LoadReport) -> None:
+    begun = int(np.count_nonzero(np.diff(t) < -0.5 * (np.nanmax(t) - np.nanmin(t))))
+    if begun:
+        report.add(
+            Kind.SUSPECT,
+            f"the time begins anew {begun} x, and rows of trials lie over each other; say which column "
+            "distinguishes the trials with --map episode=COLUMN, or give each trial as a table of its own",
+        )
+
+
+def _suspect_travel(
+    t: Floats, trial: NDArray[np.int64], columns: Columns, chart: ColumnMap, report: LoadReport
+) -> None:
+    """Report where displacement is the travel of a rig: at first touch it is off by more than is pressed."""
+    if not {"displacement", "normal_force"} <= columns.keys():
+        return
+    entries = chart.channels["displacement"], chart.channels["normal_force"]
+    if entries[0].zero != "none":
+        return
+    off, pressed, rests = [], [], []
+    for rows in stretches_of(trial):
+        depth, force = columns["displacement"][rows], columns["normal_force"][rows]
+        force = force - np.nanmedian(force[:REST_ROWS])
+        threshold = max(5.0 * baseline_noise(force[:REST_ROWS]), TOUCH_SHARE * float(np.nanmax(force)))
+        touch = first_touch(force, threshold)
+        if touch:
+            off.append(float(depth[touch]))
+            pressed.append(float(depth[np.nanargmax(force)]) - off[-1])
+            rests.append(float(t[rows][np.argmax(force >= threshold)] - t[rows][0]))
+    if off and np.median(np.abs(off)) > np.median(pressed) > 0.0:
+        rest = 0.5 * min(rests)
+        report.add(
+            Kind.SUSPECT,
+            f"displacement is {np.median(off):.2g} m where the force begins to rise: it is the travel of a "
+            "rig, not the indentation; import with --zero displacement=contact --zero normal_force=baseline "
+            f"--baseline {rest:.1g}",
+        )
 
 
 def _check_mapped(path: Path, chart: ColumnMap, header: list[str]) -> None:
