@@ -44,6 +44,19 @@ def test_import_and_fit_say_what_comes_next(tmp_path: Path, capsys: Capsys, monk
     assert next_command(capsys.readouterr().out)[:2] == ["fit", "my rig"]
 
 
+def test_trials_with_zeros_at_their_touches_are_fitted_with_zeros_of_their_own(
+    tmp_path: Path, capsys: Capsys, monkeypatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["sample", "press.csv"]) == 0
+    capsys.readouterr()
+    arguments = ["import", "press.csv", *MAPS, "--radius", "8mm", "--zero", "displacement=contact"]
+    assert main([*arguments, "--zero", "normal_force=baseline", "--baseline", "0.5", "-o", "rig"]) == 0
+    assert next_command(capsys.readouterr().out) == ["fit", "rig", "--zeros-each-episode"]
+    assert main([*arguments, "--zero", "t=first", "-o", "other"]) == 2
+    assert "t has no zero" in capsys.readouterr().err
+
+
 def test_a_log_whose_radius_is_unknown_is_played_through_the_node(
     tmp_path: Path, capsys: Capsys, monkeypatch
 ) -> None:

@@ -92,6 +92,7 @@ def import_(
     elif one.suffix.lower() in LOGS:
         _refuse_options(table_options, "a CAN log, which is read by the message set of vegrip")
     _claim(output, one, fingers, force=force)
+    has_own_zeros = False
     if is_alone:
         found = _mcap(one, output)
     elif one.suffix.lower() in LOGS:
@@ -101,8 +102,9 @@ def import_(
         chart = with_columns(read, columns or [], units or [], negated or [], zeros or [])
         if baseline is not None:
             chart = dataclasses.replace(chart, baseline=BaselineMap(baseline))
+        has_own_zeros = any(entry.zero == "contact" for entry in chart.channels.values())
         found = _mapped(src, output, chart, metres)
-    _print_result(found, as_json=as_json)
+    _print_result(found, has_own_zeros=has_own_zeros, as_json=as_json)
 
 
 def _claim(output: Path, src: Path, fingers: str, *, force: bool) -> None:
@@ -167,7 +169,7 @@ def _refuse_options(options: Mapping[str, object], what: str) -> None:
             raise UsageError(f"{name} does not apply to {what}")
 
 
-def _print_result(found: "Mapping[Path, Recording]", *, as_json: bool) -> None:
+def _print_result(found: "Mapping[Path, Recording]", *, has_own_zeros: bool, as_json: bool) -> None:
     from vegrip.cli._recordings import describe, print_recording
     from vegrip.identification.recording import Kind
 
@@ -184,4 +186,5 @@ def _print_result(found: "Mapping[Path, Recording]", *, as_json: bool) -> None:
     if folder.is_dir() and not is_suspect:
         has_both = {"displacement", "normal_force"} <= recording.columns.keys()
         is_fit = has_both and recording.fingertip.radius > 0.0
-        print_next("vegrip", *(("fit", folder) if is_fit else ("replay", folder, "--through")))
+        each = ["--zeros-each-episode"] if has_own_zeros and recording.episode[-1] > 0 else []
+        print_next("vegrip", *(("fit", folder, *each) if is_fit else ("replay", folder, "--through")))
