@@ -90,6 +90,22 @@ def test_without_traffic_the_names_alone_give_a_map_and_the_open_questions(gripp
     assert tomllib.loads((gripper / "hand.toml").read_text())["fingers"]["left"]
 
 
+def test_what_was_said_of_a_checksum_is_open_no_more(gripper, capsys):
+    asked = 'messages.TIP_L.checksum={ kind = "sum", signal = "Check" }'
+    assert connect("--set", asked) == 0
+    assert "TIP_L.Check" not in capsys.readouterr().out
+    hand = tomllib.loads((gripper / "hand.toml").read_text())
+    assert hand["messages"]["TIP_L"]["checksum"] == {"kind": "sum", "signal": "Check"}
+
+
+def test_forces_of_no_known_direction_are_sent_to_the_windows_that_show_it(gripper, capsys):
+    assert connect("--log", FOREIGN_LOG) == 0
+    shown = capsys.readouterr().out
+    assert "no name says the direction of these forces: TIP_L.Load" in shown
+    assert connect("--log", FOREIGN_LOG, *WINDOWS, "--force") == 0
+    assert "no name says the direction" not in capsys.readouterr().out
+
+
 def test_every_key_can_be_said_by_an_option(gripper):
     said = ["--set", "fingers.left.normal_force.sign=-1", "--set", 'command.silence="holds"']
     said += ["--set", 'fingers.right.tangential_force_x={ stated = "1.5 N" }', "--set", "rate=50"]

@@ -10,6 +10,7 @@ from vegrip.config import build
 from vegrip.errors import ConfigError
 from vegrip.transport.mapped.checksums import PROFILES, ChecksumMap, make_crc, protection, table_crc
 from vegrip.transport.mapped.database import ForeignMessage, Signal
+from vegrip.transport.mapped.find_protection import find_checksum
 
 ALL = {
     "Crc8": (8, crccheck.crc.Crc8),
@@ -79,6 +80,26 @@ def test_what_was_protected_passes_and_any_bit_flipped_in_what_is_covered_does_n
             broken = bytearray(data)
             broken[byte] ^= 1 << bit
             assert not guard.check(bytes(broken)), (byte, bit)
+
+
+@pytest.mark.parametrize("kind", ["sum", "xor"])
+@pytest.mark.parametrize("start", [0, 0x5A, 0xC3])
+def test_a_sum_is_found_whatever_it_starts_with(kind, start):
+    layout = message(sum=Signal("sum", 56, 8))
+    guard = protection(
+        build(ChecksumMap, {"signal": "sum", "kind": kind, "start": start}, "map"), layout, "map"
+    )
+    frames = [bytearray(seeded(n).randbytes(8)) for n in range(9)]
+    for data in frames:
+        guard.protect(data)
+    found = find_checksum(layout, "sum", [bytes(data) for data in frames])
+    again = protection(build(ChecksumMap, found, "map"), layout, "map")
+    other = bytearray(seeded(10).randbytes(8))
+    guard.protect(other)
+    assert again.check(bytes(other))
+    other[3] ^= 1
+    assert not again.check(bytes(other))
+    assert find_checksum(layout, "sum", [seeded(n).randbytes(8) for n in range(9)]) is None
 
 
 @pytest.mark.parametrize("kind", PROFILES)

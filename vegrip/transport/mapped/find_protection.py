@@ -1,7 +1,7 @@
 """Counter and checksum of the messages of a foreign hand, by their names and by trials on its frames."""
 
 import itertools
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import Any, Final
 
 from vegrip.config import build
@@ -18,6 +18,7 @@ MIN_TURNS: Final = 3  # that a counter must have made before its end is known
 MIN_COUNTER_FRAMES: Final = 10  # frames that tell nothing
 MAX_CHECKSUM_FRAMES: Final = 64  # of different content that it must fit
 MIN_CHECKSUM_FRAMES: Final = 4  # fewer tell nothing
+MOST_START: Final = 0x108  # of a sum: any byte, or both bytes of an identifier together
 POLYNOMIALS: Final = {
     8: (0x1D, 0x2F, 0x07, 0x31, 0x9B, 0x39, 0xD5, 0x49, 0xA7),
     16: (0x1021, 0x8005, 0x8BB7, 0x3D65, 0xA097, 0xC867),
@@ -26,11 +27,19 @@ POLYNOMIALS: Final = {
 
 
 def find_protection(
-    database: Database, used: Sequence[str], found: Sequence[Guess], traffic: Traffic | None
+    database: Database,
+    used: Sequence[str],
+    found: Sequence[Guess],
+    traffic: Traffic | None,
+    said: Collection[str] = (),
 ) -> tuple[dict[str, Draft], list[str]]:
-    """Return the tables of the messages with the signals ``used``, and what remains open."""
+    """Return the tables of the messages with the signals ``used``, and what remains open.
+
+    Of the messages in ``said`` the user has said the checksum.
+    """
     drafts: dict[str, Draft] = {}
     doubts: list[str] = []
+    unknown: dict[tuple[str, bool], list[str]] = {}  # checksum, and whether there is traffic -> messages
     came = traffic.frames if traffic is not None else {}
     declared = list(database.messages)
     names = {name.partition(".")[0] for name in used} & database.messages.keys()
@@ -46,16 +55,19 @@ def find_protection(
                 f"{name}.{counter} does not go up by one from frame to frame (one count for several "
                 "pages?), so it is not used, and repeated frames are not seen"
             )
-        checksum = named.get("checksum")
+        checksum = named.get("checksum") if name not in said else None
         if checksum and not _checksum(draft, message, checksum, data, drafts.values()):
-            doubts.append(
-                f"{name}.{checksum} looks like a checksum of a kind that is not known"
-                f"{' from its traffic' if data else ' without traffic'}: frames go unchecked, and commands "
-                "with a wrong one may be refused by the hand; say it: --set "
-                f"messages.{name}.checksum='{{ kind = ..., signal = \"{checksum}\" }}'"
-            )
+            unknown.setdefault((checksum, bool(data)), []).append(name)
         if draft.keys:
             drafts[name] = draft
+    for (checksum, came_with), (name, *alike) in unknown.items():
+        more = f" (and {len(alike)} alike)" if alike else ""
+        doubts.append(
+            f"{name}.{checksum}{more} looks like a checksum of a kind that is not known "
+            f"{'from its' if came_with else 'without'} traffic: frames go unchecked, and commands with a "
+            f"wrong one may be refused by the hand; say it{' of each' if alike else ''}: "
+            f"--set messages.{name}.checksum='{{ kind = ..., signal = \"{checksum}\" }}'"
+        )
     return drafts, doubts
 
 
@@ -143,10 +155,9 @@ def find_checksum(message: ForeignMessage, signal: str, frames: Sequence[bytes])
 
 def _candidates(message: ForeignMessage, signal: str, length: int) -> Iterator[dict[str, Any]]:
     base = {"signal": signal}
-    identifier = (message.identifier & 0x7FF, message.identifier >> 8 & 0x7, 0)
     for own in ("left out", "zero"):
         more = {"own": own} if own == "zero" else {}
-        for start in (0, 1, 0xFF, sum(identifier[:1]) & 0xFF, (message.identifier & 0xFF) + identifier[1]):
+        for start in range(MOST_START):
             for final in (0, 0xFF):
                 for kind in ("sum", "xor"):
                     yield {**base, **more, "kind": kind, "start": start, "final": final}

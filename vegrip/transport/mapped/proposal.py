@@ -96,7 +96,8 @@ def propose(
             "say which it is: --set fingers.thumb.normal_force.signal=MESSAGE.SIGNAL"
         )
     proposal = Proposal(database.name, drafts, nodes=nodes or {})
-    proposal.messages, doubts = find_protection(database, signals_of(proposal), found, traffic)
+    said = {path[1] for path, _ in settings if path[0] == "messages" and path[2:3] == ["checksum"]}
+    proposal.messages, doubts = find_protection(database, signals_of(proposal), found, traffic, said)
     proposal.doubts += doubts
     if traffic is not None:
         _time(proposal, database, traffic, heard)
@@ -384,14 +385,27 @@ def name_unused(proposal: Proposal, database: Database, heard: Mapping[str, Trac
             alike.setdefault(guessed[name].own, []).append(name)
     if not alike:
         return
-    first = next(iter(alike.values()))[0]
-    named = [f"{one[0]} (and {len(one) - 1} alike)" if len(one) > 1 else one[0] for one in alike.values()]
+    forces = {one.name for finger in proposal.fingers.values() for one in finger.others}
+    directed = [names for names in alike.values() if forces.isdisjoint(names)]
+    if len(directed) < len(alike):
+        proposal.doubts.append(
+            f"not used, as no name says the direction of these forces: "
+            f"{_listed([names for names in alike.values() if names not in directed])}; --press A..B and "
+            "--shear A..B, windows of the log in which a finger is pressed, and pulled along its +x, show it"
+        )
+    if directed:
+        proposal.doubts.append(
+            f"not used, as neither name nor unit says for what: {_listed(directed)}; one that is a channel "
+            f"is said with what one count is worth: {option_of(directed[0][0], proposal, database)}"
+        )
+
+
+def _listed(alike: Sequence[Sequence[str]]) -> str:
+    """Name the first of each, and how many are like it."""
+    named = [f"{one[0]} (and {len(one) - 1} alike)" if len(one) > 1 else one[0] for one in alike]
     if len(named) > MOST_NAMED:
         named[MOST_NAMED:] = [f"{len(named) - MOST_NAMED} more"]
-    proposal.doubts.append(
-        f"not used, as neither name nor unit says for what: {', '.join(named)}; one that is a channel is "
-        f"said with what one count is worth: {option_of(first, proposal, database)}"
-    )
+    return ", ".join(named)
 
 
 def option_of(signal: str, proposal: Proposal, database: Database) -> str:
