@@ -158,7 +158,11 @@ def _print(found: "Diagnosis", draws: int) -> None:
         )
     for name, si in told["si"].items():
         console.print(f"{name} is {si['value']:.3g} {si['unit']}")
-    for note in [one["note"] for one in (told["unexplained"], told["holds"], told["certainty"]) if one]:
+    for note in [
+        one["note"]
+        for one in (told["unexplained"], told["repeated"], told["holds"], told["certainty"])
+        if one
+    ]:
         console.print(note, soft_wrap=True)
     if told["experiment"]:
         for name, text in told["experiment"]["suggestions"].items():

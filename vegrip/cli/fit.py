@@ -273,6 +273,8 @@ def _print_comparison(found: "Comparison", told: dict[str, Any], name: str) -> N
     print_sentences(regime["note"] for regime in told["where"])
     if not told["where"]:
         console.print("nothing stands out of the noise")
+    if told["repeated"]:
+        console.print(told["repeated"]["note"], soft_wrap=True)
     print_sentences(told["doubts"])
 
 

@@ -4,12 +4,14 @@ import importlib.util
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from vegrip.cli import main
 from vegrip.identification.compare import compare
+from vegrip.identification.compare.comparison import Comparison
 from vegrip.identification.compare.where import (
     PHASES,
     Features,
@@ -33,6 +35,33 @@ N = 9000
 
 def features(phase=None, **values) -> Features:
     return Features(np.full(N, PHASES.index("hold")) if phase is None else phase, values)
+
+
+def replicates(common: float, own: float) -> Comparison:
+    """Two episodes of one motion; of the misfit the std ``common`` is the same in both, ``own`` is not."""
+    n = 4000
+    depth = np.tile(np.linspace(0.0, 1e-3, n), 2)
+    episode, t = np.repeat([0, 1], n), np.tile(np.arange(n) / 500.0, 2) + np.repeat([0.0, 20.0], n)
+    noisy = {"displacement": depth + 1e-9 * RNG.standard_normal(2 * n), "normal_force": depth}
+    recording = Recording("twice", t, episode, noisy, Fingertip(0.01), {})
+    misfit = common * np.tile(RNG.standard_normal(n), 2) + own * RNG.standard_normal(2 * n)
+    z = RNG.standard_normal(2 * n) + misfit
+    measured = SimpleNamespace(recording=recording, noise=SimpleNamespace(displacement=1e-9))
+    problem = SimpleNamespace(measured=measured, used=np.ones(2 * n, bool), residual=lambda _: z)
+    return Comparison(problem, np.zeros(0), fitted=True)
+
+
+@pytest.mark.parametrize(("common", "own", "share"), [(2.0, 0.0, 1.0), (0.0, 2.0, 0.0), (1.0, 1.0, 0.5)])
+def test_the_share_of_the_misfit_that_a_repeated_motion_repeats_is_no_chance(common, own, share) -> None:
+    found = replicates(common, own).repeated
+    assert found.pairs == 1
+    assert found.share == pytest.approx(share, abs=4.0 * found.std)
+    assert found.std < 0.05
+    assert ("chance" in found.note) == (found.share <= 0.5)
+
+
+def test_of_noise_alone_nothing_is_said_to_be_repeated() -> None:
+    assert replicates(0.0, 0.0).repeated is None
 
 
 def test_noise_has_no_regime() -> None:

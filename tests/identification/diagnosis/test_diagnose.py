@@ -8,6 +8,7 @@ from vegrip.cli import main
 from vegrip.effects import effect
 from vegrip.errors import UsageError
 from vegrip.identification.diagnosis import diagnose
+from vegrip.identification.diagnosis.discrepancy import find_discrepancy
 from vegrip.identification.diagnosis.error_ladder import add_effect, build_ladder
 from vegrip.identification.fit import fit
 from vegrip.identification.fit.fitting import base_model
@@ -45,6 +46,14 @@ def test_the_hidden_effect_is_named_and_the_error_falls_to_the_noise(found, name
     assert told["effects"][0]["probability"] > 0.99
     assert told["error"]["before"] > 1.03
     assert told["error"]["after"] == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [("adhesion", "force law"), ("second_relaxation", "memory"), ("sensor_lag", "force law")],
+)
+def test_an_error_of_the_law_of_the_moment_is_told_from_one_of_the_memory(found, name, place) -> None:
+    assert find_discrepancy(found[name].search.first).place == place
 
 
 def test_its_size_comes_out(found) -> None:

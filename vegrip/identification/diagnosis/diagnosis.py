@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from vegrip.identification.compare.comparison import Comparison
+from vegrip.identification.compare.comparison import Comparison, Repeated
 from vegrip.identification.compare.where import Regime
 from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.candidate_fit import evaluate_candidate, held_out_groups
@@ -154,8 +154,17 @@ class Diagnosis:
         return self._rest if s.misfit(s.last) > thresholds.MAX_NOISE_CHI2 else None
 
     @cached_property
+    def _start(self) -> Comparison:
+        return Comparison(self.start.problem, self.start.optimum.u, fitted=True)
+
+    @cached_property
     def where(self) -> list[Regime]:
-        return Comparison(self.start.problem, self.start.optimum.u, fitted=True).where
+        return self._start.where
+
+    @cached_property
+    def repeated(self) -> Repeated | None:
+        """What of the misfit of the start model is no chance."""
+        return self._start.repeated
 
     @cached_property
     def where_after(self) -> list[Regime]:
@@ -259,6 +268,7 @@ class Diagnosis:
             "misfit": {"before": s.misfit(s.first), "after": s.misfit(s.last), "noise": noise},
             "where": [asdict(one) for one in self.where],
             "where_after": [asdict(one) for one in self.where_after],
+            "repeated": self.repeated.as_dict() if self.repeated is not None else None,
             "holds": self.holds.as_dict() if self.holds is not None else None,
             "unexplained": self.unexplained.as_dict() if self.unexplained is not None else None,
             "experiment": experiment,

@@ -33,6 +33,8 @@ PRIOR_SIZES = np.logspace(
 JITTER = 1e-9
 SLOW_VARIABLES = ("time", "temperature")  # over which a stiffness may change
 MIN_CURVE_ROWS = 20
+PLACE_OF = {"below_deepest": "memory", "time_in_contact": "memory", "time": "drift with time"}
+"""Where an error is that depends on them; in the force law, where it depends on what the moment shows."""
 
 
 @dataclass(frozen=True)
@@ -48,17 +50,26 @@ class Discrepancy:
     times: str  # what the value is multiplied by, "normal_force" for a stiffness that changes; or nothing
     others: dict[str, float]  # variable -> gain, of the next best ones
     change: Change | None = None  # of the stiffness at one place, where that has more evidence than any curve
+    places: dict[str, float] = dataclasses.field(default_factory=dict)  # place of the error -> best gain
+
+    @property
+    def place(self) -> str:
+        """Where the error is: in the law of the moment or in the state [EbersSteeleKutz2024]_."""
+        best = max(self.places.values())
+        return " or ".join(name for name, gain in self.places.items() if gain >= best - MIN_POINTING_NATS)
 
     @property
     def note(self) -> str:
         depends = f"what is left depends on {self.variable} ({self.channel})"
-        return depends if self.change is None else f"{depends}: {self.change.note}"
+        more = f", an error of the {self.place}" if self.change is None else f": {self.change.note}"
+        return depends + more
 
     def as_dict(self) -> dict[str, Any]:
         """Return it for JSON; where the change is: ``at``, ``interval``, ``change``, ``std``, ``error``."""
         shape = {"at": self.at, "residual": self.value, "times": self.times}
         return (dataclasses.asdict(self.change) if self.change is not None else {}) | {
             "variable": self.variable, "channel": self.channel, "gain": self.gain, "share": self.share,
+            "place": self.place, "places": self.places,
             "shape": shape, "others": self.others, "note": self.note,
         }  # fmt: skip
 
@@ -101,7 +112,11 @@ def find_discrepancy(fitted: CandidateFit, *, with_changes: bool = False) -> Dis
     for one in found:
         gains[one.variable] = max(one.gain, gains.get(one.variable, -math.inf))
     others = sorted(((g, n) for n, g in gains.items() if n != best.variable), reverse=True)[:4]
-    return dataclasses.replace(best, others={n: g for g, n in others})
+    places: dict[str, float] = {}
+    for name, gain in gains.items():
+        place = PLACE_OF.get(name, "force law")
+        places[place] = max(gain, places.get(place, -math.inf))
+    return dataclasses.replace(best, others={n: g for g, n in others}, places=places)
 
 
 def _knots(values: Floats, count: int) -> Floats:

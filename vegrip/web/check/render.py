@@ -112,6 +112,8 @@ def where(told: Told | None) -> str:
     if told is None:
         return ""
     notes = [one["note"] for one in told["where"]] or ["nothing stands out of the noise"]
+    if told.get("repeated"):
+        notes.append(told["repeated"]["note"])
     doubts = [*told.get("doubts", [])]
     return listed(notes) + (f'<p class="warn">{escape("; ".join(doubts))}</p>' if doubts else "")
 
