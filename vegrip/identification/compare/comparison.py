@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vegrip.identification.compare.where import SURE, Features, Regime, Residuals, features_of, where
+from vegrip.identification.compare.where import EXCESS_STDS, Features, Regime, Residuals, features_of, where
 from vegrip.identification.fit.fitting import solve
 from vegrip.identification.fit.noise import Noise, find_pairs
 from vegrip.identification.fit.problem import Problem, Zeros
@@ -77,7 +77,7 @@ class Comparison:
         z = self.problem.residual(self.u)
         a, b = z[one[both]], z[other[both]]
         left = (a**2 + b**2) / 2.0 - 1.0
-        if left.sum() <= SURE * math.sqrt(a.size):
+        if left.sum() <= EXCESS_STDS * math.sqrt(a.size):
             return None
         share = float(a @ b / left.sum())
         std = math.sqrt(a.size) * float(np.std(a * b - share * left)) / float(left.sum())

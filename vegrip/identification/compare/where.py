@@ -58,7 +58,7 @@ LEAST_SHARE = 0.03
 MIN_REGIME_ROWS = 10
 OUT_OF_CONTACT = "out of contact"
 EVERYWHERE = "everywhere"
-SURE = 5.0  # standard deviations of a sum of squares of noise
+EXCESS_STDS = 5.0  # standard deviations of a sum of squares of noise
 Mask = NDArray[np.bool_]
 
 
@@ -244,7 +244,9 @@ def where(residuals: list[Residuals], features: Features, most: int = MAX_REGIME
     """Return the regimes that hold the misfit, largest share first; none where all is noise."""
     excess = [r.z**2 - 1.0 for r in residuals]
     sums = [float(e.sum()) for e in excess]
-    total = sum(s for s, e in zip(sums, excess, strict=True) if s > SURE * math.sqrt(2.0 * max(e.size, 1)))
+    total = sum(
+        s for s, e in zip(sums, excess, strict=True) if s > EXCESS_STDS * math.sqrt(2.0 * max(e.size, 1))
+    )
     count = sum(e.size for e in excess)
     if total <= 0.0:
         return []
@@ -260,7 +262,7 @@ def where(residuals: list[Residuals], features: Features, most: int = MAX_REGIME
                 if n < MIN_REGIME_ROWS:
                     continue
                 share = float(excess[i][here].sum()) / total
-                if share < LEAST_SHARE or share * total < SURE * math.sqrt(2.0 * n):
+                if share < LEAST_SHARE or share * total < EXCESS_STDS * math.sqrt(2.0 * n):
                     continue
                 score = share * math.log(max(share, 1e-9) * count / n) if share * count > n else 0.0
                 if best is None or score > best[0]:
