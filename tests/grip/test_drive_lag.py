@@ -161,7 +161,7 @@ def test_other_parameters_do_not_make_it_forget_a_lag() -> None:
 def test_what_a_slow_drive_costs_is_said() -> None:
     grip = GripSettings(drive_lag=0.01, measure_lag=True, burst_rate=20.0)
     assert describe_lag(0.033, grip) == (
-        "lag 33 ms, configured 10 ms; 15 ms of it are led, for the rest 36 % more is held, "
+        "lag 33 ms, configured 10 ms; 15 ms of it are led, for the rest 15 % more is held, "
         "which a quicker drive would not need"
     )
     assert describe_lag(0.004, grip) == "lag 4 ms, configured 10 ms"

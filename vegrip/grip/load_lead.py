@@ -10,10 +10,13 @@ Of the difference, ``LEAD_GATE`` standard deviations of its noise do not count: 
 
 The lag is the one that is told, or the measured one (:mod:`~vegrip.grip.drive_lag`), of which no more than
 ``LEAD_MOST`` is led: beyond it, the noise of the rate and the shakes of the hand cost more than the lead
-gains. For the rest the finger holds more beforehand: as much as a load that grows by ``burst`` of
-itself a second asks for in that time::
+gains. For the rest the finger holds more beforehand. A drive of first order with the lag L that answers a
+load which grows from 1 by ``burst`` a second, led by ``LEAD_MOST``, lacks at the end of the growth, at
+``1 + BURST_SIZE``::
 
-    load = ahead (1 + burst (lag - LEAD_MOST)) .
+    missing = burst (L - LEAD_MOST) (1 - exp(-BURST_SIZE / (burst L)))
+
+so it holds against ``(1 + BURST_SIZE) / (1 + BURST_SIZE - missing)`` times the load.
 
 Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, behind its sections and those
 of :mod:`~vegrip.grip.drive_lag`; the same text is compiled.
@@ -44,6 +47,7 @@ LEAD_FAST_TIME = 0.003  # [s]
 LEAD_SLOW_TIME = 0.012  # [s]
 LEAD_GATE = 2.0  # standard deviations
 LEAD_MOST = 0.015  # [s] of a measured lag
+BURST_SIZE = 0.5  # of the load, by which it grows in a burst
 
 
 def begin_lead(q: Numbers, noise: float, torque_noise: float) -> None:
@@ -86,7 +90,9 @@ def burst_reserve(q: Numbers, i: int) -> float:
 
 def reserve_for(lag: float, burst: float) -> float:
     """Return how many times its load a finger holds against, whose drive has this measured ``lag`` [s]."""
-    return 1.0 + burst * max(lag - LEAD_MOST, 0.0)
+    late = burst * max(lag - LEAD_MOST, 0.0)
+    missing = late * (1.0 - math.exp(-BURST_SIZE / (burst * lag))) if late > 0.0 else 0.0
+    return (1.0 + BURST_SIZE) / (1.0 + BURST_SIZE - missing)
 
 
 def counts_measured(q: Numbers, i: int) -> bool:
