@@ -86,3 +86,21 @@ def test_the_torque_counts_in_the_load_as_a_force_at_the_contact_radius(kernels,
     f[kernels.TAKEN_TORQUE] = math.nan
     assert kernels.armed_load(f, True) == pytest.approx(0.3)
     assert math.isnan(kernels.armed_load(f, False))
+
+
+@pytest.mark.parametrize(("mu", "std"), [(0.0, 0.1), (-0.2, 0.1), (math.inf, 0.1), (math.nan, 0.1)])
+def test_what_is_no_friction_is_told_as_it_is_believed(kernels, f, t, mu, std) -> None:
+    t[kernels.SETUP_SHARES] = 1
+    assert kernels.told_friction(f, t, mu, std) == pytest.approx((mu, std), nan_ok=True)
+
+
+def test_a_finger_that_shares_tells_the_friction_that_may_have_changed(kernels, f, t) -> None:
+    """What is believed is the median, and its std, as a share of it, that of the logarithm."""
+    f[kernels.SHARED_LEVEL], f[kernels.SHARED_SPREAD], f[kernels.SHARED_UNKNOWN] = math.log(0.9), 0.1, 1.0
+    assert kernels.told_friction(f, t, 0.6, 0.06) == (0.6, 0.06)
+    t[kernels.SETUP_SHARES] = 1
+    mean, relative = kernels.stated_friction(math.log(0.6), 0.1, math.log(0.9), 0.1, 1.0)
+    mu, std = kernels.told_friction(f, t, 0.6, 0.06)
+    assert math.log(mu) == pytest.approx(mean)
+    assert std / mu == pytest.approx(relative)
+    assert relative > 0.1  # it may be what it was before it fell

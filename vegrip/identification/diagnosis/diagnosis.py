@@ -217,7 +217,7 @@ class Diagnosis:
 
     def _told(self, one: Tried, step: Step) -> dict[str, Any]:
         gains = {other.candidate.name: other.verdict.gain for other in step.tried if other.verdict.is_passed}
-        best = max(0.0, *gains.values(), 0.0)
+        best = max([0.0, *gains.values()])
         weights = {name: math.exp(gain - best) for name, gain in gains.items()}
         total = sum(weights.values()) + math.exp(-best)
         return {
