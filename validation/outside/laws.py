@@ -5,7 +5,7 @@ that no catalogue has; depths are in units of the deepest press, forces in units
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -274,12 +274,18 @@ def draw_tip(seed: int) -> FingertipSettings:
     )
 
 
-def record(law: str, protocol: str, seed: int, *, is_quiet: bool = False) -> Recording:
-    """Return a recording with a law hidden, none where ``law`` is empty; ``is_quiet``: next to no noise."""
+def record(
+    law: str, protocol: str, seed: int, *, is_quiet: bool = False, more: Sequence[Episode] = ()
+) -> Recording:
+    """Return a recording with a law hidden, none where ``law`` is empty; ``is_quiet``: next to no noise.
+
+    ``more``: episodes that are done with the same fingertip afterwards.
+    """
     tip, rng = draw_tip(seed), np.random.default_rng([seed, 13, list(OUTSIDE_PROTOCOLS).index(protocol)])
     depth = 0.15 * tip.radius
     force = tip.reference_force * (depth / tip.reference_indentation) ** tip.exponent
-    episodes = [(CLEAR, *OUTSIDE_PROTOCOLS[protocol](depth, rng), CLEAR) for _ in range(EPISODES)]
+    episodes = [OUTSIDE_PROTOCOLS[protocol](depth, rng) for _ in range(EPISODES)]
+    episodes = [(CLEAR, *one, CLEAR) for one in (*episodes, *more)]
     part = QUIET if is_quiet else 1.0
     trial = run_trial(
         tip,

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 OUT = Annotated[
     Path, typer.Option("-o", "--output", help="Effect to write, such as wear.py; its name is the effect's.")
 ]
+RIVAL = Annotated[
+    Path | None,
+    typer.Option("--rival", help="Write the best law over something else too, where one is as good."),
+]
 PICTURE = Annotated[
     Path | None,
     typer.Option("--picture", help="Draw what the model leaves and what the law adds, over its variable."),
@@ -27,6 +31,7 @@ def draft(
     recording: RECORDING,
     output: OUT,
     model: REFITTED_MODEL = None,
+    rival: RIVAL = None,
     picture: PICTURE = None,
     force: FORCE = False,
     zeros_each_episode: EACH = False,
@@ -47,28 +52,47 @@ def draft(
     from vegrip.identification.draft.plot import draw_draft
     from vegrip.identification.draft.search import effect_name
 
-    name = effect_name(output)
+    name, rival_name = effect_name(output), effect_name(rival) if rival is not None else ""
     with Outputs(force=force) as outputs:
         outputs.file(output)
+        outputs.file(rival)
         outputs.picture(picture)
         measured, start = opened(recording, model, hold_back=hold_back)
         with progress("draft") as report:
             found = draft_law(
                 measured, start, name=name, **judged(measured, tolerance, zeros_each_episode), report=report
             )
-        is_kept = found.taken is not None and outputs.write(
-            output, lambda path: write_whole(path, found.text)
-        )
+        files = [(output, name, found.taken)] if found.taken is not None else []
+        if rival is not None and found.rivals:
+            files.append((rival, rival_name, found.rivals[0]))
+        kept = [
+            path
+            for path, effect, law in files
+            if outputs.write(path, partial(write_whole, content=found.text_of(law, effect)))
+        ]
         if found.taken is not None:
             outputs.write(picture, partial(draw_draft, found))
         if as_json:
-            print_json(found.as_dict() | {"file": str(output) if is_kept else None})
-        else:
-            _print(found)
-            if is_kept:
-                base = ["--model", model] if model is not None else []
-                options = error_options(zeros_each_episode, tolerance)
-                print_next("vegrip", "add", output, recording, *base, "-o", f"{name}.toml", *options)
+            print_json(found.as_dict() | {"file": str(output) if output in kept else None})
+            return
+        _print(found)
+        if rival is not None and found.taken is not None and not found.rivals:
+            printer().print("no law over anything else is as good: there is no rival to write")
+        base = ["--model", model] if model is not None else []
+        if len(kept) == 2:
+            print_next(
+                "vegrip",
+                "experiment",
+                recording,
+                *base,
+                "--candidates",
+                f"{output},{rival}",
+                "-o",
+                "next.toml",
+            )
+        elif kept:
+            options = error_options(zeros_each_episode, tolerance)
+            print_next("vegrip", "add", output, recording, *base, "-o", f"{name}.toml", *options)
 
 
 def _print(found: "Draft") -> None:

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from vegrip.cli import main
 from vegrip.effects import effect
 from vegrip.effects.file import effect_of
-from vegrip.identification.draft import draft
+from vegrip.identification.draft import Draft, draft
 from vegrip.identification.draft.grammar import LAW_PLACES, LAW_SHAPES, LAW_VARIABLES, Law
 from vegrip.identification.draft.text import law_text
 from vegrip.identification.recording import read_recording
@@ -45,7 +46,24 @@ def test_a_law_that_no_catalogue_has_is_found_again(
     assert (found.taken.law.place.name, found.taken.law.variables) == (place, variables)
     assert found.taken.fitted.error < 1.05
     assert found.base.error > 1.5
-    assert broken_laws(effect_of(found.text, "the draft")) == []
+    assert broken_laws(effect_of(found.text_of(found.taken, found.name), "the draft")) == []
+
+
+def stand_in(variable: str, gain: float, *failed: str) -> SimpleNamespace:
+    law = SimpleNamespace(variables=[variable], in_words=variable)
+    return SimpleNamespace(law=law, failed=failed, verdict=SimpleNamespace(gain=gain))
+
+
+def test_a_rival_passes_depends_on_something_else_and_is_as_good() -> None:
+    best, same = stand_in("way", 9000.0), stand_in("way", 8999.0)
+    near, worse, broken = (
+        stand_in("work", 8992.0),
+        stand_in("load", 8900.0),
+        stand_in("time", 9001.0, "little"),
+    )
+    found = Draft(None, None, "law", [best, same, near, worse, broken], best)
+    assert found.rivals == [near]
+    assert Draft(None, None, "law", [broken]).rivals == []
 
 
 def test_of_noise_alone_no_law_is_drafted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,6 +12,8 @@ from vegrip.cli import main
 from vegrip.effects import effect
 from vegrip.errors import ConfigError, UsageError
 from vegrip.identification.diagnosis import diagnose
+from vegrip.identification.draft.grammar import LAW_PLACES, LAW_SHAPES, LAW_VARIABLES, Law
+from vegrip.identification.draft.text import law_text
 from vegrip.identification.experiment import NO_EFFECT, Hypotheses, RigLimits, design, hypotheses_of
 from vegrip.identification.experiment.design import MIN_SEPARATION_NATS, next_experiment, rig_of
 from vegrip.identification.experiment.design_space import MENU, complete_limits, limits_of, read_limits
@@ -160,6 +162,20 @@ def test_one_effect_is_told_from_nothing_and_one_not_seen_stands_in_at_its_decla
         hypotheses_of(start, [NO_EFFECT])
     with pytest.raises(UsageError, match="no temperature was recorded"):
         hypotheses_of(start, ["adhesion", "temperature_shift"])
+
+
+def test_a_law_whose_amount_may_be_none_is_told_from_nothing_where_it_is_there(tmp_path) -> None:
+    """It imitates its absence at no cost, which says nothing of an experiment."""
+    law = Law(LAW_PLACES["force"], LAW_VARIABLES["way"], LAW_SHAPES["saturating"], 20.0)
+    (tmp_path / "worn.py").write_text(law_text(law, "worn", {}, {"c": -0.25, "s": 0.3}))
+    worn = BASE.with_effect(effect(str(tmp_path / "worn.py")))
+    sensors = {"normal_force": 5e-3, "displacement": 1e-6}
+    contest = Hypotheses({"worn": worn, NO_EFFECT: BASE}, (), sensors, 100.0)
+    protocol = item("triangles").protocol(rig_of(contest, LIMITS), {"depth": 1.0, "frequency": 2.0})
+    expected = expected_separation(contest, protocol, refit=True)
+    assert list(expected.pairs) == [("worn", NO_EFFECT)]
+    assert expected.nats > 20.0
+    assert measure_separation(contest, protocol, seed=1)["worn", NO_EFFECT] > 20.0
 
 
 def test_limits_are_those_of_the_recording_where_nothing_is_said(tmp_path) -> None:

@@ -126,16 +126,25 @@ class Draft:
         return "drafted" if self.taken is not None else "none"
 
     @property
-    def text(self) -> str:
-        """The effect's file."""
-        assert self.taken is not None  # noqa: S101
-        return law_text(self.taken.law, self.name, self._found(self.taken), self.taken.parameters)
+    def rivals(self) -> list[Tried]:
+        """Laws over something else that pass and gain as much as the one that is taken, best first."""
+        if self.taken is None:
+            return []
+        passed = [one for one in self.tried if not one.failed]
+        least = max(one.verdict.gain for one in passed)
+        least -= indistinguishable(least)
+        own = set(self.taken.law.variables)
+        return [one for one in passed if set(one.law.variables) != own and one.verdict.gain >= least]
+
+    def text_of(self, one: Tried, name: str) -> str:
+        """Return the file of a law that was tried, as the effect ``name``."""
+        return law_text(one.law, name, self._found(one, name), one.parameters)
 
     @property
     def parameters(self) -> dict[str, float]:
-        return {f"{key}_{self.name}": at for key, at in self.taken.parameters.items()} if self.taken else {}
+        return _named(self.taken, self.name) if self.taken else {}
 
-    def _found(self, taken: Tried) -> dict[str, str]:
+    def _found(self, taken: Tried, name: str) -> dict[str, str]:
         recording = self.start.problem.measured.recording
         k = taken.fitted
         return {
@@ -143,7 +152,7 @@ class Draft:
             "Shown for": "; ".join(spans(self.base)),
             "Error over the noise": f"{self.base.error:.4g} -> {k.error:.4g} (floor 1); held-out protocols "
             f"{taken.across:+.4g} nats",
-            "Fitted values": ", ".join(f"{key} = {at:.4g}" for key, at in self.parameters.items()),
+            "Fitted values": ", ".join(f"{key} = {at:.4g}" for key, at in _named(taken, name).items()),
             "Place": taken.law.place.where,
             "What would refute it": taken.law.variable.refute,
         }
@@ -168,6 +177,7 @@ class Draft:
             "heldout_gain": one.verdict.heldout if one else None,
             "heldout_protocols_gain": one.across if one else None,
             "experiment": one.law.variable.refute if one else None,
+            "rivals": [each.law.in_words for each in self.rivals],
             "screened": self.screened,
             "tried": [
                 {
@@ -178,6 +188,10 @@ class Draft:
                 for each in self.tried
             ],
         }  # fmt: skip
+
+
+def _named(one: Tried, name: str) -> dict[str, float]:
+    return {f"{key}_{name}": at for key, at in one.parameters.items()}
 
 
 def effect_name(path: Path) -> str:

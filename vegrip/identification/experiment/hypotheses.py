@@ -157,6 +157,8 @@ def expected_separation(
     c_i is that of the right model, with no difference. In one experiment the costs' difference scatters by
     ``sqrt(2 T)`` about that.
 
+    The model without an effect is no truth here: the one with it imitates it, at an amount of nothing.
+
     Linear in what each may refit, as above, or with ``refit`` by refits, which costs ten times as much: rates
     and lengths that are far off bend the linear answer by a factor of two, now and then of ten.
     """
@@ -168,8 +170,10 @@ def expected_separation(
         kind = _Refit if refit else _Linear
         right, wrong = kind(truth), kind(rival)
         none = np.zeros_like(difference)
-        pairs[one, other] = max(wrong.cost(difference) - right.cost(none), 0.0)
-        pairs[other, one] = max(right.cost(-difference) - wrong.cost(none), 0.0)
+        if one != NO_EFFECT:
+            pairs[one, other] = max(wrong.cost(difference) - right.cost(none), 0.0)
+        if other != NO_EFFECT:
+            pairs[other, one] = max(right.cost(-difference) - wrong.cost(none), 0.0)
     return Separation(pairs)
 
 
@@ -178,7 +182,7 @@ def measure_separation(
 ) -> dict[tuple[str, str], float]:
     """Simulate the experiment and refit all: by how many nats each truth beats each of its rivals."""
     out = {}
-    for one in contest.names:
+    for one in [name for name in contest.names if name != NO_EFFECT]:
         truth = _problem(contest, one, _recorded(contest, one, protocol, seed))
         right = refine_optimum(truth, truth.unknowns.start, EVALUATIONS).cost
         for other in contest.names:
