@@ -61,6 +61,7 @@ def feel(
 
 def test_an_onset_teaches_all_fingers_towards_the_load_at_which_it_began() -> None:
     g, q = grasp()
+    q[PROBE_SHIFT] = 0.3
     feel(g, q, 0.4, [0.0] * 50 + [1.0] * 3)
     assert math.exp(g[BELIEF_MEAN]) == pytest.approx(0.4, rel=0.05)
     assert math.exp(g[BELIEF_MEAN + 1]) == pytest.approx(0.4, rel=0.1)
@@ -253,10 +254,16 @@ def test_slip_is_expected_in_a_probe_down_to_one_and_a_half_deviations(stds: flo
     assert (feel(g, q, u, [0.0] * 50 + [1.0]) < LN_MU) == expected
 
 
-def test_an_onset_is_a_measurement_with_its_noise_and_that_of_the_load() -> None:
+@pytest.mark.parametrize(
+    ("probed", "other", "std"), [(0.051, 1.0, 0.05), (0.0, 0.09, 0.05), (0.049, 1.0, 0.15)]
+)
+def test_an_onset_is_a_measurement_with_its_noise_and_that_of_the_load(probed, other, std) -> None:
+    """Three times the noise where no finger was let go of, and no other has just slipped."""
     g, q = grasp()
-    feel(g, q, 0.6, [0.0] * 50 + [1.0, 1.0], 0.08)
-    noise, prior = 0.05**2 + 0.08**2, 0.3**2
+    feel(g, q, 0.6, [0.0] * 50, 0.08)
+    q[PROBE_SHIFT], q[ONSET_QUIET + 1] = probed, other
+    feel(g, q, 0.6, [1.0, 1.0], 0.08)
+    noise, prior = std**2 + 0.08**2, 0.3**2
     assert believed_variance(g, 0) == pytest.approx(prior * noise / (prior + noise))
     assert g[BELIEF_MEAN] == pytest.approx(LN_MU + prior / (prior + noise) * (math.log(0.6) - LN_MU))
 
@@ -273,6 +280,7 @@ def test_what_is_far_below_is_a_shock_to_all_faces() -> None:
     """From two and a half deviations on, and counted as two and a half."""
     for stds, shock in ((2.4, 0.0), (2.6, 0.08)):
         g, q = grasp()
+        q[PROBE_SHIFT] = 0.3
         absorb_factor(g, 0, 90.0, 90.0 * LN_MU)
         noise, known = 0.05**2 + 0.02**2, believed_variance(g, 0)
         spread, prior = math.sqrt(known + noise), known + shock**2

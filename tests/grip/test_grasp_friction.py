@@ -119,6 +119,20 @@ def test_one_slide_counts_once_by_its_onset_and_by_what_follows(seconds: float) 
     assert std >= before * noise / math.hypot(before, noise)
 
 
+@pytest.mark.parametrize("speed", [2e-3, 0.0, math.nan], ids=["speed", "no slide", "no speed"])
+def test_a_flag_that_nothing_else_tells_narrows_friction_less_than_an_honest_slip(speed: float) -> None:
+    """Its flag is up for 20 ms at a load that holds, and no finger is let go of."""
+    gained = []
+    for slips in ({"index": 1.0}, dict.fromkeys(NAMES, 1.0)):
+        bench = Bench(controller(replace(LEARNING, probing=False)))
+        bench.run(1.0, 0.6)
+        _, before = bench.hand.friction.belief("index")
+        bench.run(0.02, 0.6, slips, speed=speed if len(slips) == 1 else 2e-3)
+        _, std = bench.hand.friction.belief("index")
+        gained.append(1.0 / std**2 - 1.0 / before**2)
+    assert gained[0] < 0.15 * gained[1]
+
+
 @pytest.mark.parametrize("friction", [LEARNING, FrictionSettings()], ids=["shared", "alone"])
 @pytest.mark.parametrize("slip", [0.5, 0.99])
 def test_a_slip_between_0_and_1_raises_no_grip_and_teaches_nothing(

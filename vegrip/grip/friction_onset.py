@@ -14,6 +14,9 @@ and only
 * where u is not below ``ONSET_BELOW`` of what the finger held a moment ago: else the grip is back, and the
   channel late.
 
+What its channel alone tells may be false, the finger not being let go of and no other having just slipped:
+it counts with ``ONSET_ALONE`` times the noise, and a finger's own estimate learns nothing of it.
+
 It moves the belief by no more than a slip at ``ONSET_BOUND`` standard deviations would. What lies below
 ``ONSET_FAR``, where friction does not fall so fast, is counted: a channel that goes on so is not believed any
 more.
@@ -50,6 +53,7 @@ ONSET_PROBED_LENGTH = 1.0  # the same where the finger was being let go of: ther
 ONSET_PROBED = 0.05  # of ln mu by which it was let go
 ONSET_PROBED_BELOW = 1.5  # standard deviations below the mean down to which slip is expected
 ONSET_TOGETHER = 0.1  # [s] within which fingers that slip confirm each other
+ONSET_ALONE = 3.0  # times the std of an onset that nothing else tells
 ONSET_CREEP = 1e-4  # [m/s] below which a slip speed, where it is measured, shows no onset
 ONSET_VAGUE = 0.1  # relative std of u beyond which nothing is learned
 ONSET_QUIET_TIME = 0.05  # [s] without slip before an onset
@@ -141,13 +145,26 @@ def onset_length(g: Numbers, q: Numbers, i: int) -> float:
     A probe ends with the first sample, because the force comes back; one is enough where slip is expected. So
     it is where another finger has just slipped, since two channels say it.
     """
-    for j in range(int(g[BELIEF_FINGERS])):
-        if j != i and q[ONSET_QUIET + j] < ONSET_TOGETHER:
-            return ONSET_PROBED_LENGTH
+    if is_told_by_another(g, q, i):
+        return ONSET_PROBED_LENGTH
     spread = math.sqrt(believed_variance(g, i) + q[ONSET_NOISE] * q[ONSET_NOISE])
     expected = g[BELIEF_MEAN + i] - ONSET_PROBED_BELOW * spread
     probed = q[PROBE_SHIFT + i] > ONSET_PROBED and q[ONSET_SUM + i] > q[ONSET_RUN + i] * expected
     return ONSET_PROBED_LENGTH if probed else ONSET_RUN_LENGTH
+
+
+def is_told_by_another(g: Numbers, q: Numbers, i: int) -> bool:
+    """Return whether a finger other than ``i`` has just slipped."""
+    quiet = math.inf
+    for j in range(int(g[BELIEF_FINGERS])):
+        if j != i:
+            quiet = min(quiet, q[ONSET_QUIET + j])
+    return quiet < ONSET_TOGETHER
+
+
+def is_witnessed(g: Numbers, q: Numbers, i: int) -> bool:
+    """Return whether slip of finger ``i`` is more than what its channel alone says."""
+    return q[PROBE_SHIFT + i] > ONSET_PROBED or is_told_by_another(g, q, i)
 
 
 def take_onset(g: Numbers, q: Numbers, i: int, ln_u: float, relative: float) -> None:
@@ -157,7 +174,8 @@ def take_onset(g: Numbers, q: Numbers, i: int, ln_u: float, relative: float) -> 
     q[ONSET_DOUBTED + i] += 1.0 if u < ONSET_FAR * held else 0.0
     if u < ONSET_BELOW * held or is_doubted(q, i):
         return
-    noise = q[ONSET_NOISE] * q[ONSET_NOISE] + relative * relative
+    std = q[ONSET_NOISE] if is_witnessed(g, q, i) else ONSET_ALONE * q[ONSET_NOISE]
+    noise = std * std + relative * relative
     widen_belief(g)
     off = ln_u - g[BELIEF_MEAN + i]
     if off < -ONSET_FAR_BELOW * math.sqrt(believed_variance(g, i) + noise):

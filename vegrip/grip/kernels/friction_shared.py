@@ -27,7 +27,7 @@ from vegrip.grip.friction_belief import (
     widen_own,
 )
 from vegrip.grip.friction_change import CHANGE_LEVEL, CHANGE_SPREAD, follow_level, stated_friction
-from vegrip.grip.friction_onset import feel_onset
+from vegrip.grip.friction_onset import feel_onset, is_witnessed
 from vegrip.grip.friction_probe import PROBE_NEED, feel_slip, watch_load
 from vegrip.grip.kernels.generated import *
 from vegrip.grip.late_slip import is_late, present_slip, recall_load
@@ -104,7 +104,8 @@ def update_shared_friction(f: Floats, t: Wholes, g: Floats) -> None:
     u, relative = utilised_friction(f, is_touching)
     then = recall_load(g, i, dt, u)
     is_evidence = may_teach(g, i)
-    give_evidence(f, g, i, slip >= SLIDES and (is_late(g) or not is_evidence))
+    is_refused = is_late(g) or not is_evidence or not is_witnessed(g, g, i)
+    give_evidence(f, g, i, slip >= SLIDES and is_refused)
     vague = relative if is_evidence else math.inf
     feel_onset(g, g, i, dt, then, vague, slip, speed)
     g[PROBE_NEED + i] = f.grip.required
