@@ -32,8 +32,8 @@ from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.runtime.statistics import Histogram
 from vegrip.transport.batch_endpoint import BatchEndpoint
 from vegrip.transport.codec.batch_codec import FIRST_ROW, BatchCodec
+from vegrip.transport.curve import resolve
 from vegrip.transport.open import Hand, open_endpoint
-from vegrip.transport.zmq_address import resolve
 from vegrip.trials.candidates import demo_parameters, make_node
 
 FINGERS = 20

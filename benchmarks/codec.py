@@ -12,8 +12,7 @@ from typing import Any
 from benchmarks._timing import compared
 from vegrip.messages import FingertipState, ForceCommand, Message, Reason
 from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
-from vegrip.transport.codec.database import database, layouts
-from vegrip.transport.codec.layout import Part
+from vegrip.transport.codec.database import Part, database, layouts
 from vegrip.transport.codec.protection import CAN_PROFILES
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")

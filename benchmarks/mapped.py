@@ -20,7 +20,7 @@ from vegrip.transport.mapped.checksums import ChecksumMap, make_crc, protection
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.commands import rounding
 from vegrip.transport.mapped.compiled import made, packing
-from vegrip.transport.mapped.packet_stream import PacketStream
+from vegrip.transport.mapped.link_endpoint import PacketStream
 from vegrip.transport.mapped.plan import open_plan
 
 BATCH = 100

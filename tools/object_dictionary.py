@@ -23,7 +23,7 @@ from vegrip.canopen.connection_set import (
 )
 from vegrip.canopen.network import CONSUMED, TIME_COB_ID
 from vegrip.grip.parameters import GraspParameters
-from vegrip.runtime.parameter_table import rows
+from vegrip.runtime.lifecycle import rows
 from vegrip.transport.codec.database import database, layouts
 
 BOOLEAN, INTEGER8, INTEGER16, INTEGER32 = 0x01, 0x02, 0x03, 0x04

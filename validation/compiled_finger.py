@@ -22,7 +22,7 @@ from vegrip.grip.parameters import GraspParameters
 from vegrip.grip.wires import COMMANDED, LEFT_ALONE, REPORT
 from vegrip.messages import Condition, ContactEstimate, ForceCommand, Message, SlipMargin
 from vegrip.transport.codec import CanCodec, Frame
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.frame_codec import Line
 from vegrip.trials.candidates import KNOBS, demo_parameters, make_node, parameters
 
 QUICK_CASES = 4

@@ -12,7 +12,7 @@ from e2e.p11 import e2e_p11_protect
 
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.protection import P04, P04_COUNTER, P04_HEADER
-from vegrip.transport.codec.topics import data_id_of
+from vegrip.transport.codec.schema import data_id_of
 
 COUNTER_AT, VERSION_AT, TIME_AT, VALUES_AT = 2, 6, 8, 12
 """Where these stand in the frame of a state: the attack knows the wire by itself, not from the DBC."""

@@ -11,10 +11,10 @@ import vegrip.proto
 
 from tools.object_dictionary import _parameters, fingertip, grasp_force, known_parameters
 from tools.write_eds import text
-from vegrip.canopen.eds import difference_of, read_eds
+from vegrip.canopen.network import difference_of, read_eds
 from vegrip.errors import ConfigError
 from vegrip.grip.parameters import GraspParameters
-from vegrip.runtime.parameter_table import rows
+from vegrip.runtime.lifecycle import rows
 from vegrip.transport.codec.database import database
 
 PROTO = Path(vegrip.proto.__file__).parent

@@ -36,7 +36,7 @@ from vegrip.export.finger_vectors import FingerVectors, alone, record
 from vegrip.export.saved import HEAD, TAIL, checksum, numbers_of, resumed
 from vegrip.grip.settings import ControlSettings
 from vegrip.model import paper_model
-from vegrip.runtime.parameter_table import describe_parameters, with_value
+from vegrip.runtime.lifecycle import describe_parameters, with_value
 
 needs_compiler = pytest.mark.skipif(host.compiler() is None, reason="no C compiler")
 REQUEST = Request(paper_model(8e-3), frames=80, entry="finger")

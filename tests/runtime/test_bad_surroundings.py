@@ -15,9 +15,9 @@ from vegrip.clock import SimulatedClock, WallClock
 from vegrip.errors import DeviceError
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, NodeStatus, Reason
 from vegrip.runtime.echo import EchoNode, EchoParameters
-from vegrip.runtime.fault_hints import HINTS, QUIET_NS, FaultHints
 from vegrip.runtime.registry import Entry, registered
 from vegrip.runtime.runner import Runner
+from vegrip.runtime.sender_watch import HINTS, QUIET_NS, FaultHints
 from vegrip.runtime.telemetry_socket import TelemetryReader
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.curve import Curve, Keys

@@ -20,8 +20,14 @@ from vegrip.messages import FingertipState, ForceCommand, GraspPhase, GraspStatu
 from vegrip.runtime import registry
 from vegrip.runtime.control_socket import ControlServer, NodeCalls
 from vegrip.runtime.echo import EchoNode, EchoParameters
-from vegrip.runtime.lifecycle import TRANSITIONS, allowed_transitions, route, state_after
-from vegrip.runtime.parameter_table import describe_parameters, with_value
+from vegrip.runtime.lifecycle import (
+    TRANSITIONS,
+    allowed_transitions,
+    describe_parameters,
+    route,
+    state_after,
+    with_value,
+)
 from vegrip.runtime.registry import Entry, ask
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.runtime.telemetry import Telemetry

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.runtime.schedule import Schedule
+from vegrip.runtime.statistics import Schedule
 
 MS = 1_000_000
 

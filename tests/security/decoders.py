@@ -35,8 +35,7 @@ with atheris.instrument_imports(include=["vegrip", "canopen", "msgpack"]):
     from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
     from vegrip.transport.codec.database import layouts
     from vegrip.transport.codec.protection import P04, P04_HEADER
-    from vegrip.transport.codec.schema import message_set
-    from vegrip.transport.codec.topics import Topics
+    from vegrip.transport.codec.schema import Topics, message_set
 
 FINGERS = ("thumb", "index")
 PARTS = [part for layout in layouts().layouts for part in layout.parts]

@@ -15,7 +15,7 @@ from vegrip.host import descriptors
 from vegrip.runtime.registry import Entry, ask
 from vegrip.transport import connection_limit
 from vegrip.transport.connection_limit import ConnectionLimit
-from vegrip.transport.zmq_address import resolve
+from vegrip.transport.curve import resolve
 
 PATIENCE = 30.0  # [s] on a busy machine
 pytestmark = pytest.mark.usefixtures("runtime")

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from vegrip.clock import SimulatedClock
 from vegrip.messages import FingertipState, NodeStatus
+from vegrip.transport.can_endpoint import InOrder
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.codec.sequence import Sequence
-from vegrip.transport.in_order import InOrder
 from vegrip.transport.sender_clock import SenderClock
 from vegrip.transport.simulated_can import SimulatedCan
 

@@ -5,7 +5,7 @@ import json
 import can
 import pytest
 
-from vegrip.transport.link_rates import check_rates
+from vegrip.transport.can_port import check_rates
 
 
 def link(**data):

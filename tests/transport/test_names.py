@@ -7,7 +7,7 @@ import pytest
 
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.host.folders import runtime_folder, socket_path
-from vegrip.transport.zmq_address import check_reach, is_local, resolve
+from vegrip.transport.curve import check_reach, is_local, resolve
 
 
 @pytest.mark.parametrize(

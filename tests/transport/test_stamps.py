@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vegrip.clock import NS
-from vegrip.transport.stamps import OLDEST, StampMap
+from vegrip.transport.sender_clock import OLDEST, StampMap
 
 WALL = 1_760_000_000 * NS  # seconds since 1970 at monotonic time zero
 

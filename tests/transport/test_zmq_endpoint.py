@@ -11,10 +11,9 @@ import zmq
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.messages import FingertipState, Lifecycle, NodeStatus
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
-from vegrip.transport.curve import Curve, Keys
+from vegrip.transport.curve import Curve, Keys, resolve
 from vegrip.transport.key_files import make_keys
 from vegrip.transport.open import Hand, open_endpoint
-from vegrip.transport.zmq_address import resolve
 from vegrip.transport.zmq_endpoint import MAX_MESSAGE_BYTES, MOST_MESSAGES, ZmqEndpoint
 
 FINGERS = ("thumb", "index")

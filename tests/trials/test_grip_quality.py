@@ -31,7 +31,7 @@ from vegrip.trials.grip_quality import (
 from vegrip.trials.scenario import GRASPS
 from vegrip.virtual import HandSettings
 from vegrip.virtual.disturbance import Push, Twist, Wetting
-from vegrip.virtual.patch import even_grid, utilisation
+from vegrip.virtual.fingertip import even_grid, utilisation
 
 
 @pytest.fixture(scope="module")

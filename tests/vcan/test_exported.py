@@ -20,7 +20,7 @@ import pytest
 from vegrip.c99 import host
 from vegrip.estimator import ContactEstimator
 from vegrip.export import texts
-from vegrip.export.request import HAND, Request
+from vegrip.export.precision import HAND, Request
 from vegrip.grip.node import GraspForce
 from vegrip.grip.safety.watchdog import WatchdogSettings
 from vegrip.grip.settings import ControlSettings

@@ -6,10 +6,9 @@ import numpy as np
 
 from vegrip.types import Floats
 from vegrip.virtual import kernels
-from vegrip.virtual.history import History
-from vegrip.virtual.patch import Grid, even_grid
+from vegrip.virtual.fingertip import Grid, even_grid
+from vegrip.virtual.history import History, prony
 from vegrip.virtual.profile import coefficient_logarithms, ring_shares
-from vegrip.virtual.relaxation import prony
 
 
 def tips_of(count: int, **values: float | list[float] | Floats) -> kernels.Records:

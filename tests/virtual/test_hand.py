@@ -9,7 +9,7 @@ import pytest
 from vegrip.errors import UsageError
 from vegrip.virtual import HandSettings, VirtualHand, disturbances
 from vegrip.virtual.disturbance import AddedMass, SlowLoad
-from vegrip.virtual.patch import even_grid, utilisation
+from vegrip.virtual.fingertip import even_grid, utilisation
 from vegrip.virtual.settings import ActuatorSettings, ObjectSettings, SensorSettings, ThermalSettings
 
 CALM = HandSettings(sensor=SensorSettings(rate=100.0))

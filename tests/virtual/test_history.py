@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from vegrip.virtual.history import History
-from vegrip.virtual.relaxation import power_law, prony
+from vegrip.virtual.history import History, power_law, prony
 
 G = prony([0.3], [3.1])
 

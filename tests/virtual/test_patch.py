@@ -7,7 +7,7 @@ import pytest
 
 from tests.virtual.build import tips_of
 from vegrip.virtual import kernels
-from vegrip.virtual.patch import even_grid, utilisation
+from vegrip.virtual.fingertip import even_grid, utilisation
 
 # (f / mu N, m / mu N a) at distances d/a of the centre of rotation, 30-digit quadrature
 GOLDEN = {

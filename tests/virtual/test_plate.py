@@ -6,7 +6,7 @@ import pytest
 from tests.virtual.build import body_of, hand_of, tips_of
 from vegrip.virtual import kernels
 from vegrip.virtual.disturbance import NO_BURDEN, Burden
-from vegrip.virtual.patch import even_grid
+from vegrip.virtual.fingertip import even_grid
 from vegrip.virtual.settings import ObjectSettings
 
 DT = 1e-3

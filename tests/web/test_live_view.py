@@ -28,11 +28,10 @@ from vegrip.messages import (
 )
 from vegrip.runtime.monitor.board import Board
 from vegrip.runtime.monitor.rows import Present
-from vegrip.web.live.alarms import ALARM_HOLD_S, Alarms, Level, alarms_of, states_of
+from vegrip.web.live.alarms import ALARM_HOLD_S, CONDITIONS, REASONS, Alarms, Level, alarms_of, states_of
 from vegrip.web.live.finger_view import finger_view, limit_curve
 from vegrip.web.live.stream import FedPage
 from vegrip.web.live.view import COLUMN_COUNT, COLUMN_NAMES, Columns, LiveView
-from vegrip.web.live.words import CONDITIONS, REASONS
 
 NODE = "/grasp_force"
 

@@ -20,8 +20,7 @@ from vegrip.estimator.estimator import ContactEstimator
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.model import Simulation
 from vegrip.types import Floats
-from vegrip.virtual.fingertip import Fingertips
-from vegrip.virtual.patch import even_grid, utilisation
+from vegrip.virtual.fingertip import Fingertips, even_grid, utilisation
 from vegrip.virtual.settings import FingertipSettings, random_fingertip
 
 SIMULATION_STEP_S = 2e-3  # [s]

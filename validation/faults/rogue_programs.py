@@ -26,7 +26,7 @@ from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, No
 from vegrip.runtime.registry import Entry, ask, find_node
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.codec.protection import P04, P04_COUNTER, P04_HEADER
-from vegrip.transport.zmq_address import resolve
+from vegrip.transport.curve import resolve
 
 FINGERS = ("thumb", "index")
 LAUNCH = """

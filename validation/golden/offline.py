@@ -14,7 +14,7 @@ from validation.golden.store import Answered
 from vegrip.effects import effect
 from vegrip.estimator import EstimatorSettings
 from vegrip.export import finger_vectors, vectors
-from vegrip.export.request import Request
+from vegrip.export.precision import Request
 from vegrip.model import paper_model
 
 RECORDINGS = Path(os.environ.get("GOLDEN_RECORDINGS", "../shared/data/hidden-effects"))

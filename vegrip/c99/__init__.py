@@ -12,8 +12,8 @@ fused multiply-add), both take ``x ** 2`` as a product, and ``min``, ``max`` and
 """
 
 from vegrip.c99.kinds import BOOL, BYTES, INT, LONG, LONGS, MEMORY, REAL, VOID, record
+from vegrip.c99.names import UntranslatableError
 from vegrip.c99.program import Program, translate
-from vegrip.c99.refusal import UntranslatableError
 
 __all__ = [
     "BOOL", "BYTES", "INT", "LONG", "LONGS", "MEMORY", "REAL", "VOID", "Program", "UntranslatableError",

@@ -26,8 +26,7 @@ from vegrip.c99.kinds import (
     Table,
     common,
 )  # fmt: skip
-from vegrip.c99.names import local
-from vegrip.c99.refusal import refused
+from vegrip.c99.names import local, refused
 from vegrip.c99.scopes import nodes_of
 
 MATHS = {

@@ -20,8 +20,7 @@ from vegrip.c99.kinds import (
     common,
 )  # fmt: skip
 from vegrip.c99.literals import real
-from vegrip.c99.names import INDENT, broken, local
-from vegrip.c99.refusal import is_text, refused
+from vegrip.c99.names import INDENT, broken, is_text, local, refused
 from vegrip.c99.scopes import Scopes, is_field, matters, nodes_of
 from vegrip.python_text import parsed
 

@@ -27,8 +27,18 @@ from vegrip.c99.kinds import (
     Struct,
     Table,
 )  # fmt: skip
-from vegrip.c99.names import broken, comment, joined, local
-from vegrip.c99.refusal import Place, RefusedError, UntranslatableError, refused, statements, unknown_place
+from vegrip.c99.names import (
+    Place,
+    RefusedError,
+    UntranslatableError,
+    broken,
+    comment,
+    joined,
+    local,
+    refused,
+    statements,
+    unknown_place,
+)
 from vegrip.c99.scopes import nodes_of
 from vegrip.python_text import parsed
 

@@ -26,7 +26,6 @@ from vegrip.canopen.connection_set import (
 )
 from vegrip.canopen.connection_set import OF_A_FINGER as BASES
 from vegrip.canopen.device import HEARTBEAT_LOST, ID_TAKEN, NOT_ITS_EDS, SOFTWARE, Device
-from vegrip.canopen.eds import read_eds
 from vegrip.canopen.endpoint import CanopenEndpoint
 from vegrip.canopen.network import (
     CONSUMED,
@@ -39,6 +38,7 @@ from vegrip.canopen.network import (
     TRANSITIONS_OF_COMMAND,
     TimeProducer,
     nmt_state,
+    read_eds,
 )
 from vegrip.canopen.sensors import Sensors
 from vegrip.clock import NS

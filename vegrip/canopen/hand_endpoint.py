@@ -1,20 +1,31 @@
 """The fingers of a hand as CANopen devices: states out, on their own or with each SYNC; commands in."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import can
 
 from vegrip.canopen.connection_set import OF_A_FINGER as BASES
-from vegrip.canopen.connection_set import OUT_OF_A_FINGER, SYNC, CanopenSettings, claim, identifiers
+from vegrip.canopen.connection_set import (
+    OUT_OF_A_FINGER,
+    SYNC,
+    CanopenSettings,
+    claim,
+    finger_nodes,
+    identifiers,
+)
 from vegrip.canopen.device import Device
-from vegrip.canopen.eds import read_eds
 from vegrip.canopen.endpoint import CanopenEndpoint
-from vegrip.canopen.network import STOPPED
+from vegrip.canopen.grasp_endpoint import GraspEndpoint
+from vegrip.canopen.network import STOPPED, read_eds
 from vegrip.clock import NS
+from vegrip.config import build
+from vegrip.errors import ConfigError, VegripError
 from vegrip.messages import FingertipState, Message
 from vegrip.transport.can_endpoint import Open
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec import CanCodec
+from vegrip.transport.open import CanSettings, Hand, open_bus
 
 STATE_COB_IDS = {BASES[name] for name in OUT_OF_A_FINGER}
 SYNCHRONOUS = 240  # transmission types up to this wait for SYNC
@@ -104,3 +115,39 @@ class HandEndpoint(CanopenEndpoint):
             every = self._every(finger)
             if not every or self._syncs % every == 0:
                 super().send(self._waiting.pop(finger))
+
+
+def open_canopen(table: Mapping[str, Any], hand: Hand, where: str) -> CanopenEndpoint:
+    """Open what ``table`` describes.
+
+    Raises:
+        ConfigError: the table or an EDS file cannot be used.
+        DeviceError: the bus cannot be opened, or a node-ID is taken.
+
+    """
+    settings = build(CanopenSettings, table, where)
+    fingers = finger_nodes(settings.first_finger, hand.number, len(hand.fingers))
+    if settings.node_id in fingers:
+        raise ConfigError(f"{where}: 'node_id' {settings.node_id} is that of a finger; choose another")
+    own = "fingertip.eds" if settings.role == "hand" else "grasp_force.eds"
+    read_eds(settings.eds, settings.node_id, own)  # complains before the bus is opened
+    raw = CanSettings(
+        interface=settings.interface,
+        channel=settings.channel,
+        fd=False,
+        bitrate=settings.bitrate,
+        options=settings.options,
+    )
+    bus, reopen, timing = open_bus(raw)
+    codec = CanCodec(hand.fingers, fd=False, hand=hand.number)
+    try:
+        if settings.role == "listen":
+            heard = identifiers(fingers, settings.node_id, hand.number)
+            return CanopenEndpoint(bus, codec, heard, reopen, timing)
+        kind = HandEndpoint if settings.role == "hand" else GraspEndpoint
+        made = kind(bus, codec, settings, fingers, hand.number, reopen, timing)
+        made.claim()
+    except VegripError:
+        bus.shutdown()
+        raise
+    return made

@@ -52,8 +52,7 @@ def c_(
     Example: vegrip sample press.toml && vegrip export c press.toml -o firmware
     """
     from vegrip.export import Request, write_export
-    from vegrip.export.precision import PRECISIONS
-    from vegrip.export.request import ENTRIES
+    from vegrip.export.precision import ENTRIES, PRECISIONS
     from vegrip.model import read_model
 
     _check(entry, ENTRIES, "--entry")

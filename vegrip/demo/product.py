@@ -15,7 +15,7 @@ from vegrip.config import read_toml
 from vegrip.errors import ConfigError
 from vegrip.grip.parameters import GraspParameters
 from vegrip.messages import FingertipState, Message
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.frame_codec import Line
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.mapped.plan import Plan
 from vegrip.transport.mapped.price import settings

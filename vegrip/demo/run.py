@@ -16,9 +16,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from vegrip.clock import NS
-from vegrip.demo.hand_node import DemoHand, HandNews
 from vegrip.demo.product import Product
-from vegrip.demo.worker import Job, RunStatistics, WorkerHandle
+from vegrip.demo.worker import DemoHand, HandNews, Job, RunStatistics, WorkerHandle
 from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission, processor_time
 from vegrip.identification.recording.frame_log import FrameLog
 from vegrip.identification.recording.writer import RecordingWriter

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from vegrip.c99 import LONGS, MEMORY, REAL, host
-from vegrip.c99.refusal import Place, unknown_place
+from vegrip.c99.names import Place, unknown_place
 from vegrip.model import native
 
 ENTRIES: Final[native.Entries] = {

@@ -7,7 +7,7 @@ import types
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from vegrip.c99.refusal import statements
+from vegrip.c99.names import statements
 from vegrip.contact import limit_surface
 from vegrip.effects.contract import Effect
 

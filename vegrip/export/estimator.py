@@ -12,9 +12,7 @@ from vegrip.estimator.kernels_c import ENTRIES
 from vegrip.estimator.layout import FRICTION, Layout
 from vegrip.estimator.memory import CHANNELS
 from vegrip.estimator.origins import Origins
-from vegrip.export.precision import PRECISIONS
-from vegrip.export.request import MARGIN, Request
-from vegrip.export.unit import Unit
+from vegrip.export.precision import MARGIN, PRECISIONS, Request, Unit
 from vegrip.export.vectors import FLAGS, OUTPUTS, Vectors, record
 
 

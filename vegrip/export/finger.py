@@ -9,9 +9,7 @@ from vegrip.config import declaration
 from vegrip.estimator.estimator import quantile
 from vegrip.estimator.layout import layout_of
 from vegrip.export.finger_vectors import Meeting, record
-from vegrip.export.precision import PRECISIONS
-from vegrip.export.request import Request
-from vegrip.export.unit import Unit
+from vegrip.export.precision import PRECISIONS, Request, Unit
 from vegrip.grip.compiled import finger_places, finger_text
 from vegrip.grip.finger import RENEWAL
 from vegrip.grip.joint_confidence import FINGER_CORRELATION, each_confidence

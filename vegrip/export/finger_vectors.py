@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.estimator import ContactEstimator
-from vegrip.export.request import Request
+from vegrip.export.precision import Request
 from vegrip.export.vectors import STEP, simulated
 from vegrip.grip.controller import GripController
 from vegrip.grip.finger import GraspFinger

@@ -19,8 +19,7 @@ from vegrip.estimator.layout import NAMED, Layout, layout_of
 from vegrip.estimator.memory import SampleLayout
 from vegrip.estimator.saved_numbers import CORRELATED, SavedNumbers, Span
 from vegrip.export import estimator, finger
-from vegrip.export.precision import PRECISIONS
-from vegrip.export.request import Request
+from vegrip.export.precision import PRECISIONS, Request
 from vegrip.export.saved import HEAD, NUMBER_DIGITS, TAIL, packed, text_number
 from vegrip.model import ContactModel
 from vegrip.model.file import model_text

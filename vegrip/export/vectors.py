@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.estimator import ContactEstimator
-from vegrip.export.request import MARGIN, Request
+from vegrip.export.precision import MARGIN, Request
 from vegrip.messages import NAN, Estimate, FingertipState
 
 INPUTS = (

@@ -34,7 +34,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.model import ContactModel
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.frame_codec import Line
 
 REPORT_GROUPS = 5
 """Fingers that report at different times; of more, some report together, in one message where that is so."""

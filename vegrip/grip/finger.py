@@ -53,7 +53,7 @@ from vegrip.messages import (
     SlipMargin,
     make_row,
 )
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.frame_codec import Line
 from vegrip.types import Floats
 
 Wanted = tuple[float, float]

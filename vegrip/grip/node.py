@@ -37,7 +37,7 @@ from vegrip.messages import (
 )
 from vegrip.runtime import NodeBase
 from vegrip.runtime.frame_path import PacketAnswer
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.frame_codec import Line
 
 
 class GraspForce(NodeBase):

@@ -19,7 +19,7 @@ from vegrip import c99
 from vegrip.c99 import host, translate
 from vegrip.c99.bridge import Lengths, behind_doubles
 from vegrip.c99.kinds import DOUBLE, FLOAT, Kind
-from vegrip.c99.refusal import Place, unknown_place
+from vegrip.c99.names import Place, unknown_place
 from vegrip.compiling import announce_compiling
 from vegrip.errors import UsageError
 from vegrip.host import compiled_folder

@@ -17,8 +17,7 @@ import zmq
 from vegrip.errors import UsageError, VegripError
 from vegrip.messages import Lifecycle
 from vegrip.runtime.handle import NodeHandle
-from vegrip.runtime.lifecycle import allowed_transitions, route
-from vegrip.runtime.parameter_table import describe_parameters
+from vegrip.runtime.lifecycle import allowed_transitions, describe_parameters, route
 from vegrip.runtime.runner import Runner
 from vegrip.transport.connection_limit import ConnectionLimit
 

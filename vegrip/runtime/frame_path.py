@@ -21,7 +21,7 @@ from vegrip.runtime.telemetry import Direction, Telemetry
 from vegrip.transport.canbus.virtual_can import Taken
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.frame_codec import Line
 from vegrip.transport.endpoint import BATCHES, FRAMES, PACKETS
 
 LONGEST_FRAME: Final = 64  # [bytes]

@@ -5,8 +5,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from vegrip.errors import VegripError
 from vegrip.messages import Lifecycle
-from vegrip.runtime.lifecycle import route
-from vegrip.runtime.parameter_table import describe_parameters, with_value
+from vegrip.runtime.lifecycle import describe_parameters, route, with_value
 from vegrip.runtime.runner import Runner
 
 Refused = Callable[[str], None]

@@ -1,9 +1,12 @@
 """The loop of a node. One thread owns it; it reads and writes no file and holds no lock of others."""
 
+import contextlib
 import gc
 import logging
+import queue
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,18 +15,52 @@ from vegrip.config import parameter
 from vegrip.errors import DeviceError
 from vegrip.host.realtime import LoopPriority, Scheduling
 from vegrip.messages import OF_NODES, FingertipState, ForceCommand, Lifecycle, Message, NodeStatus
-from vegrip.runtime.call_queue import CallQueue
 from vegrip.runtime.channel_watch import ChannelWatch
-from vegrip.runtime.fault_hints import HINTS, FaultHints
 from vegrip.runtime.frame_path import PATHS, Answered, FramePath, OfLoop
 from vegrip.runtime.managed import ManagedNode
 from vegrip.runtime.node import Node
-from vegrip.runtime.schedule import Schedule
-from vegrip.runtime.sender_watch import SenderWatch
-from vegrip.runtime.statistics import LoopStatistics
+from vegrip.runtime.sender_watch import HINTS, FaultHints, SenderWatch
+from vegrip.runtime.statistics import LoopStatistics, Schedule
 from vegrip.runtime.telemetry import Direction, Telemetry
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.sender_clock import ClockEstimate
+
+
+class CallQueue:
+    """Calls waiting for the thread of the loop; serving an empty inbox costs one look at a queue."""
+
+    def __init__(self) -> None:
+        self._waiting: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]]] = queue.SimpleQueue()
+        self._closed = False
+
+    def put(self, call: Callable[[], Any]) -> Future[Any]:
+        """Ask the loop to make ``call``; its result, or what it raises, comes in the future."""
+        future: Future[Any] = Future()
+        self._waiting.put((call, future))
+        if self._closed:
+            self._refuse()
+        return future
+
+    def close(self) -> None:
+        """Refuse what waits and what still comes: the loop has ended."""
+        self._closed = True
+        self._refuse()
+
+    def _refuse(self) -> None:
+        with contextlib.suppress(queue.Empty):
+            while True:
+                _, future = self._waiting.get_nowait()
+                future.set_exception(DeviceError("the node is ending"))
+
+    def serve(self) -> None:
+        """Make the calls that wait now."""
+        while not self._waiting.empty():
+            call, future = self._waiting.get()
+            try:
+                future.set_result(call())
+            except Exception as error:  # noqa: BLE001 (goes to the one who asked)
+                future.set_exception(error)
+
 
 LONGEST_WAIT = 0.1  # [s] so that a request to stop is seen soon whatever the tick period is
 STATE_BACKLOG = (

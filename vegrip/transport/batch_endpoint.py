@@ -11,7 +11,7 @@ import zmq
 from vegrip.messages import FingertipState, Message
 from vegrip.transport.codec.batch_codec import BATCHED_MESSAGES, BatchCodec
 from vegrip.transport.codec.frame import Frame
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.frame_codec import Line
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.curve import Keys
 from vegrip.transport.endpoint import BATCHES

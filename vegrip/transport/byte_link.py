@@ -21,8 +21,7 @@ from typing import Final
 
 from vegrip.clock import NS
 from vegrip.errors import ConfigError, DeviceError
-from vegrip.transport.sender_clock import SenderClock
-from vegrip.transport.stamps import StampMap
+from vegrip.transport.sender_clock import SenderClock, StampMap
 
 CHUNK: Final = 4096  # [bytes] read at once
 CONNECT_WAIT: Final = 2.0  # [s] for the first connection; later ones are made while the loop goes on

@@ -5,22 +5,168 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import Protocol, runtime_checkable
+from dataclasses import replace
+from typing import Final, NamedTuple, Protocol, runtime_checkable
 
 import can
+import numpy as np
+from numpy.typing import NDArray
 
 from vegrip.clock import NS
-from vegrip.messages import Message
+from vegrip.compiled import njit
+from vegrip.messages import FingertipState, Message
 from vegrip.transport.can_port import CanPort, VirtualPort, open_port
-from vegrip.transport.canbus.frame_time import BitTiming
+from vegrip.transport.canbus.bus_records import FD, SWITCH
+from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming
+from vegrip.transport.canbus.hub_wire import DELIVERY_AT
 from vegrip.transport.canbus.virtual_can import LookAtPacket, VegripBus
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.frame import FrameBlock
-from vegrip.transport.codec.line import Line
-from vegrip.transport.endpoint import PACKETS, Endpoint, Intercept
-from vegrip.transport.in_order import InOrder
-from vegrip.transport.losses import Lossy, losses
+from vegrip.transport.codec.frame_codec import Line
+from vegrip.transport.endpoint import PACKETS, Endpoint, Intercept, Lossy, losses
 from vegrip.transport.sender_clock import ClockEstimate, SenderClock
+
+Arrived = tuple[Message, int]
+"""A message and when it came [ns]."""
+
+MOST_HELD = 32  # messages of a finger; a sender of wild numbers must not make it grow
+
+
+class InOrder:
+    """The order of the states of every finger; other messages pass.
+
+    Args:
+        window: for how long a state may wait for another [ns].
+
+    """
+
+    def __init__(self, window: int) -> None:
+        self.window = window
+        self.faults: Counter[str] = Counter()  # "late": came after the window; "reordered": put back in place
+        self._next: dict[str, int] = {}  # by finger, the number that is expected
+        self._stamp: dict[str, int] = {}  # [ns] by finger, of the last one passed on
+        self._held: dict[str, list[tuple[FingertipState, int]]] = {}
+
+    def restore(self, messages: Sequence[Message], arrivals: Sequence[int], now: int) -> list[Arrived]:
+        """Return what may go on at ``now`` [ns], in order: of what has just come, and of what was waiting."""
+        passed: list[Arrived] = []
+        for message, arrival in zip(messages, arrivals, strict=True):
+            if isinstance(message, FingertipState):
+                self._take(message, arrival, passed)
+            else:
+                passed.append((message, arrival))
+        for finger, held in self._held.items():
+            while held and (now - held[0][1] >= self.window or len(held) > MOST_HELD):
+                self._next[finger] = held[0][0].seq
+                self._pass_on(finger, passed)
+        return passed
+
+    def _take(self, state: FingertipState, arrival: int, passed: list[Arrived]) -> None:
+        finger = state.finger
+        if state.seq < self._next.get(finger, state.seq):
+            self.faults["late"] += 1
+            return
+        held = self._held.setdefault(finger, [])
+        if held and state.seq < held[-1][0].seq:
+            self.faults["reordered"] += 1
+        held.append((state, arrival))
+        held.sort(key=lambda one: one[0].seq)
+        self._next.setdefault(finger, state.seq)
+        self._pass_on(finger, passed)
+
+    def _pass_on(self, finger: str, passed: list[Arrived]) -> None:
+        held = self._held[finger]
+        while held and held[0][0].seq <= self._next[finger]:
+            state, arrival = held.pop(0)
+            stamp = self._in_place(state, held)
+            self._stamp[finger], self._next[finger] = stamp, state.seq + 1
+            passed.append((state if stamp == state.stamp else replace(state, stamp=stamp), arrival))
+
+    def _in_place(self, state: FingertipState, held: Sequence[tuple[FingertipState, int]]) -> int:
+        """Return the stamp of ``state``; one that is not in order is put between its neighbours'."""
+        after = held[0][0].stamp if held else state.stamp + 1
+        before = self._stamp.get(state.finger, min(state.stamp, after) - 1)
+        return state.stamp if before < state.stamp < after else max(before + 1, (before + after) // 2)
+
+
+Bytes = NDArray[np.uint8]
+Integers = NDArray[np.int64]
+
+
+class Head(NamedTuple):
+    """Where a delivery has what the bus says of its frame: bytes from its begin."""
+
+    number: int  # 4 bytes
+    end: int  # 8 bytes [ns]
+    busy: int  # 8 bytes [ns]
+    identifier: int  # 4 bytes
+    flags: int
+    code: int  # of the length
+    mask: int  # of the flags that matter
+    wanted: int  # what they are for a CAN FD data frame with 11 bits
+    data: int  # where they begin
+
+
+HEAD: Final = np.array(list(Head(**DELIVERY_AT, mask=~SWITCH & 0xFF, wanted=FD)))
+SIZES: Final = np.array(FD_SIZES)
+
+
+def take_block(bus: VegripBus) -> FrameBlock | None:
+    """Return the frames that have come; None: something else than CAN FD frames is there, to be received."""
+    data = bus.take_packets()
+    if data is None:
+        return None
+    found, last = np.zeros((len(data) // DELIVERY_AT["data"], 4), np.int64), np.zeros(3, np.int64)
+    count = find_frames(np.frombuffer(data, np.uint8), HEAD, SIZES, found, last)
+    if count < 0:
+        bus.put_back(data)
+        return None
+    if count:
+        first, end, busy = last.tolist()
+        bus.count_deliveries(first, count, end, busy)
+    return FrameBlock(data, found[:count])
+
+
+@njit
+def _get(row: Bytes, at: int, size: int) -> int:
+    number = 0
+    for i in range(size):
+        number |= int(row[at + i]) << 8 * i
+    return number
+
+
+@njit
+def find_frames(data: Bytes, head: Integers, sizes: Integers, found: Integers, last: Integers) -> int:
+    """Find CAN FD data frames with 11 bits among deliveries that stand one behind the other.
+
+    Return how many these are; -1 where one is something else or does not follow the one before.
+
+    Args:
+        data: the deliveries.
+        head: a :class:`Head`.
+        sizes: of frames by their code [bytes].
+        found: (m, 4) takes identifier, end [ns], begin of the data and its length.
+        last: takes number of the first, end and busy [ns] of the last.
+
+    """
+    at, count, start = 0, 0, head[8]
+    while at < len(data):
+        if len(data) - at < start or count == len(found):
+            return -1
+        row = data[at:]
+        number, identifier, code = _get(row, head[0], 4), _get(row, head[3], 4), row[head[5]]
+        if count == 0:
+            last[0] = number
+        follows = number == (last[0] + count) & 0xFFFFFFFF
+        if not follows or row[head[4]] & head[6] != head[7] or code >= len(sizes) or identifier >> 11:
+            return -1
+        last[1], last[2] = _get(row, head[1], 8), _get(row, head[2], 8)
+        found[count, 0], found[count, 1] = identifier, last[1]
+        found[count, 2], found[count, 3] = at + start, sizes[code]
+        at += start + sizes[code]
+        count += 1
+    return count if at == len(data) else -1
+
 
 MOST_FRAMES = 256  # taken in one go; a babbling node must not keep the loop from its ticks
 REOPEN_PERIOD = 1.0  # [s] between attempts to open a lost bus again
@@ -63,7 +209,7 @@ class CanEndpoint(Endpoint):
     bus did not take; ``bus_lost``; ``bus_off``, ``error_passive`` and ``error_frame`` as the controller
     reports them; ``overrun`` for frames lost because this program did not read; ``fd_refused`` for CAN FD
     frames on a bus opened for classic ones; ``lost`` and ``clipped``;
-    with an ``order_window`` [s] ``reordered`` and ``late``, see :class:`~vegrip.transport.in_order.InOrder`;
+    with an ``order_window`` [s] ``reordered`` and ``late``, see :class:`InOrder`;
     with the ``clock`` of the hand ``clock_jump``.
     """
 
@@ -167,7 +313,7 @@ class CanEndpoint(Endpoint):
         """Return the frames that have come, at once; None: :meth:`next_frame` must bring them."""
         if self._port is None or not isinstance(self._bus, VegripBus):
             return None
-        from vegrip.transport.delivered_frames import take_block  # noqa: PLC0415 (numba, as above)
+        from vegrip.transport.can_endpoint import take_block  # noqa: PLC0415 (numba, as above)
 
         return take_block(self._bus)
 

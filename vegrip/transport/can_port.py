@@ -2,12 +2,26 @@
 
 ``can.Message`` is built for comfort: one for each of some thousand frames a second costs more than decoding
 them. Every other interface goes through python-can's own interface.
+
+Whether a SocketCAN interface can carry what is asked of it: asked of the kernel before the bus is opened.
+
+The kernel lets a socket be bound to an interface that is down or too small for CAN FD, and complains only
+when the first frame is read or sent; a node should say so when it starts. One that is missing is found here
+too, because python-can leaves a socket open when it finds none.
 """
 
+import errno
+import fcntl
+import json
 import math
+import os
+import shutil
+import socket
+import struct
+import subprocess
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final, Protocol
 
 import can
@@ -19,7 +33,84 @@ from vegrip.transport.canbus.hub_wire import MOST_REQUESTS, PLAIN_FLAGS, reporte
 from vegrip.transport.canbus.virtual_can import VegripBus
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.frame import EXTENDED
-from vegrip.transport.stamps import StampMap
+from vegrip.transport.sender_clock import StampMap
+
+IP_TIMEOUT_S = 5.0  # [s]
+Ask = Callable[[str], str]
+
+
+def check_rates(channel: str, bitrate: int, data_bitrate: int, *, fd: bool, ask: Ask | None = None) -> None:
+    """Refuse an interface that is set to other bit rates; one without (vcan, or no ``ip`` here) passes.
+
+    Raises:
+        can.CanInitializationError: with the remedy.
+
+    """
+    nominal, fast = rates((ask or _ip)(channel))
+    wrong = nominal not in (0, bitrate)
+    wrong_data = fd and fast not in (0, data_bitrate)
+    if wrong or wrong_data:
+        data = f" dbitrate {data_bitrate} fd on" if fd else ""
+        told = f"{nominal} and {fast}" if fd else f"{nominal}"
+        asked = f"{bitrate} and {data_bitrate}" if fd else f"{bitrate}"
+        raise can.CanInitializationError(
+            f"it is set to {told} bit/s, not {asked}; set transport.bitrate"
+            + (" and transport.data_bitrate" if fd else "")
+            + f" to what the bus has, or `sudo ip link set {channel} down; sudo ip link set {channel} "
+            f"type can bitrate {bitrate}{data}; sudo ip link set {channel} up`"
+        )
+
+
+def rates(said: str) -> tuple[int, int]:
+    """Return nominal and data bit rate [bit/s] in what ``ip -details -json link show`` said; 0: none."""
+    try:
+        data = json.loads(said)[0]["linkinfo"]["info_data"]
+        nominal, fast = (int(data.get(k, {}).get("bitrate", 0)) for k in ("bittiming", "data_bittiming"))
+    except (ValueError, LookupError, TypeError, AttributeError):
+        return 0, 0
+    return nominal, fast
+
+
+def _ip(channel: str) -> str:
+    program = shutil.which("ip")
+    if program is None:
+        return ""
+    command = [program, "-details", "-json", "link", "show", "dev", channel]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=IP_TIMEOUT_S)
+    except subprocess.TimeoutExpired:
+        return ""
+    return done.stdout
+
+
+GET_FLAGS, GET_MTU = 0x8913, 0x8921  # SIOCGIFFLAGS, SIOCGIFMTU of linux/sockios.h
+UP = 1  # IFF_UP
+FD_MTU = 72  # [bytes] of struct canfd_frame; an interface for classic frames has 16
+
+
+def check_link(channel: str, *, fd: bool) -> None:
+    """Refuse an interface that is missing, down, or carries classic frames only though ``fd`` is asked.
+
+    Raises:
+        OSError: EAFNOSUPPORT, ENODEV or ENETDOWN, as the kernel says or would say later.
+        can.CanInitializationError: no room for CAN FD frames.
+
+    """
+    if not _ask(channel, GET_FLAGS, "h") & UP:
+        raise OSError(errno.ENETDOWN, os.strerror(errno.ENETDOWN))
+    if fd and _ask(channel, GET_MTU, "i") < FD_MTU:
+        raise can.CanInitializationError(
+            "it carries classic frames only; set fd = false, or make it CAN FD: "
+            f"`sudo ip link set {channel} type can ... dbitrate 5000000 fd on` "
+            f"(a virtual one: `sudo ip link set {channel} mtu {FD_MTU}`)"
+        )
+
+
+def _ask(channel: str, what: int, kind: str) -> int:
+    request = struct.pack("=16s16x", channel.encode()[:15])  # struct ifreq begins with the name
+    with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as unbound:
+        answer = fcntl.ioctl(unbound, what, request)
+    return int(struct.unpack_from(f"={kind}", answer, 16)[0])
 
 
 class CanPort(Protocol):

@@ -1,14 +1,96 @@
 """CURVE keys of ZeroMQ: who we are, whom we talk to, who may talk to us."""
 
+import ipaddress
+import os
+import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import zmq
 from zmq.auth.thread import ThreadAuthenticator
 
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
+from vegrip.host.folders import LONGEST_SOCKET, socket_path, why_not_private, why_not_trusted
 from vegrip.transport.key_files import read_keys
+
+NAME: Final = re.compile(r"[A-Za-z0-9_\-][A-Za-z0-9_.\-]*")
+ABSTRACT: Final = "@"
+"""First character of a name that is no file: it has no permissions, any user may connect or bind it first."""
+
+
+def resolve(address: str) -> str:
+    """Return the ZeroMQ address of ``address``; ``ipc:NAME`` is a socket in the private folder of the user.
+
+    Raises:
+        ConfigError: it is no address ZeroMQ knows, or its path is too long.
+
+    """
+    scheme, _, rest = address.partition(":")
+    if scheme == "ipc" and rest and not rest.startswith("//"):
+        if not NAME.fullmatch(rest):
+            raise ConfigError(
+                f"{address!r} is no address: in ipc:NAME the name consists of letters, digits, '_', '-' "
+                "and '.', and does not begin with '.'"
+            )
+        return f"ipc://{socket_path('zmq', rest)}"
+    path = rest.removeprefix("//")
+    if scheme not in ("ipc", "tcp") or not rest.startswith("//") or not path.isprintable() or not path:
+        raise ConfigError(f"{address!r} is no address; write ipc:NAME, ipc:///path or tcp://127.0.0.1:PORT")
+    if scheme == "ipc":
+        _check_path(path)
+    return address
+
+
+def is_local(address: str) -> bool:
+    """Whether a resolved ``address`` is one of this machine and, if it is a file, of this user alone."""
+    if address.startswith("ipc://"):
+        path = address.removeprefix("ipc://")
+        return not path.startswith(ABSTRACT) and _is_private(Path(path).parent)
+    host = address.removeprefix("tcp://").rpartition(":")[0].strip("[]")
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:  # a name, an interface or *
+        return False
+
+
+def check_reach(address: str, encrypted: bool) -> None:
+    """Refuse an address that others can reach without keys.
+
+    Raises:
+        ConfigError: with the remedy.
+
+    """
+    if encrypted or is_local(address):
+        return
+    if address.startswith("ipc://"):
+        raise ConfigError(
+            f"{address} can be reached by other users, or lies where they can put a socket of theirs; use "
+            "ipc:NAME, a folder that only you can enter (chmod 700), or a [transport.curve] table with keys"
+        )
+    raise ConfigError(
+        f"{address} can be reached from other machines; add a [transport.curve] table with keys, "
+        "or use tcp://127.0.0.1:PORT or ipc:NAME"
+    )
+
+
+def _check_path(path: str) -> None:
+    """Refuse a path that is none: a name without a file is one, but only with keys."""
+    if not path.startswith(("/", ABSTRACT)) or ".." in Path(path).parts:
+        raise ConfigError(f"{path!r} is no path of a socket; use ipc:NAME, or a full path without '..'")
+    if len(os.fsencode(path)) > LONGEST_SOCKET:
+        raise ConfigError(f"{path} is too long for a socket (at most {LONGEST_SOCKET} bytes); use ipc:NAME")
+
+
+def _is_private(folder: Path) -> bool:
+    """Whether this user alone can make files in ``folder``, and no other can exchange a folder above it."""
+    try:
+        return not (why_not_private(folder) or why_not_trusted(folder))
+    except OSError:
+        return False
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,32 @@
 """What a node sees of the outside: messages come in, messages go out."""
 
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from types import MappingProxyType
-from typing import Final, Self
+from typing import Final, Protocol, Self
 
 from vegrip.messages import Message
 from vegrip.transport.codec import Frame
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.frame_codec import Line
 from vegrip.transport.sender_clock import ClockEstimate
+
+
+class Lossy(Protocol):
+    """What both codecs count."""
+
+    clipped: Counter[str]
+
+    @property
+    def lost(self) -> int:
+        """Messages that never arrived."""
+
+
+def losses(codec: Lossy) -> dict[str, int]:
+    """Return the counts that are not zero: ``lost`` on the way in, ``clipped`` quantities on the way out."""
+    counts = {"lost": codec.lost, "clipped": codec.clipped.total()}
+    return {name: count for name, count in counts.items() if count}
+
 
 Intercept = Callable[[Frame], bool | None]
 """Looks at a frame before it is decoded; whether it has dealt with it."""

@@ -13,17 +13,16 @@ import can
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.transport.can_endpoint import CanEndpoint
+from vegrip.transport.can_port import check_link, check_rates
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.endpoint import Endpoint
-from vegrip.transport.link_rates import check_rates
 from vegrip.transport.sender_clock import SenderClock
-from vegrip.transport.socketcan_link import check_link
 
 TRANSPORTS: dict[str, str] = {
     # kind: module:function of (table, hand, where)
     "can": "vegrip.transport.open:open_can",
-    "canopen": "vegrip.canopen.open:open_canopen",
+    "canopen": "vegrip.canopen.hand_endpoint:open_canopen",
     "zmq": "vegrip.transport.open:open_zmq",
     **dict.fromkeys(("udp", "tcp", "serial"), "vegrip.transport.mapped.link_endpoint:open_link"),
     "device": "vegrip.transport.mapped.device_endpoint:open_device",

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from vegrip.clock import NS, Clock
 from vegrip.messages import Message
+from vegrip.transport.can_endpoint import InOrder
 from vegrip.transport.canbus.bus_events import (
     NO_FAULTS,
     BusError,
@@ -24,10 +25,8 @@ from vegrip.transport.canbus.bus_events import (
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
 from vegrip.transport.codec import CanCodec, Frame
-from vegrip.transport.codec.line import Line
-from vegrip.transport.endpoint import FRAMES, Endpoint, Intercept
-from vegrip.transport.in_order import InOrder
-from vegrip.transport.losses import losses
+from vegrip.transport.codec.frame_codec import Line
+from vegrip.transport.endpoint import FRAMES, Endpoint, Intercept, losses
 
 Tamper = Callable[[Frame, int], Iterable[tuple[int, Frame]]]
 """What becomes of a frame sent at a time [ns]: any number of frames, each at its own time, not earlier."""

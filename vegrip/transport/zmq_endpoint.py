@@ -17,12 +17,9 @@ from vegrip.errors import DeviceError
 from vegrip.messages import Message
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.connection_limit import ConnectionLimit
-from vegrip.transport.curve import Keys
-from vegrip.transport.endpoint import Endpoint
-from vegrip.transport.handshakes import Handshakes
-from vegrip.transport.losses import losses
-from vegrip.transport.subscription import HANDSHAKES, Subscription
-from vegrip.transport.zmq_address import check_reach, resolve
+from vegrip.transport.curve import Keys, check_reach, resolve
+from vegrip.transport.endpoint import Endpoint, losses
+from vegrip.transport.socket_monitor import HANDSHAKES, Handshakes, Subscription
 
 SUBSCRIBER_QUEUE_MESSAGES = 1000  # messages kept for one subscriber; then the newest are lost for it
 MAX_MESSAGE_BYTES = 65_536  # [bytes] a peer that sends more is cut off by ZeroMQ, and connected to anew by us
@@ -37,7 +34,7 @@ class ZmqEndpoint(Endpoint):
     messages not made of two parts, ``cut_off`` for connections that ZeroMQ ended for what came over them,
     ``connections`` for the times that no more subscribers were let in, ``lost`` for gaps in the numbers of
     messages, ``crowded`` and ``clipped``; with keys also those of
-    :class:`~vegrip.transport.handshakes.Handshakes`.
+    :class:`~vegrip.transport.socket_monitor.Handshakes`.
 
     Args:
         publish: address to bind, "" to send nothing.

@@ -18,8 +18,7 @@ from vegrip.messages import FingertipState
 from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.disturbance import Disturbance, burden_rows
-from vegrip.virtual.fingertip import Fingertips, Warming
-from vegrip.virtual.patch import even_grid
+from vegrip.virtual.fingertip import Fingertips, Warming, even_grid
 from vegrip.virtual.profile import coefficient_logarithms, ring_shares
 from vegrip.virtual.sensor import Sensors
 from vegrip.virtual.settings import HandSettings

@@ -14,7 +14,7 @@ import numpy as np
 
 from vegrip.errors import ConfigError
 from vegrip.types import Floats
-from vegrip.virtual.relaxation import Relaxation
+from vegrip.virtual.history import Relaxation
 
 LAG_SUBSTEPS = 8  # steps of the lag within a step of the trial
 

@@ -11,7 +11,7 @@ blocks whose sum is taken at both ends of a block and interpolated; what is olde
 lumped at the last weight. :attr:`History.error_bound` states what that can cost.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 
 import numpy as np
@@ -19,7 +19,30 @@ import numpy as np
 from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.kernels import Memory
-from vegrip.virtual.relaxation import Relaxation
+
+Relaxation = Callable[[Floats], Floats]
+"""Time since the step [s] -> share of the force that is left [-], element by element."""
+
+
+def prony(amplitudes: Sequence[float], rates: Sequence[float]) -> Relaxation:
+    """Return ``g(t) = 1 - sum_i c_i (1 - e^{-nu_i t})`` for amplitudes c_i [-] and rates nu_i [1/s]."""
+    c, nu = np.asarray(amplitudes, float), np.asarray(rates, float)
+
+    def g(t: Floats) -> Floats:
+        left: Floats = 1.0 + np.expm1(-np.multiply.outer(t, nu)) @ c
+        return left
+
+    return g
+
+
+def power_law(amplitude: float, time: float, exponent: float) -> Relaxation:
+    """Return ``g(t) = 1 - A + A (1 + t/tau)^{-alpha}``: straight in log t for a small exponent alpha [-]."""
+
+    def g(t: Floats) -> Floats:
+        left: Floats = 1.0 - amplitude + amplitude * (1.0 + t / time) ** -exponent
+        return left
+
+    return g
 
 
 class History:

@@ -7,7 +7,7 @@ import numpy as np
 
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
-from vegrip.virtual.relaxation import Relaxation, power_law, prony
+from vegrip.virtual.history import Relaxation, power_law, prony
 
 
 @dataclass(frozen=True)

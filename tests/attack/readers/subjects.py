@@ -18,7 +18,7 @@ import can
 import cantools
 import numpy as np
 
-from vegrip.canopen.eds import read_eds
+from vegrip.canopen.network import read_eds
 from vegrip.cli import main
 from vegrip.errors import VegripError
 from vegrip.estimator.learning import fingerprint

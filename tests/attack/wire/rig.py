@@ -13,7 +13,7 @@ from vegrip.grip.parameters import GraspParameters
 from vegrip.messages import Message
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.frame_codec import Line
 from vegrip.transport.endpoint import FRAMES, Endpoint, Intercept
 from vegrip.trials.candidates import make_node
 

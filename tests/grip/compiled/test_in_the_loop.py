@@ -189,7 +189,7 @@ def test_activated_anew_it_numbers_its_commands_on() -> None:
 
 @pytest.mark.parametrize("name", ["limits.min_force", "grip.wanted_margin"])
 def test_a_parameter_set_in_the_loop_counts(name: str) -> None:
-    from vegrip.runtime.parameter_table import with_value
+    from vegrip.runtime.lifecycle import with_value
 
     scene = Scene("pinch", sender_time=True)
     scene.run_until(0.8)

@@ -12,7 +12,7 @@ from vegrip.errors import ConfigError
 from vegrip.grip.safety.limits import LimitSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Reason
-from vegrip.runtime.parameter_table import rows
+from vegrip.runtime.lifecycle import rows
 
 LIMITS = LimitSettings(min_force=0.5, max_force=10.0, raise_rate=40.0, lower_rate=4.0)
 anything = st.floats(allow_nan=True, allow_infinity=True)

@@ -3,7 +3,7 @@
 import pytest
 
 from vegrip.messages import FingertipState, ForceCommand, NodeStatus
-from vegrip.transport.codec.acceptance import _cover, acceptance_filters
+from vegrip.transport.codec.can_codec import _cover, acceptance_filters
 from vegrip.transport.codec.database import layouts
 
 EVERY = range(1 << 11)

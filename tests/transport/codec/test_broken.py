@@ -8,7 +8,7 @@ import pytest
 from vegrip.messages import FingertipState, ForceCommand, Message, Reason
 from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
 from vegrip.transport.codec.protection import P04, P04_HEADER
-from vegrip.transport.codec.topics import ROUTES, Topics
+from vegrip.transport.codec.schema import ROUTES, Topics
 
 FINGERS = ("thumb", "index")
 INDEX = FingertipState(5, "index", 1, normal_force=1.0, displacement=1e-4)

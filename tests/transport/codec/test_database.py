@@ -13,8 +13,8 @@ from vegrip.errors import ConfigError
 from vegrip.estimator.layout import CHANNELS, REGIMES
 from vegrip.messages import UNKNOWN, Condition, Lifecycle, Reason
 from vegrip.transport.codec.database import HEADER, build_layouts, database, layouts
-from vegrip.transport.codec.members import PARTS_OF_ESTIMATE
 from vegrip.transport.codec.schema import CLASSES, message_set, read_proto
+from vegrip.transport.codec.signals import PARTS_OF_ESTIMATE
 
 ON_CAN = tuple(cls for cls, schema in message_set().messages.items() if schema.on_can)
 FD_LENGTHS = (8, 12, 16, 20, 24, 32, 48, 64)

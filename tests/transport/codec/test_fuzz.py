@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
 from vegrip.transport.codec.database import layouts
 from vegrip.transport.codec.protection import P04, P04_HEADER
-from vegrip.transport.codec.schema import message_set
-from vegrip.transport.codec.topics import Topics
+from vegrip.transport.codec.schema import Topics, message_set
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 PARTS = [part for layout in layouts().layouts for part in layout.parts]

@@ -10,8 +10,8 @@ from vegrip.messages import FingertipState, Lifecycle, Message, NodeStatus
 from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
 from vegrip.transport.codec.database import layouts
 from vegrip.transport.codec.protection import P04, P04_HEADER
-from vegrip.transport.codec.streams import MOST_STRANGERS, Streams
-from vegrip.transport.codec.topics import Topics
+from vegrip.transport.codec.schema import Topics
+from vegrip.transport.codec.sequence import MOST_STRANGERS, Streams
 
 FINGERS = ("thumb", "index")
 PROFILES = {part.base: part.profile for layout in layouts().layouts for part in layout.parts}

@@ -9,7 +9,7 @@ import pytest
 from hands import seeded
 
 from vegrip.errors import ConfigError
-from vegrip.transport.mapped.packet_stream import PacketStream
+from vegrip.transport.mapped.link_endpoint import PacketStream
 from vegrip.transport.mapped.packets import MOST_BYTES, packet_database, read_packets
 from vegrip.transport.mapped.schema import parse_map
 

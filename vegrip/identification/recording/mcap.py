@@ -40,8 +40,7 @@ from vegrip.identification.recording.session import finger_folders
 from vegrip.identification.recording.table import Layout, read_header, read_table
 from vegrip.identification.recording.writer import FILE_OF_MESSAGE, SESSION, exact_cell
 from vegrip.messages import OF_NODES, FingertipState, Message
-from vegrip.transport.codec.schema import Field, message_set
-from vegrip.transport.codec.topics import PLACE
+from vegrip.transport.codec.schema import PLACE, Field, message_set
 from vegrip.whole_file import reading, whole_file, write_whole, writing
 
 NUMBER: Final = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")

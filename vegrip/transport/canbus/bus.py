@@ -25,6 +25,7 @@ recovers, error active with both at zero, after 128 times 11 recessive bits.
 """
 
 from vegrip.transport.canbus.bus_records import *
+from vegrip.transport.canbus.bus_records import nearest
 from vegrip.transport.canbus.frame_bits import (
     SUSPENSION,
     arbitration_key,
@@ -35,7 +36,6 @@ from vegrip.transport.canbus.frame_bits import (
     unacknowledged_duration,
     write_stream,
 )  # fmt: skip
-from vegrip.transport.canbus.outside import nearest
 
 PASSIVE_LIMIT = 127
 OFF_LIMIT = 255

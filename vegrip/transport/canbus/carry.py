@@ -5,8 +5,7 @@ The bytes of both are those of :mod:`vegrip.transport.canbus.hub_wire`; errors a
 
 from vegrip.transport.canbus.bus import advance, conclude, next_event, queue_frame
 from vegrip.transport.canbus.bus_records import *
-from vegrip.transport.canbus.frame_bits import data_bytes
-from vegrip.transport.canbus.outside import (
+from vegrip.transport.canbus.bus_records import (
     Bytes,
     clock,
     copy_bytes,
@@ -17,6 +16,7 @@ from vegrip.transport.canbus.outside import (
     sleep_until,
     store,
 )
+from vegrip.transport.canbus.frame_bits import data_bytes
 
 # why the loop has left
 TIME = 0  # it has run for long enough, or a signal has come

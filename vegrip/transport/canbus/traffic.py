@@ -16,8 +16,7 @@ from vegrip.transport.canbus.schedulability import (
     response_times,
     utilisation,
 )
-from vegrip.transport.codec.database import layouts
-from vegrip.transport.codec.layout import Layout, Part
+from vegrip.transport.codec.database import Layout, Part, layouts
 
 HAND, NODE = "hand", "grasp force node"
 MOST_ROUNDS = 10

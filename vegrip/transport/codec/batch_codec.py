@@ -14,21 +14,16 @@ the number of the finger from 1: no frame of a bus passes for a row.
 """
 
 import struct
-from collections import Counter
 from collections.abc import Sequence
 from typing import Any, Final
 
 from vegrip.errors import ConfigError
 from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, SlipMargin
-from vegrip.transport.codec.assembly import Assembly
 from vegrip.transport.codec.database import layouts
-from vegrip.transport.codec.decoder import Decoder
-from vegrip.transport.codec.encoder import Encoder
 from vegrip.transport.codec.frame import Frame
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.frame_codec import FrameCodec
 from vegrip.transport.codec.protection import P04, P04_HEADER, P04_LIMIT
-from vegrip.transport.codec.schema import message_set
-from vegrip.transport.codec.topics import Topics, data_id_of
+from vegrip.transport.codec.schema import Topics, data_id_of, message_set
 
 ROW_STRIDE: Final = 0x800
 MAX_BATCH_ROWS: Final = 30  # the Data ID of a row has 16 bits
@@ -39,11 +34,9 @@ COUNTER: Final = struct.Struct(">H")  # of profile 4
 COUNTER_AT: Final = 2
 BATCHED_MESSAGES: Final = (FingertipState, ForceCommand, ContactEstimate, SlipMargin)
 Batched = FingertipState | ForceCommand | ContactEstimate | SlipMargin
-WHOLE: Final = frozenset({"counter"})
-"""Why a row is refused that is not broken."""
 
 
-class BatchCodec:
+class BatchCodec(FrameCodec):
     """The batches of one hand.
 
     Nothing that comes from outside raises: what is refused is counted in ``rejected``, a batch as ``size``,
@@ -65,49 +58,23 @@ class BatchCodec:
                 f"fingers {list(fingers)} must be at most {MAX_BATCH_ROWS} different names "
                 "to travel as a batch"
             )
-        self.fingers = tuple(fingers)
-        self.rejected: Counter[str] = Counter()
-        self.broken: Counter[str] = Counter()
-        self.clipped: Counter[str] = Counter()
-        self._encoders: dict[tuple[type[Any], str], Encoder] = {}
-        self._decoders: dict[int, Decoder] = {}
+        super().__init__(fingers)
         self._counter = 0
-        plan, schemas = layouts(), message_set().messages
-        self._version = plan.version
+        schemas = message_set().messages
         prefix = Topics(namespace, fingers).prefix
         self.topics: dict[type[Any], str] = {kind: prefix + schemas[kind].batch for kind in BATCHED_MESSAGES}
         self._data_ids = {kind: data_id_of(topic) for kind, topic in self.topics.items()}
         self.bases: dict[type[Any], int] = {}
         self.lengths: dict[type[Any], int] = {}
-        for layout in plan.layouts:
-            if not layout.fd or layout.schema.cls not in BATCHED_MESSAGES:
-                continue
+        for layout in (one for one in layouts().layouts if one.fd and one.schema.cls in BATCHED_MESSAGES):
             self.bases[layout.schema.cls] = layout.parts[0].base
             self.lengths[layout.schema.cls] = layout.parts[0].length  # parts are of one length
-            for number, finger in enumerate(fingers):
-                offset = ROW_STRIDE * (number + 1)
-                self._encoders[layout.schema.cls, finger] = Encoder(
-                    layout, offset, plan.version, self.clipped
-                )
-                assembly = Assembly(layout.parts)
-                for part in layout.parts:
-                    identifier = part.base + offset
-                    self._decoders[identifier] = Decoder(
-                        layout, part, assembly, identifier, finger, plan.version, use_sender_time
-                    )
-
-    @property
-    def lost(self) -> int:
-        """Messages that never arrived, over all fingers."""
-        return sum({id(d.assembly): d.assembly.lost for d in self._decoders.values()}.values())
+            for number, finger in enumerate(fingers, start=1):
+                self.add_stream(layout, finger, ROW_STRIDE * number, use_sender_time)
 
     def encode(self, message: Batched) -> list[Frame]:
         """Return the frames of the rows; none for a message that cannot be sent (counted in ``clipped``)."""
-        encoder = self._encoders.get((type(message), message.finger))
-        if encoder is None:
-            self.clipped["finger"] += 1
-            return []
-        return encoder.encode(message)
+        return self.encode_as(message, message.finger)
 
     def pack(self, kind: type[Message], frames: Sequence[Frame]) -> bytearray:
         """Return the batch of the frames of one kind."""
@@ -141,25 +108,7 @@ class BatchCodec:
 
     def decode(self, frame: Frame) -> Message | None:
         """Return the message of a row, None when there is none."""
-        decoder = self._decoders.get(frame.arbitration_id)
-        if decoder is None:
-            self.rejected["finger"] += 1
-            return None
-        result = decoder.decode(frame)
-        if isinstance(result, str):
-            self.rejected[result] += 1
-            if decoder.kind is FingertipState and result not in WHOLE:
-                self.broken[decoder.owner] += 1
-            return None
-        return result
-
-    def line(self, finger: str) -> Line | None:
-        """Return how states and commands of ``finger`` travel, for a program that reads and writes rows."""
-        if finger not in self.fingers:
-            return None
-        states = self._decoders[self._encoders[FingertipState, finger].identifier]
-        reports = [self._encoders[kind, finger] for kind in (ContactEstimate, SlipMargin)]
-        return Line(states, self._encoders[ForceCommand, finger], reports)
+        return self.decode_as(frame.arbitration_id, frame, "finger")
 
     def _objection(self, payload: bytes, kind: type[Message]) -> str:
         if not FIRST_ROW <= len(payload) <= P04_LIMIT:

@@ -1,38 +1,23 @@
 """Messages <-> CAN frames, classic or FD, as ``proto/fingertip.dbc`` lays them out."""
 
-from collections import Counter
 from collections.abc import Collection, Sequence
-from typing import Any, Final
+from typing import Final
 
 from vegrip.errors import ConfigError
-from vegrip.messages import (
-    OF_NODES,
-    ContactEstimate,
-    FingertipState,
-    ForceCommand,
-    Message,
-    NodeStatus,
-    SlipMargin,
-)
-from vegrip.transport.codec.acceptance import acceptance_filters
-from vegrip.transport.codec.assembly import Assembly
-from vegrip.transport.codec.database import layouts
-from vegrip.transport.codec.decoder import Decoder, HandClock
-from vegrip.transport.codec.encoder import Encoder
+from vegrip.messages import OF_NODES, FingertipState, Message, NodeStatus
+from vegrip.transport.codec.database import Layouts, layouts
+from vegrip.transport.codec.decoder import HandClock
 from vegrip.transport.codec.frame import Frame
-from vegrip.transport.codec.layout import Layout, Layouts
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.frame_codec import FrameCodec, Line
 from vegrip.transport.codec.schema import message_set
 
 NODES: Final = ("grasp_force", "virtual_hand", "monitor", "record", "replay")
 """The numbers of nodes in the identifier of NodeStatus, unless told otherwise."""
 
 FOREIGN_COUNT: Final = "foreign"
-WHOLE: Final = frozenset({"counter", "incomplete"})
-"""Why a frame is refused that is whole: it is old, or another one is missing."""
 
 
-class CanCodec:
+class CanCodec(FrameCodec):
     """One hand on one bus, in one of the two layouts.
 
     Nothing that comes from the bus raises: :meth:`decode` returns None and counts in ``rejected`` under
@@ -85,26 +70,18 @@ class CanCodec:
             raise ConfigError(
                 f"hand {hand} does not fit into the identifier; it must lie in 0 .. {plan.hands - 1}"
             )
-        self.fingers = _names("fingers", fingers, plan.fingers)
+        super().__init__(_names("fingers", fingers, plan.fingers))
         self.nodes = _names("nodes", nodes, plan.fingers)
         self.fd = fd
-        self._hand = hand
-        self.rejected: Counter[str] = Counter()
-        self.broken: Counter[str] = Counter()
-        self.clipped: Counter[str] = Counter()
         self.foreign = 0
-        self._encoders: dict[tuple[type[Any], str], Encoder] = {}
-        self._decoders: dict[int, Decoder] = {}
-        self._faults = _faults(plan, hand, fd)
-        self._hand_clock, self._reach = hand_clock, reach
-        for layout in plan.layouts:
-            if layout.fd == fd:
-                self._add(plan, layout, use_sender_time)
-
-    @property
-    def lost(self) -> int:
-        """Messages that never arrived or not whole, over all streams."""
-        return sum({id(d.assembly): d.assembly.lost for d in self._decoders.values()}.values())
+        self._hand = hand
+        self._refusals = _refusals(plan, hand, fd)
+        self._has_line = fd and hand_clock is None and not reach
+        for layout in (one for one in plan.layouts if one.fd == fd):
+            clock = hand_clock if layout.schema.cls is FingertipState else None
+            for number, owner in enumerate(self.nodes if layout.schema.cls is NodeStatus else self.fingers):
+                offset = hand * plan.hand_stride + number * plan.finger_stride
+                self.add_stream(layout, owner, offset, use_sender_time, clock, reach)
 
     def encode(self, message: Message) -> list[Frame]:
         """Return the frames of ``message``, in the order they must be sent.
@@ -115,16 +92,11 @@ class CanCodec:
         finite, a finger or node that is not configured - gives no frame and is counted. A kind of message
         that is not told on CAN gives none either, and is not counted.
         """
-        kind = type(message)
+        if not message_set().messages[type(message)].on_can:
+            return []
         # a node is known without its namespace: on CAN the number of the hand is that
-        owner = message.node.rpartition("/")[2] if isinstance(message, OF_NODES) else message.finger
-        encoder = self._encoders.get((kind, owner))
-        if encoder is None and not message_set().messages[kind].on_can:
-            return []
-        if encoder is None:
-            self.clipped["finger"] += 1
-            return []
-        return encoder.encode(message)
+        is_node = isinstance(message, OF_NODES)
+        return self.encode_as(message, message.node.rpartition("/")[2] if is_node else message.finger)
 
     def decode(self, frame: Frame, known_as: int | None = None) -> Message | None:
         """Return the message that ``frame`` completes, None when there is none (yet).
@@ -132,71 +104,64 @@ class CanCodec:
         ``known_as`` is its identifier on a bus where it has another one.
         """
         identifier = frame.arbitration_id if known_as is None else known_as
-        decoder = self._decoders.get(identifier)
-        if decoder is None:
-            self._refuse(self._faults.get(identifier, "unknown_id"))
+        refusal = "" if identifier in self._decoders else self._refusals.get(identifier, "unknown_id")
+        if refusal == FOREIGN_COUNT:
+            self.foreign += 1
             return None
-        result = decoder.decode(frame)
-        if isinstance(result, str):
-            self._refuse(result)
-            if decoder.kind is FingertipState and result not in WHOLE:
-                self.broken[decoder.owner] += 1
-            return None
-        return result
+        return self.decode_as(identifier, frame, refusal)
 
     def filters(self, kinds: Collection[type[Message]]) -> list[tuple[int, int]]:
         """Return identifiers and masks of acceptance filters for messages of ``kinds`` to this hand."""
         return acceptance_filters(layouts(), self._hand, kinds)
 
     def line(self, finger: str) -> Line | None:
-        """Return how states and commands of ``finger`` travel, for a program that reads and writes the bytes.
-
-        None where that takes more than the bytes of one frame: in classic frames, with a clock of the hand,
-        or with messages out of order.
-        """
-        if not self.fd or self._hand_clock is not None or self._reach or finger not in self.fingers:
-            return None
-        states = next(d for d in self._decoders.values() if d.owner == finger and d.kind is FingertipState)
-        reports = [self._encoders[kind, finger] for kind in (ContactEstimate, SlipMargin)]
-        return Line(states, self._encoders[ForceCommand, finger], reports)
-
-    def reset(self) -> None:
-        """Forget all counters: what comes next begins new streams (a replay that starts over)."""
-        for decoder in self._decoders.values():
-            decoder.assembly.reset()
-
-    def _refuse(self, name: str) -> None:
-        if name == FOREIGN_COUNT:
-            self.foreign += 1
-        else:
-            self.rejected[name] += 1
-
-    def _add(self, plan: Layouts, layout: Layout, use_sender_time: bool) -> None:
-        for number, owner in enumerate(self.nodes if layout.schema.cls is NodeStatus else self.fingers):
-            offset = self._hand * plan.hand_stride + number * plan.finger_stride
-            self._encoders[layout.schema.cls, owner] = Encoder(layout, offset, plan.version, self.clipped)
-            assembly = Assembly(layout.parts, self._reach)
-            clock = self._hand_clock if layout.schema.cls is FingertipState else None
-            for part in layout.parts:
-                identifier = part.base + offset
-                self._decoders[identifier] = Decoder(
-                    layout, part, assembly, identifier, owner, plan.version, use_sender_time, clock
-                )
+        """As of any frames; None for classic ones, with a clock of the hand, or out of order."""
+        return super().line(finger) if self._has_line else None
 
 
-def _faults(plan: Layouts, hand: int, fd: bool) -> dict[int, str]:
+def _refusals(plan: Layouts, hand: int, fd: bool) -> dict[int, str]:
     """Return what is wrong with each identifier that the database knows and this codec does not decode."""
-    faults: dict[int, str] = {}
+    found: dict[int, str] = {}
     for layout in plan.layouts:
         for part in layout.parts:
             for other in range(plan.hands):
                 name = FOREIGN_COUNT if other != hand else "finger" if layout.fd == fd else "layout"
-                first = part.base + other * plan.hand_stride
-                faults |= dict.fromkeys(range(first, first + plan.fingers * plan.finger_stride), name)
-    return faults
+                found |= dict.fromkeys(plan.block(part.base, other), name)
+    return found
 
 
 def _names(what: str, names: Sequence[str], limit: int) -> tuple[str, ...]:
     if len(names) > limit or len(set(names)) != len(names):
         raise ConfigError(f"{what} {list(names)} must be at most {limit} different names")
     return tuple(names)
+
+
+IDENTIFIER_BITS = 11
+
+
+def acceptance_filters(plan: Layouts, hand: int, kinds: Collection[type[Message]]) -> list[tuple[int, int]]:
+    """Return identifiers and masks (11 bits) that let through what ``hand`` is sent of ``kinds``.
+
+    What is left out is known to be of no use: messages of other kinds, and those of other hands. All else
+    comes through, also identifiers that are in no table, so that a fault is still noticed and counted.
+    """
+    unwanted = {
+        identifier
+        for layout in plan.layouts
+        for part in layout.parts
+        for other in range(plan.hands)
+        if other != hand or layout.schema.cls not in kinds
+        for identifier in plan.block(part.base, other)
+    }
+    return _cover(unwanted, 0, IDENTIFIER_BITS)
+
+
+def _cover(unwanted: set[int], first: int, free: int) -> list[tuple[int, int]]:
+    """Return the filters for the block of ``2**free`` identifiers from ``first`` on, without ``unwanted``."""
+    inside = {identifier for identifier in unwanted if identifier >> free == first >> free}
+    if not inside:
+        return [(first, (1 << IDENTIFIER_BITS) - (1 << free))]
+    if free == 0:
+        return []
+    half = 1 << (free - 1)
+    return [*_cover(inside, first, free - 1), *_cover(inside, first + half, free - 1)]

@@ -1,7 +1,13 @@
-"""From ``proto/fingertip.dbc`` to layouts, by way of cantools."""
+"""How each kind of message lies in CAN frames: from ``proto/fingertip.dbc`` by way of cantools.
+
+A message takes one frame, or several parts sent in order; the last one sent has its bit ``last`` set, so that
+parts without anything measured at the end need not be sent.
+"""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from math import gcd
 from typing import Any
@@ -11,14 +17,93 @@ from cantools.database.can import Database
 from cantools.database.can import Message as DbcMessage
 
 from vegrip.errors import ConfigError
-from vegrip.transport.codec.cells import Place, plan
-from vegrip.transport.codec.convert import Converter
-from vegrip.transport.codec.layout import Layout, Layouts, Part, Slot
-from vegrip.transport.codec.members import Read, attribute, belongs, converter, getter, reader, row_reader
 from vegrip.transport.codec.protection import CAN_PROFILES, COUNTER_MODULUS, Profile
 from vegrip.transport.codec.schema import Field, MessageSchema, message_set, read_proto
+from vegrip.transport.codec.signals import (
+    MAKERS,
+    Cells,
+    Converter,
+    Place,
+    Raw,
+    belongs,
+    converter,
+    field_text,
+    plan,
+    value_text,
+)
 
 HEADER = ("crc", "counter", "seq", "version", "last", "time")
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """One signal of the payload."""
+
+    name: str
+    field: Field
+    text: str  # of its value in a message ``m``
+    convert: Converter
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One frame of a message."""
+
+    name: str
+    number: int  # from 1
+    base: int  # identifier for finger 0 of hand 0
+    length: int
+    fd: bool
+    profile: Profile
+    packer: struct.Struct
+    counter: Place
+    modulus: int
+    version: Place
+    version_modulus: int
+    last: Place | None
+    time: Place | None
+    slots: tuple[Slot, ...]
+    offset: int  # cells of the parts before this one
+    cells: int
+
+    @property
+    def absent(self) -> Cells:
+        """The cells of a part that was not sent: nothing measured."""
+        row: list[Raw] = [0] * self.cells
+        for slot in self.slots:
+            slot.place.put(row, slot.convert.absent)
+        return tuple(row)
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """A kind of message, classic or FD."""
+
+    schema: MessageSchema
+    fd: bool
+    parts: tuple[Part, ...]
+    reading: Sequence[str]
+    """Lines that set ``values``, the fields after stamp, owner and seq, from the ``cells`` of all parts."""
+    scope: Mapping[str, Any]
+    """What those lines know."""
+
+
+@dataclass(frozen=True, slots=True)
+class Layouts:
+    """All of the database."""
+
+    version: int
+    hand_stride: int
+    finger_stride: int
+    hands: int
+    fingers: int
+    layouts: tuple[Layout, ...]
+
+    def block(self, base: int, hand: int) -> range:
+        """Return the identifiers of a frame of all fingers of ``hand``."""
+        first = base + hand * self.hand_stride
+        return range(first, first + self.fingers * self.finger_stride)
 
 
 @cache
@@ -32,12 +117,12 @@ def database() -> Database:
 
 @cache
 def layouts() -> Layouts:
-    """Return the layouts of ``fingertip.dbc``, compiled (once)."""
+    """Return the layouts of ``fingertip.dbc`` (made once)."""
     return build_layouts(database())
 
 
 def build_layouts(db: Database) -> Layouts:
-    """Compile all messages of ``db``.
+    """Return the layouts of all messages of ``db``.
 
     Identifiers come in blocks of one size, which the base identifiers are multiples of.
 
@@ -51,13 +136,13 @@ def build_layouts(db: Database) -> Layouts:
     if version != message_set().version:
         raise ConfigError(f"fingertip.dbc has version {version}, messages.toml {message_set().version}")
     block = gcd(*(message.frame_id for message in db.messages))
-    compiled = tuple(
+    made = tuple(
         _layout(schema, fd, [m for m in db.messages if m.is_fd == fd and _kind(m) == schema.cls.__name__])
         for schema in message_set().messages.values()
         if schema.on_can
         for fd in (False, True)
     )
-    return Layouts(version, hand, finger, block // hand, hand // finger, compiled)
+    return Layouts(version, hand, finger, block // hand, hand // finger, made)
 
 
 def _layout(schema: MessageSchema, fd: bool, messages: list[DbcMessage]) -> Layout:
@@ -71,10 +156,7 @@ def _layout(schema: MessageSchema, fd: bool, messages: list[DbcMessage]) -> Layo
         raise ConfigError(
             f"fingertip.dbc: the parts of {schema.cls.__name__} must count from 1 without a gap"
         )
-    fields = [f for f in schema.fields if f.name not in ("stamp", schema.owner, "seq")]
-    rows = row_reader([_reader(schema, field, parts) for field in fields])
-    relative = tuple(i for i, field in enumerate(fields) if field.kind == "time")
-    return Layout(schema, fd, tuple(parts), rows, relative)
+    return Layout(schema, fd, tuple(parts), *_reading(schema, parts))
 
 
 def _part(schema: MessageSchema, message: DbcMessage, offset: int) -> Part:
@@ -110,32 +192,29 @@ def _slot(
             f"fingertip.dbc: {message.name}.{name} belongs to no field of {schema.cls.__name__}"
         )
     signal = message.get_signal_by_name(name)
-    return Slot(
-        name, field, attribute(field, name), getter(field, name, names), converter(field, signal), place
-    )
+    return Slot(name, field, value_text(field, name, names), converter(field, signal), place)
 
 
-def _reader(
-    schema: MessageSchema, field: Field, parts: list[Part]
-) -> tuple[Read, Place | None, Converter | None]:
-    """Return what makes a field; of one signal with a number, also its place and converter."""
-    found = {
-        slot.name: (dataclasses.replace(slot.place, cell=slot.place.cell + part.offset), slot.convert)
-        for part in parts
-        for slot in part.slots
-        if slot.field is field
-    }
-    if found:
-        is_number = field.kind == "float"
-        place, convert = found[field.name] if is_number else (None, None)
-        return reader(field, found), place, convert
-    if field.required:
-        raise ConfigError(f"fingertip.dbc: no signal carries {schema.cls.__name__}.{field.name}")
-    default = _default(schema.cls, field.name)
-    return lambda _: default(), None, None
+def _reading(schema: MessageSchema, parts: list[Part]) -> tuple[list[str], dict[str, Any]]:
+    lines, values, scope = [], [], dict(MAKERS)
+    for field in schema.fields:
+        if field.name in ("stamp", schema.owner, "seq"):
+            continue
+        texts: dict[str, str] = {}
+        for part, slot in ((one, slot) for one in parts for slot in one.slots if slot.field is field):
+            raw, rest = f"c{len(lines)}", f"r{len(lines)}"
+            lines.append(f" {raw} = {slot.place.text(part.offset)}")
+            scope[rest] = slot.convert.read
+            texts[slot.name] = slot.convert.reading(raw, rest)
+        if not texts and field.required:
+            raise ConfigError(f"fingertip.dbc: no signal carries {schema.cls.__name__}.{field.name}")
+        if not texts:
+            scope[f"d{len(values)}"] = _default(schema.cls, field.name)
+        values.append(field_text(field, texts) if texts else f"d{len(values)}()")
+    return [*lines, f" values = ({', '.join(values)},)"], scope
 
 
-def _default(cls: type[Any], name: str) -> Callable[[], Any]:
+def _default(cls: type[Any], name: str) -> Any:
     declared = next(f for f in dataclasses.fields(cls) if f.name == name)
     if declared.default_factory is not dataclasses.MISSING:
         return declared.default_factory

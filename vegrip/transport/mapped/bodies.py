@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import msgpack
 
 from vegrip.errors import ConfigError
-from vegrip.transport.codec.packing import MSGPACK_LIMITS
+from vegrip.transport.codec.msgpack_codec import MSGPACK_LIMITS
 from vegrip.transport.mapped.plan import Plan
 
 if TYPE_CHECKING:

@@ -9,9 +9,8 @@ import numpy as np
 from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.bench.protocol import Episode, Segment
-from vegrip.virtual.fingertip import Fingertips
+from vegrip.virtual.fingertip import Fingertips, even_grid, utilisation
 from vegrip.virtual.hidden import HIDDEN, Hidden, make
-from vegrip.virtual.patch import even_grid, utilisation
 from vegrip.virtual.sensor import SENSED_CHANNELS, Sensors
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
 from vegrip.virtual.specimen import Specimen

@@ -21,7 +21,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.runtime.monitor.rows import FingerRow
-from vegrip.web.live.words import CONDITIONS, REASONS, health_in_words
+from vegrip.web.live.alarms import CONDITIONS, REASONS, health_in_words
 
 EXPONENT_STEP = 0.1
 """Of the pressure exponent between two curves: the surface moves by less than a line's width."""
