@@ -25,9 +25,9 @@ import zmq
 from benchmarks._latency_feed import CHANNELS, record
 from benchmarks._nodes import private_runtime
 from vegrip.clock import NS, WallClock
+from vegrip.grip.frame_path import BatchPath
 from vegrip.host.realtime import HAND_PRIORITY, NODE_PRIORITY, priority_of
 from vegrip.messages import FingertipState, ForceCommand, Reason
-from vegrip.runtime.frame_path import BatchPath
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.runtime.statistics import Histogram
 from vegrip.transport.batch_endpoint import BatchEndpoint

@@ -105,7 +105,7 @@ class Frames:
         length = len(what.data)
         self._bytes[:length] = what.data
         if self.node.on_frame(finger, self._array, length, what.stamp, now) & COMMANDED:
-            Frame(command, self.node.command_frame(finger).tobytes(), True)
+            Frame(command, self.node.fingers[finger].answer_frame.tobytes(), True)
 
 
 class Pdos(Frames):
@@ -181,7 +181,7 @@ class Batches:
         """Answer a batch by the compiled step."""
         answered = self.node.on_batch(what, self.codec.rows_in(what, FingertipState), now, now)
         if answered is not None and answered[1]:
-            data = self.node.batch_commands[: FIRST_ROW + answered[1] * COMMAND_ROW]
+            data = self.node.batch.commands[: FIRST_ROW + answered[1] * COMMAND_ROW]
             self.codec.seal(data, ForceCommand, answered[1])
 
 

@@ -205,13 +205,15 @@ class Replay:
             data = np.zeros(64, dtype=np.uint8)
             data[: len(frame.data)] = np.frombuffer(frame.data, dtype=np.uint8)
             done = self.node.on_frame(finger, data, len(frame.data), frame.stamp, now)
+            told = self.node.fingers[finger]
             if done & COMMANDED:
-                self.answers.commands.append((line.command_id, self.node.command_frame(finger).tobytes()))
+                self.answers.commands.append((line.command_id, told.answer_frame.tobytes()))
             if done & REPORT:
-                packed = [(name, data.tobytes()) for name, data in self.node.report_frames(finger, now)]
+                pairs = zip(told.report_ids, told.report_frames, strict=True) if told.tell(now) else ()
+                packed = [(name, data.tobytes()) for name, data in pairs]
                 self.answers.reports += packed
                 self.answers.packed_reports += len(packed)
-                if self.node.has_more_to_tell(finger, now):
+                if told.has_more_to_tell(now):
                     self._answered(self.node.reports(finger, now))
             if done != LEFT_ALONE:
                 self.answers.compiled_frames += 1

@@ -7,14 +7,13 @@ the rows. Where C runs the step, ``rows.c`` goes through them; else Python does 
 import ctypes
 import struct
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from vegrip.grip.compiled import FingerKernelsC
 from vegrip.grip.finger import GraspFinger
 from vegrip.grip.wires import COMMAND_BYTES, COMMANDED, LEFT_ALONE, REPORT_BYTES, STATE_BYTES
-from vegrip.runtime.frame_path import PacketAnswer
 from vegrip.transport.canbus.frame_time import FD_SIZES
 from vegrip.transport.canbus.hub_wire import (
     DELIVERY,
@@ -42,6 +41,15 @@ TIME: Final = struct.Struct("<Q")
 HEAD_BYTES: Final = DELIVERY.size
 CODES: Final = len(FD_SIZES)
 read_head: Final = DELIVERY.unpack_from
+
+
+class PacketAnswer(NamedTuple):
+    """What was done with the first frames of a packet, each the state of another finger."""
+
+    taken: Taken
+    commands: int
+    requests: memoryview  # that ask the bus to send them; valid until the next packet
+    states: Sequence[tuple[str, int, int]]  # finger, what was done in bits, and arrival [ns]
 
 
 class CompiledRows:

@@ -12,11 +12,12 @@ import numpy as np
 from vegrip.config import build
 from vegrip.errors import ConfigError, UsageError
 from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
-from vegrip.grip.compiled_rows import CompiledBatch, CompiledPackets, join
+from vegrip.grip.compiled_rows import CompiledBatch, CompiledPackets, PacketAnswer, join
 from vegrip.grip.controller import GripController
 from vegrip.grip.drive_log import DriveLog
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger
+from vegrip.grip.frame_path import PATHS, FramePath
 from vegrip.grip.grasp_action import GraspAction, GraspGoal, ReleaseGoal
 from vegrip.grip.known_objects import KnownObjects, ObjectFriction
 from vegrip.grip.learned_store import LearnedStore, NoStore
@@ -36,7 +37,7 @@ from vegrip.messages import (
     NodeStatus,
 )
 from vegrip.runtime import NodeBase
-from vegrip.runtime.frame_path import PacketAnswer
+from vegrip.runtime.node import OfLoop
 from vegrip.transport.codec.frame_codec import Line
 
 
@@ -59,7 +60,6 @@ class GraspForce(NodeBase):
 
     exclusive_messages: tuple[type[Message], ...] = (ForceCommand,)
     heard_messages: tuple[type[Message], ...] = (FingertipState, ForceCommand, NodeStatus)  # also of rivals
-    answers_frames = True
     realtime_priority = NODE_PRIORITY
 
     def __init__(
@@ -79,8 +79,8 @@ class GraspForce(NodeBase):
         self._model_swap: ModelSwap | None = None
         self._lines: Mapping[str, Line] = {}
         self._kernel_mode = ""
-        self._batch: CompiledBatch | None = None
-        self._packets: CompiledPackets | None = None
+        self.batch: CompiledBatch | None = None
+        self.packets: CompiledPackets | None = None
         super().__init__(name, settings)
         self._make_estimator = make_estimator
         self._learned_store = learned_store or NoStore()
@@ -205,7 +205,7 @@ class GraspForce(NodeBase):
         """Forget the fingers, but not what they learned."""
         self.leave_lines()
         self._keep_what_was_learned()
-        self.controller = self._batch = self._packets = None
+        self.controller = self.batch = self.packets = None
         self._worn = False
 
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
@@ -252,15 +252,14 @@ class GraspForce(NodeBase):
 
     # the short way: frames in, frames out
 
+    def frame_path(self, endpoint: Any, loop: OfLoop) -> FramePath:
+        """Return what answers states that ``endpoint`` brings as bytes."""
+        return PATHS[endpoint.brings](self, endpoint, loop)
+
     @property
     def compiled_fingers(self) -> Mapping[str, GraspFinger]:
         """The fingers whose frames are answered as they are."""
         return {name: finger for name, finger in self.fingers.items() if finger.line and finger.is_whole}
-
-    @property
-    def frame_fingers(self) -> tuple[str, ...]:
-        """The fingers whose frames may run compiled."""
-        return self._names
 
     def run_compiled(self, lines: Mapping[str, Line], mode: str = "") -> None:
         """Answer the frames of ``lines`` compiled from now on, finger by finger, as far as that is possible.
@@ -279,7 +278,7 @@ class GraspForce(NodeBase):
         """Answer a frame of the finger ``name``; see :meth:`GraspFinger.step`.
 
         What is left alone is for :meth:`on_message`; for a finger in which Python takes part everything is.
-        The answer is :meth:`command_frame`, what is due besides :meth:`reports`.
+        The answer is :attr:`GraspFinger.answer_frame`, what is due besides :meth:`reports`.
         """
         finger = self._on_line(name)
         if finger is None:
@@ -292,9 +291,9 @@ class GraspForce(NodeBase):
     def on_batch(self, payload: bytes, rows: int, arrival: int, now: int) -> tuple[bytearray, int] | None:
         """Answer the rows of a batch of states, see :meth:`CompiledBatch.step`; None: all are left alone.
 
-        What is left alone is for :meth:`on_message`; the answer is :meth:`batch_commands`.
+        What is left alone is for :meth:`on_message`; the answer stands in :attr:`CompiledBatch.commands`.
         """
-        batch = self._batch
+        batch = self.batch
         if batch is None or not self._are_on_line(batch.fingers):
             return None
         done, commands = batch.step(payload, rows, arrival, now)
@@ -305,93 +304,29 @@ class GraspForce(NodeBase):
             row = done.find(LEFT_ALONE, row + 1, rows)
         return done, commands
 
-    @property
-    def takes_packets(self) -> bool:
-        """Whether :meth:`on_packet` answers."""
-        return self._packets is not None
-
     def on_packet(self, packet: bytes, expected: int, now: int) -> PacketAnswer | None:
         """Answer the states at the beginning of a packet, see :meth:`CompiledPackets.step`; None: none.
 
         What is behind them, and what the step leaves alone, is for :meth:`on_frame`.
         """
-        packets = self._packets
+        packets = self.packets
         if packets is None or not self._are_on_line(packets.fingers):
             return None
         return packets.step(packet, expected, now)
-
-    @property
-    def batch_commands(self) -> bytearray:
-        """The rows of the commands that :meth:`on_batch` gave last, below a head that is still empty."""
-        return bytearray() if self._batch is None else self._batch.commands
-
-    def names_in(self, payload: bytes, rows: int) -> Sequence[str]:
-        """Return whose states the rows of a batch are, "" for another one's."""
-        return ("",) * rows if self._batch is None else self._batch.names_in(payload, rows)
-
-    def command_frame(self, name: str) -> np.ndarray:
-        """Return the bytes of the last command that :meth:`on_frame` gave."""
-        return self.fingers[name].answer_frame
 
     def reports(self, name: str, now: int) -> Iterator[Message]:
         """Return what is due to be told of a finger; worked out when it is taken."""
         controller = self.controller
         return iter(()) if controller is None else self._reports(controller, controller.fingers[name], now)
 
-    def report_frames(self, name: str, now: int) -> Iterable[tuple[int, np.ndarray]]:
-        """Return identifiers and frames of contact and slip margin, if frames can tell them."""
-        finger = self.fingers.get(name)
-        if not self._active or finger is None or not finger.is_on_line or not finger.tell(now):
-            return ()
-        return zip(finger.report_ids, finger.report_frames, strict=True)
-
-    def report_batch(self, names: Sequence[str], now: int) -> list[str]:
-        """Pack contacts and slip margins of fingers into :attr:`batch_reports`; return whose were told."""
-        batch = self._batch
-        return [] if not self._active or batch is None else batch.report(names, now)
-
-    @property
-    def batch_reports(self) -> tuple[bytearray, bytearray]:
-        """The rows that :meth:`report_batch` has packed last, below heads that are still empty."""
-        batch = self._batch
-        return (bytearray(), bytearray()) if batch is None else (batch.contacts, batch.margins)
-
-    def has_more_to_tell(self, name: str, now: int) -> bool:
-        """Return whether :meth:`reports` has something to tell besides :meth:`report_frames`."""
-        finger = self.fingers.get(name)
-        return finger is None or finger.has_more_to_tell(now)
-
-    def felt(self, name: str) -> tuple[float, float]:
-        """Return normal force [N] and displacement [m] of the last state."""
-        return self.fingers[name].felt()
-
-    def state(self, name: str) -> FingertipState:
-        """Return the last state."""
-        return self.fingers[name].state()
-
-    def command(self, name: str) -> ForceCommand:
-        """Return the last command."""
-        return self.fingers[name].command()
-
     def leave_lines(self, name: str = "") -> None:
         """Let the codec go on with the counters of the finger ``name`` or of all, and decode."""
         for finger in [self.fingers[name]] if name else self.fingers.values():
             finger.leave_line()
 
-    def read_counters(self) -> None:
-        """Bring up to date what was counted of frames; the steps go on counting."""
-        for finger in self.fingers.values():
-            finger.read_counters()
-
     def standing_commands(self) -> list[ForceCommand]:
         """Return the last command of each finger that has one."""
         return [finger.standing_command() for finger in self.fingers.values() if finger.started]
-
-    def number_commands_from(self, numbers: Mapping[str, int]) -> None:
-        """Give every next command a number above those that were sent in the node's place."""
-        for name, number in numbers.items():
-            if name in self.fingers:
-                self.fingers[name].number_from(number)
 
     def _on_line(self, name: str) -> GraspFinger | None:
         """Return the finger ``name`` if its frames can be answered as they are."""
@@ -406,11 +341,11 @@ class GraspForce(NodeBase):
         """Prepare one call for the frames of all fingers, where that is possible."""
         fingers = list(self.compiled_fingers.values())
         is_whole = bool(fingers) and len(fingers) == len(self.fingers)
-        self._batch = self._packets = None
+        self.batch = self.packets = None
         if is_whole and self.controller is not None:
             joined = join(fingers, self.controller.friction.shared)
-            self._batch = joined if isinstance(joined, CompiledBatch) else None
-            self._packets = joined if isinstance(joined, CompiledPackets) else None
+            self.batch = joined if isinstance(joined, CompiledBatch) else None
+            self.packets = joined if isinstance(joined, CompiledPackets) else None
 
     @property
     def path_taken(self) -> str:
@@ -431,7 +366,7 @@ class GraspForce(NodeBase):
             )
         if reasons := sorted({finger.why_split for finger in fingers} - {""}):
             return f"{way}, in halves: {', '.join(reasons)}"
-        return f"{way}, {'all fingers at once' if self._batch is not None else 'finger by finger'}"
+        return f"{way}, {'all fingers at once' if self.batch is not None else 'finger by finger'}"
 
     def _known_object(self) -> ObjectFriction | None:
         objects = self._known_objects()

@@ -1,10 +1,31 @@
 """What a node is: pure code that answers messages and ticks; the runner does the rest."""
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping
-from typing import Any, Protocol
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
 
+from vegrip.clock import Clock
 from vegrip.messages import Message
+from vegrip.runtime.channel_watch import ChannelWatch
+from vegrip.runtime.sender_watch import SenderWatch
+from vegrip.runtime.statistics import LoopStatistics
+from vegrip.runtime.telemetry import Telemetry
+
+Answered = tuple[Any, Sequence[str]]
+"""What the endpoint is told, and the fingers of which something is due to be told."""
+
+
+class OfLoop(NamedTuple):
+    """What the loop has beside node and link, for what answers states as bytes."""
+
+    clock: Clock
+    statistics: LoopStatistics
+    senders: SenderWatch
+    """Sees every state."""
+    telemetry: Telemetry | None
+    """Counts, and says what is to be shown."""
+    channels: ChannelWatch | None
+    """Sees the first states of every finger."""
 
 
 class Node(Protocol):
@@ -27,8 +48,8 @@ class Node(Protocol):
     sends them, and counts them as ``also_sent`` later."""
     heard_messages: tuple[type[Message], ...]
     """Kinds of message that are of use to this node; the bus need not bring others. Empty: all are."""
-    answers_frames: bool
-    """Whether it answers states as bytes, too (:class:`vegrip.runtime.frame_path.FrameNode`)."""
+    frame_path: Callable[[Any, OfLoop], Any] | None
+    """Makes of an endpoint what answers states that come as bytes (:mod:`vegrip.grip.frame_path`)."""
     realtime_priority: int
     """Of the loop while the node is active, where it is permitted (:mod:`vegrip.host.realtime`); 0: none."""
     finished: bool
@@ -80,7 +101,7 @@ class NodeBase:
     wakes_on_messages = True
     exclusive_messages: tuple[type[Message], ...] = ()
     heard_messages: tuple[type[Message], ...] = ()
-    answers_frames = False
+    frame_path: Callable[[Any, OfLoop], Any] | None = None
     realtime_priority = 0
     lacking: Callable[[Collection[str]], list[str]] | None = None
     """What a user must know of a finger that measures such channels; None: nothing."""

@@ -16,9 +16,8 @@ from vegrip.errors import DeviceError
 from vegrip.host.realtime import LoopPriority, Scheduling
 from vegrip.messages import OF_NODES, FingertipState, ForceCommand, Lifecycle, Message, NodeStatus
 from vegrip.runtime.channel_watch import ChannelWatch
-from vegrip.runtime.frame_path import PATHS, Answered, FramePath, OfLoop
 from vegrip.runtime.managed import ManagedNode
-from vegrip.runtime.node import Node
+from vegrip.runtime.node import Answered, Node, OfLoop
 from vegrip.runtime.sender_watch import HINTS, FaultHints, SenderWatch
 from vegrip.runtime.statistics import LoopStatistics, Schedule
 from vegrip.runtime.telemetry import Direction, Telemetry
@@ -139,12 +138,10 @@ class Runner:
         self._senders = SenderWatch()
         lacking = getattr(node, "lacking", None)  # nodes of others may have none
         self.channels = ChannelWatch(lacking) if lacking is not None else None
-        self.frame_path: FramePath | None = None
+        path = getattr(node, "frame_path", None)  # nodes of others may have none
+        of_loop = OfLoop(clock, self.statistics, self._senders, telemetry, self.channels)
+        self.frame_path = path(endpoint, of_loop) if endpoint.brings and path is not None else None
         """Answers states that come as bytes; None: none do."""
-        if endpoint.brings and getattr(node, "answers_frames", False):  # nodes of others may have none
-            answers: Any = node
-            of_loop = OfLoop(clock, self.statistics, self._senders, telemetry, self.channels)
-            self.frame_path = PATHS[endpoint.brings](answers, endpoint, of_loop)
         self._renumber = True  # commands may have been sent in the node's place
 
     @property
@@ -322,7 +319,7 @@ class Runner:
 
         return intercept
 
-    def _put_off_reports(self, path: FramePath, fingers: Iterable[str]) -> None:
+    def _put_off_reports(self, path: Any, fingers: Iterable[str]) -> None:
         now, pace = self._clock.now(), self.statistics.pace
         due = [finger for finger in fingers if finger not in self._owed and pace.allows(finger, now)]
         if not due:
@@ -419,7 +416,7 @@ class Runner:
         of_others = {"also_sent": self._also_sent, "two_senders": self._senders.count}
         own = {"reports_lowered": self.statistics.pace.lowered}
         if self.frame_path is not None:
-            self.frame_path.node.read_counters()  # of the frames: part of what is counted
+            self.frame_path.read_counters()  # of the frames: part of what is counted
         counts = {
             **self._endpoint.rejected,
             **self.managed.node.rejected,

@@ -10,10 +10,10 @@ import pytest
 
 from validation.compiled_finger import Log
 from vegrip.clock import WallClock
+from vegrip.grip.frame_path import BatchPath
 from vegrip.grip.node import GraspForce
 from vegrip.grip.wires import COMMANDED, LEFT_ALONE
 from vegrip.messages import FingertipState, ForceCommand, SlipMargin
-from vegrip.runtime.frame_path import BatchPath
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.batch_endpoint import BatchEndpoint
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, BatchCodec
@@ -57,7 +57,7 @@ def answers_to_batches(log: Log, mode: str, given: list[Batch]) -> list[list[byt
         answered = node.on_batch(payload, payload[13], now, now)
         assert answered is not None
         starts = range(FIRST_ROW, FIRST_ROW + answered[1] * COMMAND_ROW, COMMAND_ROW)
-        answers.append([bytes(node.batch_commands[at : at + COMMAND_ROW]) for at in starts])
+        answers.append([bytes(node.batch.commands[at : at + COMMAND_ROW]) for at in starts])
     return answers
 
 
@@ -73,7 +73,7 @@ def answers_to_rows(log: Log, mode: str, given: list[Batch]) -> list[list[bytes]
             frame[:48] = np.frombuffer(payload, np.uint8, 48, at + 2)
             if name is not None and node.on_frame(name, frame, 48, now, now) & COMMANDED:
                 head = ROW_ID.pack(node.compiled_fingers[name].command_id)
-                found.append(head + node.command_frame(name).tobytes())
+                found.append(head + node.fingers[name].answer_frame.tobytes())
         answers.append(found)
     return answers
 

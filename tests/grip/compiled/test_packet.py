@@ -13,7 +13,7 @@ import pytest
 from validation.bus_bytes import delivery_of, split_requests
 from validation.compiled_finger import Log
 from vegrip.c99 import host
-from vegrip.runtime.frame_path import PacketPath
+from vegrip.grip.frame_path import PacketPath
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.canbus.bus_events import Transmission
