@@ -47,19 +47,11 @@ class CanopenCodec:
         without_pdo: tuple[type, ...] = (),
     ) -> None:
         self._codec = codec
-        self.clipped = codec.clipped
+        self.rejected, self.broken, self.clipped = codec.rejected, codec.broken, codec.clipped
         self._identifier = dict(identifiers)
         self._cob_id = {identifier: cob_id for cob_id, identifier in identifiers.items()}
         self._service, self._hears, self._speaks, self._keep = service, hears, speaks, keep
         self._without_pdo = without_pdo
-
-    @property
-    def rejected(self) -> Counter[str]:
-        return self._codec.rejected
-
-    @property
-    def broken(self) -> Mapping[str, int]:
-        return self._codec.broken
 
     @property
     def lost(self) -> int:
@@ -117,6 +109,7 @@ class CanopenEndpoint(Endpoint):
             codec, identifiers, self.service, self.hears, self.speaks, self.keep, (ContactEstimate,)
         )
         self.can = CanEndpoint(bus, self.pdos, reopen, timing)
+        self.broken = codec.broken
         self._clock = SenderClock()
         self.network.subscribe(TIME_COB_ID, self._on_time)
 
@@ -126,10 +119,6 @@ class CanopenEndpoint(Endpoint):
         malformed = {"malformed": self.network.malformed} if self.network.malformed else {}
         jumps = {"clock_jump": self._clock.jumps} if self._clock.jumps else {}
         return {**self.can.rejected, **self.faults, **malformed, **jumps}
-
-    @property
-    def broken(self) -> Mapping[str, int]:
-        return self.can.broken
 
     @property
     def clock(self) -> ClockEstimate | None:

@@ -114,17 +114,12 @@ class CopyingEndpoint(Endpoint):
     """An endpoint of which all that comes and goes is also sent to a bus."""
 
     def __init__(self, inner: Endpoint, bus: Endpoint) -> None:
-        self._inner, self._bus = inner, bus
+        self._inner, self._bus, self.broken = inner, bus, inner.broken
 
     @property
     def rejected(self) -> Mapping[str, int]:
         """What went wrong at the inner endpoint."""
         return self._inner.rejected
-
-    @property
-    def broken(self) -> Mapping[str, int]:
-        """States that could not be understood, by finger."""
-        return self._inner.broken
 
     @property
     def sentences(self) -> Sequence[str]:

@@ -64,6 +64,7 @@ class BatchEndpoint(ZmqEndpoint):
         self._put_off: list[tuple[bytes, bytes | bytearray]] = []  # topic and payload
         self._gathered: dict[type[Any], dict[int, Frame]] = {kind: {} for kind in BATCHED_MESSAGES}
         super().__init__(publish, subscribe, codec, keys)
+        self.broken = batches.broken
 
     @property
     def rejected(self) -> Mapping[str, int]:
@@ -74,11 +75,6 @@ class BatchEndpoint(ZmqEndpoint):
             if count:
                 found[name] = found.get(name, 0) + count
         return found
-
-    @property
-    def broken(self) -> Mapping[str, int]:
-        """States that arrived and could not be understood, by finger."""
-        return self.batches.broken
 
     def line(self, finger: str) -> Line | None:
         """Return how states and commands of ``finger`` travel within a batch."""

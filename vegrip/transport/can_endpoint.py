@@ -6,19 +6,14 @@ import time
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Final, NamedTuple, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import can
-import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.clock import NS
-from vegrip.compiled import njit
 from vegrip.messages import FingertipState, Message
 from vegrip.transport.can_port import CanPort, VirtualPort, open_port
-from vegrip.transport.canbus.bus_records import FD, SWITCH
-from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming
-from vegrip.transport.canbus.hub_wire import DELIVERY_AT
+from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.canbus.virtual_can import LookAtPacket, VegripBus
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.frame import FrameBlock
@@ -47,7 +42,9 @@ class InOrder:
         self._stamp: dict[str, int] = {}  # [ns] by finger, of the last one passed on
         self._held: dict[str, list[tuple[FingertipState, int]]] = {}
 
-    def restore(self, messages: Sequence[Message], arrivals: Sequence[int], now: int) -> list[Arrived]:
+    def restore(
+        self, messages: Sequence[Message], arrivals: Sequence[int], now: int
+    ) -> tuple[list[Message], list[int]]:
         """Return what may go on at ``now`` [ns], in order: of what has just come, and of what was waiting."""
         passed: list[Arrived] = []
         for message, arrival in zip(messages, arrivals, strict=True):
@@ -59,7 +56,7 @@ class InOrder:
             while held and (now - held[0][1] >= self.window or len(held) > MOST_HELD):
                 self._next[finger] = held[0][0].seq
                 self._pass_on(finger, passed)
-        return passed
+        return [message for message, _ in passed], [arrival for _, arrival in passed]
 
     def _take(self, state: FingertipState, arrival: int, passed: list[Arrived]) -> None:
         finger = state.finger
@@ -87,85 +84,6 @@ class InOrder:
         after = held[0][0].stamp if held else state.stamp + 1
         before = self._stamp.get(state.finger, min(state.stamp, after) - 1)
         return state.stamp if before < state.stamp < after else max(before + 1, (before + after) // 2)
-
-
-Bytes = NDArray[np.uint8]
-Integers = NDArray[np.int64]
-
-
-class Head(NamedTuple):
-    """Where a delivery has what the bus says of its frame: bytes from its begin."""
-
-    number: int  # 4 bytes
-    end: int  # 8 bytes [ns]
-    busy: int  # 8 bytes [ns]
-    identifier: int  # 4 bytes
-    flags: int
-    code: int  # of the length
-    mask: int  # of the flags that matter
-    wanted: int  # what they are for a CAN FD data frame with 11 bits
-    data: int  # where they begin
-
-
-HEAD: Final = np.array(list(Head(**DELIVERY_AT, mask=~SWITCH & 0xFF, wanted=FD)))
-SIZES: Final = np.array(FD_SIZES)
-
-
-def take_block(bus: VegripBus) -> FrameBlock | None:
-    """Return the frames that have come; None: something else than CAN FD frames is there, to be received."""
-    data = bus.take_packets()
-    if data is None:
-        return None
-    found, last = np.zeros((len(data) // DELIVERY_AT["data"], 4), np.int64), np.zeros(3, np.int64)
-    count = find_frames(np.frombuffer(data, np.uint8), HEAD, SIZES, found, last)
-    if count < 0:
-        bus.put_back(data)
-        return None
-    if count:
-        first, end, busy = last.tolist()
-        bus.count_deliveries(first, count, end, busy)
-    return FrameBlock(data, found[:count])
-
-
-@njit
-def _get(row: Bytes, at: int, size: int) -> int:
-    number = 0
-    for i in range(size):
-        number |= int(row[at + i]) << 8 * i
-    return number
-
-
-@njit
-def find_frames(data: Bytes, head: Integers, sizes: Integers, found: Integers, last: Integers) -> int:
-    """Find CAN FD data frames with 11 bits among deliveries that stand one behind the other.
-
-    Return how many these are; -1 where one is something else or does not follow the one before.
-
-    Args:
-        data: the deliveries.
-        head: a :class:`Head`.
-        sizes: of frames by their code [bytes].
-        found: (m, 4) takes identifier, end [ns], begin of the data and its length.
-        last: takes number of the first, end and busy [ns] of the last.
-
-    """
-    at, count, start = 0, 0, head[8]
-    while at < len(data):
-        if len(data) - at < start or count == len(found):
-            return -1
-        row = data[at:]
-        number, identifier, code = _get(row, head[0], 4), _get(row, head[3], 4), row[head[5]]
-        if count == 0:
-            last[0] = number
-        follows = number == (last[0] + count) & 0xFFFFFFFF
-        if not follows or row[head[4]] & head[6] != head[7] or code >= len(sizes) or identifier >> 11:
-            return -1
-        last[1], last[2] = _get(row, head[1], 8), _get(row, head[2], 8)
-        found[count, 0], found[count, 1] = identifier, last[1]
-        found[count, 2], found[count, 3] = at + start, sizes[code]
-        at += start + sizes[code]
-        count += 1
-    return count if at == len(data) else -1
 
 
 MOST_FRAMES = 256  # taken in one go; a babbling node must not keep the loop from its ticks
@@ -233,7 +151,7 @@ class CanEndpoint(Endpoint):
         """Looks at frames first that come together, where a bus brings them so."""
         self.patience_s = 0.0
         """For how long a frame waits for room in a full transmit queue; a control loop does not wait."""
-        self._codec = codec
+        self._codec, self.broken = codec, codec.broken
         self._reopen = reopen
         self._reopen_at = 0.0  # [s]
         self._timing = timing
@@ -255,11 +173,6 @@ class CanEndpoint(Endpoint):
         jumps = {"clock_jump": self._clock.jumps} if self._clock is not None and self._clock.jumps else {}
         met = {name: count for name, count in seen.items() if count}
         return {**self._codec.rejected, **self._faults, **losses(self._codec), **met, **ordered, **jumps}
-
-    @property
-    def broken(self) -> Mapping[str, int]:
-        """States that arrived and could not be understood, by finger."""
-        return self._codec.broken
 
     @property
     def clock(self) -> ClockEstimate | None:
@@ -298,8 +211,7 @@ class CanEndpoint(Endpoint):
                 if intercept is not None:
                     break  # it is answered before the next frame is looked at
         if self._order is not None:
-            passed = self._order.restore(messages, arrivals, time.monotonic_ns())
-            messages, arrivals = [m for m, _ in passed], [arrival for _, arrival in passed]
+            messages, arrivals = self._order.restore(messages, arrivals, time.monotonic_ns())
         self.arrivals = arrivals
         return messages
 
@@ -313,7 +225,7 @@ class CanEndpoint(Endpoint):
         """Return the frames that have come, at once; None: :meth:`next_frame` must bring them."""
         if self._port is None or not isinstance(self._bus, VegripBus):
             return None
-        from vegrip.transport.can_endpoint import take_block  # noqa: PLC0415 (numba, as above)
+        from vegrip.transport.delivered_frames import take_block  # noqa: PLC0415 (brings numba)
 
         return take_block(self._bus)
 

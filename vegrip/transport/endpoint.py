@@ -1,5 +1,6 @@
 """What a node sees of the outside: messages come in, messages go out."""
 
+import math
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -49,6 +50,8 @@ class Endpoint(ABC):
 
     arrivals: Sequence[int] = ()
     """When each message of the last :meth:`receive` arrived here [ns], as closely as the bus can tell."""
+    broken: Mapping[str, int] = NONE_BROKEN
+    """States that arrived and could not be understood, by finger; the same mapping every time."""
     brings: str = ""
     """How states of our own layout come as bytes, for who answers them so; else all come as messages."""
 
@@ -66,10 +69,6 @@ class Endpoint(ABC):
         """Send now or drop and count; never waits."""
 
     @abstractmethod
-    def bus_load(self) -> float:
-        """Return the share of the last second for which the bus was busy, NaN if not known."""
-
-    @abstractmethod
     def close(self) -> None:
         """Release the bus; further calls do nothing."""
 
@@ -83,15 +82,14 @@ class Endpoint(ABC):
 
     # what most have no use for
 
+    def bus_load(self) -> float:
+        """Return the share of the last second for which the bus was busy, NaN if not known."""
+        return math.nan
+
     @property
     def clock(self) -> ClockEstimate | None:
         """The sender's clock against ours, None when it is not estimated."""
         return None
-
-    @property
-    def broken(self) -> Mapping[str, int]:
-        """States that arrived and could not be understood, by finger; the same mapping every time."""
-        return NONE_BROKEN
 
     @property
     def in_trouble(self) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import queue
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -58,10 +57,6 @@ class PairEndpoint(Endpoint):
             self._rejected["unsent"] += 1
         else:
             self._other._inbox.put(message)
-
-    def bus_load(self) -> float:
-        """Return NaN: there is no bus."""
-        return math.nan
 
     def close(self) -> None:
         """Leave the pair; what the other side sends from now on is counted as unsent there."""

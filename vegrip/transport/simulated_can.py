@@ -143,6 +143,7 @@ class SimulatedEndpoint(Endpoint):
         self.heard = 0  # frames
         self.tamper: Tamper | None = None
         self._bus, self._node, self._codec = bus, node, codec
+        self.broken = codec.broken
         self._inbox: deque[Frame] = deque()
         self._order = InOrder(round(order_window * NS)) if order_window > 0.0 else None
 
@@ -161,11 +162,6 @@ class SimulatedEndpoint(Endpoint):
         """What went wrong so far, by the names of :class:`~vegrip.transport.can_endpoint.CanEndpoint`."""
         ordered = self._order.faults if self._order is not None else {}
         return {**self._codec.rejected, **self.faults, **losses(self._codec), **ordered}
-
-    @property
-    def broken(self) -> Mapping[str, int]:
-        """States that arrived and could not be understood, by finger."""
-        return self._codec.broken
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Take what is there; with nothing there, let the clock run up to ``timeout`` [s] until there is."""
@@ -240,7 +236,6 @@ class SimulatedEndpoint(Endpoint):
                 if self.intercept is not None:
                     break  # it is answered before the next frame is looked at
         if self._order is not None:
-            passed = self._order.restore(messages, arrivals, self._bus.clock.now())
-            messages, arrivals = [m for m, _ in passed], [arrival for _, arrival in passed]
+            messages, arrivals = self._order.restore(messages, arrivals, self._bus.clock.now())
         self.arrivals = arrivals
         return messages

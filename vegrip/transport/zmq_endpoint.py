@@ -5,7 +5,6 @@ and the order of starting does not matter.
 """
 
 import functools
-import math
 import select
 import time
 from collections import Counter
@@ -56,7 +55,7 @@ class ZmqEndpoint(Endpoint):
         keys: Keys | None = None,
     ) -> None:
         self.arrivals: Sequence[int] = ()
-        self._codec = codec
+        self._codec, self.broken = codec, codec.broken
         self._faults: Counter[str] = Counter()
         bound, connected = _checked([publish] if publish else [], keys), _checked(subscribe, keys)
         self._keys = keys
@@ -84,11 +83,6 @@ class ZmqEndpoint(Endpoint):
         more = {"cut_off": sum(each.cut_off for each in self._subscriptions), "crowded": self._codec.crowded}
         more = {name: count for name, count in more.items() if count}
         return {**self._codec.rejected, **self._faults, **losses(self._codec), **refused, **more}
-
-    @property
-    def broken(self) -> Mapping[str, int]:
-        """States that arrived and could not be understood, by finger."""
-        return self._codec.broken
 
     @property
     def in_trouble(self) -> bool:
@@ -128,10 +122,6 @@ class ZmqEndpoint(Endpoint):
             self._publisher.send_multipart([topic, payload], zmq.DONTWAIT)
         except zmq.ZMQError:
             self._faults["unsent"] += 1
-
-    def bus_load(self) -> float:
-        """Return NaN: a network has no one load."""
-        return math.nan
 
     def close(self) -> None:
         """Close the sockets; what is queued has 100 ms to leave."""

@@ -47,14 +47,11 @@ class Link(Endpoint):
         self._clock, self._inbox = clock, list[Sent]()
         self._can = CanCodec(FINGERS, fd=True) if wire == "can" else None
         self._codec = self._can or MsgpackCodec("left", FINGERS)
+        self.broken = self._codec.broken
 
     @property
     def rejected(self) -> Mapping[str, int]:
         return Counter(self._codec.rejected)
-
-    @property
-    def broken(self) -> Mapping[str, int]:
-        return self._codec.broken
 
     def deliver(self, sent: Sent) -> None:
         self._inbox.append(sent)
@@ -72,9 +69,6 @@ class Link(Endpoint):
             self.outgoing += [Sent(f.arbitration_id, f.data) for f in self._codec.encode(message)]
         elif (encoded := self._codec.encode(message)) is not None:
             self.outgoing.append(Sent(*encoded))
-
-    def bus_load(self) -> float:
-        return math.nan
 
     def close(self) -> None:
         pass

@@ -4,7 +4,6 @@ States are sent into it as a virtual hand feels them, and leave as the device's 
 what it is commanded comes out as force commands.
 """
 
-import math
 import os
 import pty
 import socket
@@ -224,10 +223,6 @@ class VirtualDeviceEndpoint(Endpoint):
         """Have the device feel a state; other messages are not for it."""
         if isinstance(message, FingertipState):
             self._device.sense(message)
-
-    def bus_load(self) -> float:
-        """Return NaN: this end does not know it."""
-        return math.nan
 
     def close(self) -> None:
         """Take the device away."""

@@ -1,7 +1,6 @@
 """Endpoint of a device that speaks packets over UDP, TCP or a serial line, opened as its map says."""
 
 import contextlib
-import math
 import select
 import time
 from collections import Counter
@@ -366,7 +365,7 @@ class MappedLinkEndpoint(Endpoint):
 
     def __init__(self, links: Sequence[tuple[Link, Open]], codec: MappedCodec) -> None:
         self.arrivals: Sequence[int] = ()
-        self._codec = codec
+        self._codec, self.broken = codec, codec.broken
         self._faults: Counter[str] = Counter()
         plan = codec.plan
         self._device_of = {packet.number: packet.device for packet in plan.database.packets}
@@ -401,11 +400,6 @@ class MappedLinkEndpoint(Endpoint):
         held = {"command_held": self._codec.encoder.held}
         found = {**self._codec.rejected, **self._faults, **losses(self._codec), **held}
         return {name: count for name, count in found.items() if count}
-
-    @property
-    def broken(self) -> Mapping[str, int]:
-        """States that arrived and could not be understood, by finger."""
-        return self._codec.broken
 
     @property
     def clock(self) -> ClockEstimate | None:
@@ -449,10 +443,6 @@ class MappedLinkEndpoint(Endpoint):
         """Have the devices take their zeros; whether the map has a command for that."""
         asked = [device.dialogue.zero() for device in self._devices]
         return any(asked)
-
-    def bus_load(self) -> float:
-        """Return NaN: the line is shared with no other."""
-        return math.nan
 
     def close(self) -> None:
         """Say good-bye and give the lines back."""
