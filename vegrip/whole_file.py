@@ -65,6 +65,5 @@ def writing(path: Path, kind: type[InputError] = InputError) -> Iterator[None]:
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
-    """Write ``content`` to ``path``, text in UTF-8 as it stands."""
     with whole_file(path) as part:
         part.write_bytes(content if isinstance(content, bytes) else content.encode())

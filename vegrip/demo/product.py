@@ -44,7 +44,6 @@ class Product:
 
     @property
     def fingers(self) -> tuple[str, ...]:
-        """Those that are measured."""
         return tuple(finger.name for finger in self.plan.fingers)
 
     def scenario(self, seed: int, duration: float) -> Scenario:
@@ -118,12 +117,10 @@ class CopyingEndpoint(Endpoint):
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        """What went wrong at the inner endpoint."""
         return self._inner.rejected
 
     @property
     def sentences(self) -> Sequence[str]:
-        """What the hand does not say."""
         return self._inner.sentences
 
     def receive(self, timeout: float) -> Sequence[Message]:
@@ -134,7 +131,6 @@ class CopyingEndpoint(Endpoint):
         return messages
 
     def send(self, message: Message) -> None:
-        """Send to both."""
         self._inner.send(message)
         self._bus.send(message)
 
@@ -143,15 +139,12 @@ class CopyingEndpoint(Endpoint):
         return None
 
     def bus_load(self) -> float:
-        """Return that of the inner endpoint."""
         return self._inner.bus_load()
 
     def zero(self) -> bool:
-        """Have the devices take their own zeros."""
         return self._inner.zero()
 
     def close(self) -> None:
-        """Close both."""
         self._inner.close()
         self._bus.close()
 

@@ -84,7 +84,6 @@ def clock_parts(layout: SampleLayout) -> list[str]:
 
 
 def kernel_text(name: str) -> str:
-    """Return the text of one of the kernels."""
     return Path(__file__).with_name("kernels").joinpath(f"{name}.py").read_text(encoding="utf-8")
 
 
@@ -96,7 +95,6 @@ def text_with(
     *,
     ellipse: bool = False,
 ) -> str:
-    """Return the text of a module with ``parts`` after the kernels, called through ``entries`` too."""
     return _text(model.effects, layout, ellipse, tuple(parts), tuple(entries))
 
 

@@ -127,7 +127,6 @@ class Layout:
 
     @property
     def learned_from(self) -> int:
-        """Place of the first learned parameter in the filter's state."""
         return EFFECTS + self.n_states
 
     @property
@@ -168,7 +167,6 @@ class Layout:
 
     @property
     def size(self) -> int:
-        """Length of the whole array."""
         return sum(self.sections().values())
 
     @property
@@ -177,11 +175,9 @@ class Layout:
         return self.places()[SCRATCH][0]
 
     def names(self) -> dict[str, object]:
-        """Return every constant of the generated module by its name."""
         return dict(self._sizes()) | dict(self._tables()) | dict(self.named_places())
 
     def constants(self) -> str:
-        """Return the constants as program text for the generated module."""
         return "\n".join(f"{name} = {value}" for name, value in self.names().items())
 
     def _sizes(self) -> Iterator[tuple[str, object]]:

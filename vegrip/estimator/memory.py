@@ -101,7 +101,6 @@ class SampleLayout:
         yield "LATER", (), 2 * len(CHANNELS) if self.late else 0
 
     def whole_sections(self) -> Iterator[tuple[str, tuple[str, ...], int]]:
-        """Yield name, names within and length of the sections of whole numbers."""
         yield from named_sections(WHOLES)
         yield from ((f"REWIND_{name}", (), self.late) for name in ("STAMP", "BEFORE", "BEGUN"))
 
@@ -118,22 +117,18 @@ class SampleLayout:
 
     @cached_property
     def reals(self) -> dict[str, int]:
-        """Name -> place among the real numbers."""
         return dict(_places(self.real_sections()))
 
     @cached_property
     def wholes(self) -> dict[str, int]:
-        """Name -> place among the whole numbers."""
         return dict(_places(self.whole_sections()))
 
     @property
     def n_reals(self) -> int:
-        """Length of the array of real numbers."""
         return sum(length for _, _, length in self.real_sections())
 
     @property
     def n_wholes(self) -> int:
-        """Length of the array of whole numbers."""
         return sum(length for _, _, length in self.whole_sections())
 
     def constants(self) -> str:
@@ -170,12 +165,10 @@ class FingerMemory:
         }
 
     def __getitem__(self, name: str) -> Any:
-        """Return a number."""
         array, place = self._places[name]
         return array.item(place)
 
     def __setitem__(self, name: str, value: float) -> None:
-        """Set a number."""
         array, place = self._places[name]
         array[place] = value
 

@@ -37,7 +37,6 @@ class Origins:
         return f"{path}:{inner[number].lineno if number < len(inner) else tree.lineno}"
 
     def notes(self) -> dict[str, str]:
-        """Return the docstrings of hooks, which the generated module does not have."""
         return {name: inspect.getdoc(hook) or "" for name, hook in self._hooks.items()}
 
     def _written(self, function: str) -> tuple[Path, ast.FunctionDef] | None:

@@ -120,7 +120,6 @@ class Precision:
 
     @property
     def known(self) -> dict[str, str]:
-        """What the templates know by name."""
         reals = {"real": self.reals.c, "F": self.reals.literal, "f": self.reals.function}
         return {**reals, **self.words, **self.processor}
 

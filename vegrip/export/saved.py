@@ -22,13 +22,11 @@ HEAD, TAIL = 2, 1
 
 
 def numbers_of(estimator: ContactEstimator) -> NDArray[np.float64]:
-    """Return what ``PREFIX_save()`` of an export writes for the same finger."""
     places = SavedNumbers(estimator.model, estimator.layout).places
     return packed(_mark(estimator), estimator.memory[places])
 
 
 def packed(mark: float, numbers: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return saved ``numbers`` of a finger that had begun, behind the ``mark`` of their text."""
     whole = np.array([mark, 1.0, *np.where(np.isnan(numbers), np.nan, numbers)])  # NaN of one kind
     return np.append(whole, checksum(whole))
 

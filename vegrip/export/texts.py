@@ -156,7 +156,6 @@ def _span(span: Span, reals: RealType) -> str:
 
 
 def saved_text(mark: float, model: ContactModel, layout: Layout, memory: NDArray[np.float64]) -> str:
-    """Return what is saved of a memory, one number a line."""
     numbers = packed(mark, memory[SavedNumbers(model, layout).places])
     return "".join(f"{literals.hexadecimal(one)}\n" for one in numbers.tolist())
 

@@ -56,7 +56,6 @@ class Batch:
         self._call("run", values, states, t, inputs, out)
 
     def channels(self, values: Floats, fresh: Floats, t: Floats, *arrays: Floats) -> None:
-        """Fill the last array, (n, 14)."""
         self._call("channels", values, fresh, t, *arrays)
 
     def depths(self, values: Floats, fresh: Floats, t: Floats, *arrays: Floats) -> None:

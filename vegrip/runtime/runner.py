@@ -146,7 +146,6 @@ class Runner:
 
     @property
     def state(self) -> Lifecycle:
-        """The lifecycle state of the node."""
         return self.managed.state
 
     @property
@@ -160,7 +159,6 @@ class Runner:
         return min(self.schedule.due, self._status_schedule.due)
 
     def start(self) -> None:
-        """Configure and activate the node."""
         self.change("configure")
         self.change("activate")
 

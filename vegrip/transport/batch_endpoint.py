@@ -77,7 +77,6 @@ class BatchEndpoint(ZmqEndpoint):
         return found
 
     def line(self, finger: str) -> Line | None:
-        """Return how states and commands of ``finger`` travel within a batch."""
         return self.batches.line(finger)
 
     def send(self, message: Message) -> None:
@@ -110,7 +109,6 @@ class BatchEndpoint(ZmqEndpoint):
         self._send_put_off()
 
     def send_batch(self, kind: type[Message], payload: bytes | bytearray) -> None:
-        """Publish a batch as it is, and behind it what was put off."""
         self._publish(self._topics[kind], payload)
         self._send_put_off()
 

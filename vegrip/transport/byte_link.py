@@ -71,11 +71,9 @@ class Link(ABC):
         """Send ``data`` now; return how many bytes of it there was room for."""
 
     def is_ready(self) -> bool:
-        """Whether the connection is made."""
         return True
 
     def write(self, data: bytes) -> None:
-        """Send all of ``data`` now."""
         if self._send(data) < len(data):
             raise OSError(errno.ENOBUFS, "no room for a whole command")
 

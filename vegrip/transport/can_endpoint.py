@@ -288,7 +288,6 @@ class CanEndpoint(Endpoint):
         return math.nan if self._port is None else self._port.load()
 
     def close(self) -> None:
-        """Leave the bus."""
         self._reopen = None
         self._shut()
 

@@ -171,16 +171,13 @@ class VirtualPort:
         return None
 
     def send(self, frame: Frame) -> None:
-        """Queue ``frame``."""
         self._bus.put(_for_bus(frame))
 
     def send_several(self, frames: Sequence[Frame]) -> None:
-        """Queue ``frames``, many in one packet."""
         for first in range(0, len(frames), MOST_REQUESTS):
             self._bus.put(*map(_for_bus, frames[first : first + MOST_REQUESTS]))
 
     def load(self) -> float:
-        """Return the exact load."""
         return self._bus.load()
 
 
@@ -238,7 +235,6 @@ class PythonCanPort:
         self._measure(frame)
 
     def load(self) -> float:
-        """Return the load that the frames seen here make up."""
         return math.nan if self._timing is None else self._load.share(time.monotonic_ns())
 
     def _measure(self, frame: Frame) -> None:

@@ -76,7 +76,6 @@ class ConnectionLimit:
         self._thread = threading.Thread(target=self._run, name="connections", daemon=True)
 
     def start(self) -> None:
-        """Watch the socket, which listens now."""
         self._thread.start()
 
     def connected(self) -> int:

@@ -73,11 +73,9 @@ class Endpoint(ABC):
         """Release the bus; further calls do nothing."""
 
     def __enter__(self) -> Self:
-        """Return itself."""
         return self
 
     def __exit__(self, *error: object) -> None:
-        """Close it."""
         self.close()
 
     # what most have no use for

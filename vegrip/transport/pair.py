@@ -31,7 +31,6 @@ class PairEndpoint(Endpoint):
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        """What the other side did not take."""
         return self._rejected
 
     def receive(self, timeout: float) -> Sequence[Message]:

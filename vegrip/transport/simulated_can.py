@@ -94,7 +94,6 @@ class SimulatedCan:
         return self._load.share(self.clock.now())
 
     def leave(self, node: int) -> None:
-        """Disconnect ``node``."""
         if self._endpoints.pop(node, None) is not None:
             self.model.detach(node)
 
@@ -149,12 +148,10 @@ class SimulatedEndpoint(Endpoint):
 
     @property
     def has_waiting(self) -> bool:
-        """Whether there is something to receive."""
         return bool(self._inbox)
 
     @property
     def state(self) -> ErrorState:
-        """The error state of this node."""
         return self._bus.model.state(self._node)
 
     @property
@@ -185,11 +182,9 @@ class SimulatedEndpoint(Endpoint):
         return None if self._order is not None else self._codec.line(finger)
 
     def send_frame(self, frame: Frame) -> None:
-        """Ask for the bus with ``frame``."""
         self.put(frame, self._bus.clock.now())
 
     def send_frames(self, frames: Sequence[Frame]) -> None:
-        """Ask for the bus with each of ``frames``."""
         for frame in frames:
             self.send_frame(frame)
 
@@ -199,12 +194,10 @@ class SimulatedEndpoint(Endpoint):
             self._bus.send(time, self._node, sent)
 
     def endure(self, faults: NodeFaults) -> None:
-        """Suffer ``faults`` from now on, in place of those before."""
         self._bus.advance()
         self._bus.model.endure(self._node, faults, self._bus.clock.now())
 
     def hear(self, frame: Frame) -> None:
-        """Take a frame from the bus."""
         self.heard += 1
         self._inbox.append(frame)
 
@@ -215,11 +208,9 @@ class SimulatedEndpoint(Endpoint):
         self.faults["unsent"] += change.dropped
 
     def bus_load(self) -> float:
-        """Return the load of the last simulated second."""
         return self._bus.load()
 
     def close(self) -> None:
-        """Leave the bus."""
         self._bus.leave(self._node)
 
     def _decoded(self) -> list[Message]:

@@ -30,7 +30,6 @@ class Handshakes:
         self._failing: set[str] = set()  # addresses of publishers that we cannot hear
 
     def refused(self) -> Mapping[str, int]:
-        """Return the counts up to now."""
         return self._counts
 
     @property
@@ -91,7 +90,6 @@ class SocketMonitor:
         self._watched.disable_monitor()
 
     def close(self) -> None:
-        """Watch no more, and forget what has happened."""
         self.stop()
         self.socket.close(linger=0)
 
@@ -182,6 +180,5 @@ class Subscription:
             self._socket.connect(self._address)
 
     def close(self) -> None:
-        """Listen no more."""
         self._monitor.close()
         self._socket.close(linger=0)

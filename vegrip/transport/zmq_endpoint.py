@@ -86,7 +86,6 @@ class ZmqEndpoint(Endpoint):
 
     @property
     def in_trouble(self) -> bool:
-        """Whether a publisher that we need refuses us, or is not the one we know."""
         self._look(time.monotonic())
         return self._handshakes is not None and self._handshakes.in_trouble
 

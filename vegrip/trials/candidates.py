@@ -115,7 +115,6 @@ def told_of_slip(settings: GraspParameters, sensor: SensorSettings) -> GraspPara
 
 
 def demonstrated_parameters(grasp: str) -> GraspParameters:
-    """Return the parameters of the node in the demonstration of a ``grasp``."""
     return parameters(DEMONSTRATED, KNOBS[grasp][DEMONSTRATED])
 
 

@@ -97,7 +97,6 @@ def run_quality_trial(trial: QualityTrial) -> Course:
 
 
 def record_trial(trial: QualityTrial) -> GripRecord:
-    """Run one trial and keep what its figures need."""
     scenario = Scenario(trial.seed, trial.duration, trial.grasp)
     return record_of(run_quality_trial(trial), scenario.events, scenario.settings.actuator.close_time)
 

@@ -42,7 +42,6 @@ CORES_OF_THE_HAND = 4
 
 
 def fitting_grasp(cores: int) -> str:
-    """Return the grasp that a machine of so many cores can show in real time."""
     return "hand" if cores >= CORES_OF_THE_HAND else "pinch"
 
 

@@ -51,7 +51,6 @@ class Grid:
 
 @cache
 def even_grid(rings: int, spokes: int) -> Grid:
-    """Return a grid of equally wide rings."""
     return Grid(tuple(float(r) for r in np.linspace(0.0, 1.0, rings + 1)), spokes)
 
 
@@ -90,7 +89,6 @@ class Fingertips:
         self.reset()
 
     def follow(self, history: History) -> None:
-        """Have this history of the material."""
         self.history = history
         self.instant[:] = history.instant
 

@@ -123,7 +123,6 @@ class VirtualHand:
 
     @property
     def dropped(self) -> bool:
-        """Whether the object was lost."""
         return bool(self.body["dropped"][0] > 0.0)
 
     @property
@@ -186,7 +185,6 @@ class VirtualHand:
         return steps
 
     def _is_sampled(self, tick: int) -> bool:
-        """Whether the next sample is taken after step number ``tick``."""
         return tick * self.settings.step * self.settings.sensor.rate >= self._samples + 1.0 - 1e-9
 
     def _acting(self, steps: int) -> Floats:

@@ -20,12 +20,10 @@ LAG_SUBSTEPS = 8  # steps of the lag within a step of the trial
 
 
 def lasting(value: Any = 0.0) -> Any:
-    """Declare memory that outlives an episode."""
     return field(default=value, init=False)
 
 
 def fresh(value: Any = 0.0) -> Any:
-    """Declare memory that every episode begins with at ``value``."""
     return field(default=value, init=False, metadata={"fresh": value})
 
 
@@ -46,7 +44,6 @@ class Hidden:
                 setattr(self, one.name, one.metadata["fresh"])
 
     def relaxation(self, g: Relaxation) -> Relaxation:
-        """Return the reduced relaxation function of the material."""
         return g
 
     def moved(self, position: float) -> float:

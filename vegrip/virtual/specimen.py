@@ -162,7 +162,6 @@ class Specimen(Fingertips):
 
 
 def _those(hidden: Sequence[Hidden], name: str) -> list[Callable[..., Any]]:
-    """Return the methods ``name`` of those that have one of their own."""
     plain = getattr(Hidden, name)
     return [getattr(one, name) for one in hidden if getattr(type(one), name) is not plain]
 

@@ -209,7 +209,6 @@ class RecordedBus(Endpoint):
         self._keep(message)
 
     def bus_load(self) -> float:
-        """Return the load of the last simulated second, as on a bus of 1 and 5 Mbit/s."""
         return self._load.share(self._clock.now())
 
     def close(self) -> None:

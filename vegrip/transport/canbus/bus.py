@@ -417,12 +417,10 @@ def repeat_until(bus: Bus, now: int) -> None:
 
 
 def acknowledges(node: Node) -> bool:
-    """Return whether the node acknowledges frames of others."""
     return not node.listens_only and not node.is_leaving and node.state != OFF
 
 
 def is_heard(bus: Bus, node: Node) -> bool:
-    """Return whether another node would acknowledge a frame of ``node``."""
     return bus.acknowledging > (1 if acknowledges(node) else 0)
 
 

@@ -59,7 +59,6 @@ class BusModel:
         self.use(functions or compiled() or python)
 
     def use(self, functions: ModuleType | CompiledBus) -> None:
-        """Go on with ``functions``."""
         self._functions: Any = functions
         self._bus = self.record if isinstance(functions, ModuleType) else addressof(self.record)
 
@@ -122,11 +121,9 @@ class BusModel:
         self._functions.catch_up(self._bus)
 
     def waiting(self, node: int) -> int:
-        """Return how many frames of ``node`` wait for the bus or are on it."""
         return int(self.node(node).waiting)
 
     def node(self, node: int) -> Node:
-        """Return the record of ``node``."""
         return self.record.nodes[self._slots[node]]
 
     @property
@@ -136,19 +133,15 @@ class BusModel:
 
     @property
     def queued(self) -> int:
-        """How many frames of all nodes wait for the bus or are on it."""
         return int(self.record.queued)
 
     def is_heard(self, node: int) -> bool:
-        """Whether another node would acknowledge a frame of ``node``."""
         return text.is_heard(self.record, self.node(node))
 
     def state(self, node: int) -> ErrorState:
-        """Return the error state of ``node``."""
         return ErrorState(self.node(node).state)
 
     def counters(self, node: int) -> Counters:
-        """Return the transmit and the receive error counter of ``node``."""
         asked = self.node(node)
         return asked.transmit, asked.receive
 

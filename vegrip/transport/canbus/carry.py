@@ -285,7 +285,6 @@ def post(bus: Bus, slot: int, packet: Bytes, size: int) -> None:
 
 
 def has_room(bus: Bus) -> bool:
-    """Return whether the outbox has room for what one frame, or handing out, can bring to all."""
     bytes_left = OUTBOX_BYTES - bus.outbox_bytes
     return UNSENT - bus.unsent >= 4 * bus.attached and bytes_left >= 2 * GATHERED_BYTES * bus.attached
 

@@ -40,7 +40,6 @@ LOOK_AGAIN: Final = NS  # [ns] between two looks for the library that is being c
 
 
 def is_wanted() -> bool:
-    """Whether ``VEGRIP_KERNEL`` leaves the bus to C."""
     return os.environ.get("VEGRIP_KERNEL", "") in ("", "c", "c-float")
 
 

@@ -71,7 +71,6 @@ def has_form(identifier: int, flags: int, code: int, length: int) -> bool:
 
 
 def write_record(frame: BusFrame, record: Frame) -> None:
-    """Write ``frame`` to a record of the bus."""
     record.identifier, record.flags, record.code = frame.identifier, KIND_FLAGS[frame[2:7]], frame.code
     record.data[: len(frame.data)] = frame.data
 

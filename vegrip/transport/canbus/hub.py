@@ -59,7 +59,6 @@ class Member:
 
     @property
     def is_behind(self) -> bool:
-        """Whether frames wait for it to read."""
         return bool(self._backlog)
 
     def deliver(self, packet: bytes) -> None:
@@ -68,7 +67,6 @@ class Member:
             self._backlog.append(packet)
 
     def flush(self) -> None:
-        """Send what waits."""
         while self._backlog and self._sent(self._backlog[0]):
             self._backlog.popleft()
 

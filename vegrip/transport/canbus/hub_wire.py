@@ -54,7 +54,6 @@ class Rates:
 
     @property
     def timing(self) -> BitTiming:
-        """The same for the model of the bus."""
         return BitTiming(self.bitrate, self.data_bitrate)
 
 
@@ -212,7 +211,6 @@ class Delivery(NamedTuple):
 
     @property
     def frame(self) -> BusFrame:
-        """The frame as the bus sees it."""
         return BusFrame(self.identifier, self.data, *FRAME_KINDS[self.flags % ERROR], self.code)
 
 

@@ -40,7 +40,6 @@ class TrafficPlan:
 
     @property
     def timing(self) -> BitTiming:
-        """The bit rates."""
         return BitTiming(self.bitrate, self.data_bitrate)
 
 
@@ -62,7 +61,6 @@ class FrameRow:
 
     @property
     def fits(self) -> bool:
-        """Whether it always arrives before the next one is sent."""
         return self.wait <= 1.0 / self.rate
 
 
@@ -76,7 +74,6 @@ class Forecast:
 
     @property
     def fits(self) -> bool:
-        """Whether every frame always arrives before the next one of its kind is sent."""
         return self.worst_load < 1.0 and all(row.fits for row in self.rows)
 
 

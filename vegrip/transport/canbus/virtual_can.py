@@ -332,11 +332,9 @@ class VegripBus(can.BusABC):
         return self._load.share(time.monotonic_ns())
 
     def fileno(self) -> int:
-        """Return the descriptor that becomes readable with each frame."""
         return self._socket.fileno()
 
     def shutdown(self) -> None:
-        """Leave the bus."""
         super().shutdown()
         self._socket.close()
 

@@ -111,7 +111,6 @@ class CanCodec(FrameCodec):
         return self.decode_as(identifier, frame, refusal)
 
     def filters(self, kinds: Collection[type[Message]]) -> list[tuple[int, int]]:
-        """Return identifiers and masks of acceptance filters for messages of ``kinds`` to this hand."""
         return acceptance_filters(layouts(), self._hand, kinds)
 
     def line(self, finger: str) -> Line | None:

@@ -101,7 +101,6 @@ class Layouts:
     layouts: tuple[Layout, ...]
 
     def block(self, base: int, hand: int) -> range:
-        """Return the identifiers of a frame of all fingers of ``hand``."""
         first = base + hand * self.hand_stride
         return range(first, first + self.fingers * self.finger_stride)
 
@@ -117,7 +116,6 @@ def database() -> Database:
 
 @cache
 def layouts() -> Layouts:
-    """Return the layouts of ``fingertip.dbc`` (made once)."""
     return build_layouts(database())
 
 

@@ -58,7 +58,6 @@ class _PartEncoder:
         """Returns the cells of this part, None when the message must not be sent."""
 
     def is_empty(self, row: list[Raw]) -> bool:
-        """Whether the part says nothing that its absence does not say."""
         return all(_are_same(slot.place.get(row), slot.convert.absent) for slot in self.part.slots)
 
     def frame(self, row: list[Raw]) -> Frame:

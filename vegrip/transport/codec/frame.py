@@ -27,12 +27,10 @@ class FrameBlock(NamedTuple):
     """(m, 4): identifier, receive time [ns], where in ``data`` its bytes begin and how many they are."""
 
     def frame(self, number: int) -> Frame:
-        """Return the frame ``number``."""
         identifier, stamp, start, length = self.rows[number].tolist()
         return Frame(identifier, self.data[start : start + length], True, stamp)
 
     def newest(self) -> list[Frame]:
-        """Return the last frame of each identifier."""
         last = {identifier: number for number, identifier in enumerate(self.rows[:, 0].tolist())}
         return [self.frame(number) for number in last.values()]
 

@@ -50,7 +50,6 @@ class Line:
         self._sequence.write_to(memory)
 
     def read_from(self, memory: NamedNumbers) -> None:
-        """Take the counter back."""
         self._sequence.read_from(memory)
 
     def _raw(self, lifetime: float) -> Raw | None:

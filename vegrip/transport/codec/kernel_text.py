@@ -103,5 +103,4 @@ def _put(signal: Signal, value: str) -> str:
 
 
 def function(head: str, doc: str, *lines: str) -> list[str]:
-    """Return the lines of a function of a generated module."""
     return ["", "", f"def {head}:", f'    """{doc}"""', *(f"    {line}" for line in lines)]

@@ -213,7 +213,6 @@ class Fields:
         self._times = [i for i, f in enumerate(schema.fields) if f.kind == "time"]
 
     def owner_of(self, message: Message) -> str:
-        """Return the name of the finger or node."""
         return str(getattr(message, self._owner))
 
     def pack(self, message: Message, version: int, clipped: Counter[str]) -> dict[str, Any] | None:
@@ -331,7 +330,6 @@ class MsgpackCodec:
 
     @property
     def crowded(self) -> int:
-        """How many streams were forgotten to make room for others."""
         return self._streams.crowded
 
     def encode(self, message: Message) -> tuple[str, bytes] | None:

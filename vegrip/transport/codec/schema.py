@@ -66,13 +66,11 @@ class MessageSet:
 
 
 def read_proto(name: str) -> str:
-    """Return the text of a file of ``proto/``, wherever it is installed."""
     return resources.files(PROTO).joinpath(name).read_text(encoding="utf-8")
 
 
 @cache
 def message_set() -> MessageSet:
-    """Read ``messages.toml`` (once)."""
     return parse(read_proto("messages.toml"))
 
 
@@ -125,7 +123,6 @@ class Route:
 
 
 def data_id_of(topic: str) -> int:
-    """Return the Data ID of what travels on a topic of the wire."""
     return zlib.crc32(topic.encode())
 
 

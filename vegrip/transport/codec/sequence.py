@@ -57,7 +57,6 @@ class Sequence:
         self.lost = int(memory["LINE_LOST"])
 
     def is_behind(self, counter: int) -> bool:
-        """Whether ``counter`` is older than the last one taken."""
         return self.last >= 0 and (counter - self.last) % self.modulus > self.modulus // 2
 
     def advance(self, counter: int, stamp: int) -> int | None:

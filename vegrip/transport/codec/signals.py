@@ -60,7 +60,6 @@ class Place:
     mask: int = 0
 
     def text(self, offset: int = 0) -> str:
-        """Return the text of the raw value in ``cells``, which begin with ``offset`` cells of other parts."""
         cell = f"cells[{self.cell + offset}]"
         return f"{cell} >> {self.shift} & {self.mask}" if self.mask else cell
 
@@ -79,7 +78,6 @@ class Converter:
 
     @property
     def absent(self) -> Raw:
-        """The raw value of a quantity that was not measured."""
         return 0
 
     def read(self, raw: Any) -> Any:

@@ -133,7 +133,6 @@ class PlainBodies:
         return put(body, steps, value)
 
     def dump(self, body: Any) -> bytes:
-        """Return the payload."""
         return json.dumps(body).encode() if self._json else bytes(msgpack.packb(body))
 
 

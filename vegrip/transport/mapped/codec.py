@@ -74,7 +74,6 @@ class FingerStates:
 
     @property
     def always_zero(self) -> set[str]:
-        """The channels that have been nothing but zero so far, and therefore missing."""
         return set(self._always_zero)
 
     def state(self, seq: int | None, stamp: int) -> FingertipState:
@@ -168,7 +167,6 @@ class ForeignHand(ABC):
 
     @property
     def always_zero(self) -> dict[str, set[str]]:
-        """The channels that have been nothing but zero so far, and therefore missing, by finger."""
         return {name: states.always_zero for name, states in self._states.items()}
 
     def reset(self) -> None:
@@ -307,7 +305,6 @@ class MappedCodec(ForeignHand):
 
     @property
     def identifiers(self) -> set[int]:
-        """Identifiers of the frames that are read."""
         return set(self._takes) | (self._nodes.identifiers if self._nodes is not None else set())
 
     def encode(self, message: Message) -> list[Frame]:
@@ -364,7 +361,6 @@ class TopicCodec(ForeignHand):
         self.encoder = TopicCommands(plan, self.state_of, self.clipped, self._bodies)
 
     def decode(self, topic: str, payload: bytes, stamp: int) -> Message | None:
-        """Return the first state that a message completes."""
         return next(iter(self.decode_all(topic, payload, stamp)), None)
 
     def decode_all(self, topic: str, payload: bytes, stamp: int) -> Sequence[FingertipState]:
@@ -381,7 +377,6 @@ class TopicCodec(ForeignHand):
         return take(body, stamp)
 
     def encode(self, message: Message) -> tuple[str, bytes] | None:
-        """Return topic and payload of a command, once all fingers in its message have theirs."""
         return next(iter(self.encoder.encode(message)), None) if isinstance(message, ForceCommand) else None
 
     def due(self, now: int) -> list[tuple[str, bytes]]:

@@ -173,7 +173,6 @@ class Commands(ABC):
 
     @property
     def targets(self) -> Mapping[str, tuple[Outgoing, Target]]:
-        """Where the command of each finger goes."""
         return self._of
 
     @abstractmethod
@@ -402,7 +401,6 @@ def _filled(outgoing: Outgoing) -> set[str]:
 
 
 def _is_sent(outgoing: Outgoing, signal: Signal) -> bool:
-    """Whether ``signal`` is on the page that is sent."""
     return not signal.selected_by or outgoing.constants.get(signal.selected_by) in signal.selectors
 
 

@@ -81,7 +81,6 @@ def compile_raw(message: ForeignMessage, signal: Signal) -> Callable[[bytes], in
 
 
 def raw_reading(message: ForeignMessage, signal: Signal) -> list[str]:
-    """Return the lines that set ``raw`` to the raw value of ``signal``."""
     value = _raw(signal, message.length)
     return [*_words(value), f" raw = {value}"]
 
@@ -100,7 +99,6 @@ def packing(message: ForeignMessage, numbers: Mapping[str, int | str]) -> str:
 
 
 def _words(text: str) -> list[str]:
-    """Return what makes the numbers that ``text`` shifts."""
     named = {"(w ": " w = int.from_bytes(data, 'little')", "(b ": " b = int.from_bytes(data, 'big')"}
     return [line for name, line in named.items() if name in text]
 

@@ -199,7 +199,6 @@ class VirtualDeviceEndpoint(Endpoint):
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        """What the device did not understand, and how often it took its zero."""
         return self._device.counts
 
     def receive(self, timeout: float) -> Sequence[Message]:
@@ -225,7 +224,6 @@ class VirtualDeviceEndpoint(Endpoint):
             self._device.sense(message)
 
     def close(self) -> None:
-        """Take the device away."""
         self._port.close()
 
     def _commands(self, now: int) -> list[ForceCommand]:

@@ -70,7 +70,6 @@ class Step(NamedTuple):
 
     @property
     def frame(self) -> Frame:
-        """The same on CAN."""
         return Frame(self.identifier, self.data, len(self.data) > 8)
 
 

@@ -35,12 +35,10 @@ class Draft:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of all its signals."""
         several = tuple(str(name) for name in self.keys.get("signals", ()))
         return expanded(several) if several else (self.signal,) if self.signal else ()
 
     def is_set_by_user(self, key: str) -> bool:
-        """Whether the user gave this key."""
         return self.notes.get(key) == BY_USER
 
     def set(self, key: str, value: Any, why: str = BY_USER) -> None:
@@ -62,7 +60,6 @@ class FingerDraft:
 
     @property
     def signals(self) -> list[str]:
-        """The signals that are read."""
         found = [name for draft in self.channels.values() for name in draft.names]
         return found + (self.taxels.keys["normal"] if self.taxels is not None else [])
 

@@ -52,7 +52,6 @@ class MappedCanEndpoint(CanEndpoint):
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        """What went wrong so far, by name."""
         found = _faults(super().rejected, self._mapped, None if self._was_heard else self._opened)
         return found | {"foreign": self._mapped.foreign} if "no_traffic" in found else found
 
@@ -131,7 +130,6 @@ class MappedZmqEndpoint(ZmqEndpoint):
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        """What went wrong so far, by name."""
         return _faults(super().rejected, self._mapped, None if self._was_heard else self._opened)
 
     def receive(self, timeout: float) -> Sequence[Message]:

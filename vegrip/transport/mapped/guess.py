@@ -94,7 +94,6 @@ class Guess:
 
     @property
     def name(self) -> str:
-        """MESSAGE.SIGNAL."""
         return f"{self.message}.{self.signal}"
 
 

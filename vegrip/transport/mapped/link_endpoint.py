@@ -445,7 +445,6 @@ class MappedLinkEndpoint(Endpoint):
         return any(asked)
 
     def close(self) -> None:
-        """Say good-bye and give the lines back."""
         for device in self._devices:
             device.close()
 

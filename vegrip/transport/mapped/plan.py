@@ -105,7 +105,6 @@ class Plan:
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """The messages that are read."""
         return tuple(dict.fromkeys(slot.message for slot in self.slots))
 
 

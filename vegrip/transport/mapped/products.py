@@ -15,7 +15,6 @@ DRIVE: Final = 0x7E0
 
 
 def names() -> list[str]:
-    """Return the names of all products, as in ``vegrip connect --hand NAME``."""
     return sorted(path.stem for path in FOLDER.glob("*.toml"))
 
 

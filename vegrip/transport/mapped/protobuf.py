@@ -82,7 +82,6 @@ class ProtobufBodies:
         return get
 
     def check(self, topic: str, steps: Steps, where: str) -> None:
-        """Look whether there is a number at ``steps`` in the type of ``topic``."""
         _check(self._class(topic).DESCRIPTOR, steps, f"{where} on {topic}")
 
     def put(self, topic: str, body: Any, steps: Steps, value: float) -> Any:
@@ -92,7 +91,6 @@ class ProtobufBodies:
         return message
 
     def dump(self, body: Any) -> bytes:
-        """Return the payload."""
         return bytes(body.SerializeToString())
 
     def _class(self, topic: str) -> Any:

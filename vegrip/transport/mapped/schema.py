@@ -93,7 +93,6 @@ class SourceMap:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of all signals."""
         return expanded(self.signals) if self.signals else (self.signal,) if self.signal else ()
 
 

@@ -163,7 +163,6 @@ class MappedNow:
         self._last: dict[str, FingertipState] = {}
 
     def update(self, frame: Frame) -> None:
-        """Take the values of a frame."""
         if self._codec is not None:
             self._last |= {state.finger: state for state in self._codec.decode_all(frame)}
 
