@@ -30,10 +30,10 @@ from vegrip.host.realtime import HAND_PRIORITY, NODE_PRIORITY, priority_of
 from vegrip.messages import FingertipState, ForceCommand, Reason
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.runtime.statistics import Histogram
-from vegrip.transport.batch_endpoint import BatchEndpoint
 from vegrip.transport.codec.batch_codec import FIRST_ROW, BatchCodec
 from vegrip.transport.curve import resolve
 from vegrip.transport.open import Hand, open_endpoint
+from vegrip.transport.zmq_endpoint import BatchEndpoint
 from vegrip.trials.candidates import demo_parameters, make_node
 
 FINGERS = 20

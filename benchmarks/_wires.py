@@ -14,8 +14,8 @@ import cantools
 import numpy as np
 
 from validation.compiled_finger import Log
-from vegrip.canopen.connection_set import identifiers
 from vegrip.canopen.endpoint import CanopenCodec
+from vegrip.canopen.network import identifiers
 from vegrip.grip.node import GraspForce
 from vegrip.grip.wires import COMMANDED
 from vegrip.messages import FingertipState, ForceCommand, Message

@@ -14,8 +14,8 @@ from pathlib import Path
 from rich.console import Console
 
 from validation.controllers.comparison import Trial, run_course
-from vegrip.demo.others import run_other_controllers
 from vegrip.demo.plot import draw_comparison
+from vegrip.demo.report import run_other_controllers
 from vegrip.demo.run import Demo, elapsed, run
 from vegrip.runtime.monitor import render
 from vegrip.trials.candidates import DEMONSTRATED, KNOBS

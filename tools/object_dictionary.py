@@ -7,8 +7,9 @@ from typing import Any, Final
 
 from cantools.database.can import Message, Signal
 
-from vegrip.canopen.connection_set import (
+from vegrip.canopen.network import (
     COMMANDS,
+    CONSUMED,
     ESTIMATED,
     ESTIMATES,
     FIRST_FINGER,
@@ -20,8 +21,8 @@ from vegrip.canopen.connection_set import (
     REFUSAL,
     STATES,
     STATUS,
+    TIME_COB_ID,
 )
-from vegrip.canopen.network import CONSUMED, TIME_COB_ID
 from vegrip.grip.parameters import GraspParameters
 from vegrip.runtime.lifecycle import rows
 from vegrip.transport.codec.database import database, layouts

@@ -20,7 +20,7 @@ from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.messages import FingertipState, Message
 from vegrip.model import ContactModel, paper_model
 from vegrip.runtime import NodeContext
-from vegrip.runtime.program import find_program
+from vegrip.runtime.node import find_program
 
 RADIUS_M = 8e-3
 STATE_RATE_HZ = 500

@@ -15,7 +15,7 @@ from vegrip.estimator.kernels_c import KernelsC
 from vegrip.estimator.layout import layout_of
 from vegrip.estimator.origins import Origins
 from vegrip.export import Request
-from vegrip.export.vectors import simulated
+from vegrip.export.estimator import simulated
 from vegrip.host import compiled_folder
 from vegrip.model import native, paper_model
 

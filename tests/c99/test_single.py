@@ -12,7 +12,7 @@ from vegrip.c99.literals import HUGE, SMALLEST_FLOAT, in_range
 from vegrip.estimator import ContactEstimator
 from vegrip.estimator.kernels_c import KernelsC
 from vegrip.export import Request
-from vegrip.export.vectors import simulated
+from vegrip.export.estimator import simulated
 from vegrip.model import paper_model
 
 needs_compiler = pytest.mark.skipif(host.compiler() is None, reason="no C compiler")

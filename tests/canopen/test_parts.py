@@ -7,9 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.canopen.connection_set import finger_nodes, identifiers
 from vegrip.canopen.device import HEARTBEAT_LOST, NOT_ITS_EDS, Emergencies
-from vegrip.canopen.network import STATE_OF, TIME_COB_ID, LoopNetwork, pack_time, unpack_time
+from vegrip.canopen.network import (
+    STATE_OF,
+    TIME_COB_ID,
+    LoopNetwork,
+    finger_nodes,
+    identifiers,
+    pack_time,
+    unpack_time,
+)
 from vegrip.canopen.sensors import ANSWER_TIMEOUT_NS, RETRIES, HeartbeatConsumer, SdoReader
 from vegrip.errors import ConfigError
 from vegrip.messages import Lifecycle

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vegrip.clock import NS
-from vegrip.demo.others import AS_FORCEFUL, AS_SURE, run_other_controllers, sure_knob
+from vegrip.demo.report import AS_FORCEFUL, AS_SURE, run_other_controllers, sure_knob
 from vegrip.messages import ContactEstimate, Estimate
 from vegrip.trials.candidates import KNOBS
 from vegrip.trials.closed_loop import BELIEF_PERIOD_S, Course, result_of, run_scenario

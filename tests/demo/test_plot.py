@@ -8,7 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from vegrip.demo import plot
-from vegrip.demo.others import AS_FORCEFUL
+from vegrip.demo.report import AS_FORCEFUL
 from vegrip.trials.closed_loop import Course
 from vegrip.trials.scenario import Scenario
 

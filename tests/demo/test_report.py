@@ -2,8 +2,9 @@
 
 import pytest
 
-from vegrip.demo.others import AS_FORCEFUL, AS_SURE
 from vegrip.demo.report import (
+    AS_FORCEFUL,
+    AS_SURE,
     TOO_SHORT,
     compare_courses,
     describe_scenario,

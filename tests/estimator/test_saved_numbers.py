@@ -10,7 +10,7 @@ from vegrip.errors import InputError
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.estimator.saved_numbers import SavedNumbers
 from vegrip.export import Request
-from vegrip.export.vectors import simulated
+from vegrip.export.estimator import simulated
 from vegrip.model import paper_model
 
 MODEL = paper_model(8e-3)

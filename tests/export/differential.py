@@ -25,7 +25,7 @@ from vegrip.errors import ConfigError, InputError
 from vegrip.estimator import ContactEstimator
 from vegrip.estimator.saved_numbers import SavedNumbers
 from vegrip.export import Request, finger, texts
-from vegrip.export.finger_vectors import FingerVectors, alone
+from vegrip.export.finger import FingerVectors, alone
 from vegrip.export.saved import HEAD, TAIL, checksum, numbers_of, resumed
 from vegrip.grip.finger import GraspFinger
 from vegrip.grip.wires import COMMAND_BYTES, COMMANDED

@@ -31,8 +31,7 @@ from vegrip.errors import ConfigError, InputError
 from vegrip.estimator.layout import FRICTION, MODE, layout_of
 from vegrip.estimator.saved_numbers import SavedNumbers
 from vegrip.export import Request
-from vegrip.export.finger import Setting, settable
-from vegrip.export.finger_vectors import FingerVectors, alone, record
+from vegrip.export.finger import FingerVectors, Setting, alone, record, settable
 from vegrip.export.saved import HEAD, TAIL, checksum, numbers_of, resumed
 from vegrip.grip.settings import ControlSettings
 from vegrip.model import paper_model

@@ -13,9 +13,9 @@ from vegrip.cli import main
 from vegrip.errors import InputError, UsageError
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.export import Request, write_export
+from vegrip.export.estimator import FLAGS, record, simulated
 from vegrip.export.measure import deepest, stack_frames
 from vegrip.export.saved import learned_model, numbers_of, read_numbers, resumed
-from vegrip.export.vectors import FLAGS, record, simulated
 from vegrip.model import paper_model, read_model, write_model
 
 needs_compiler = pytest.mark.skipif(host.compiler() is None, reason="no C compiler")

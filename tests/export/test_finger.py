@@ -10,7 +10,7 @@ from tests.export.firmware import Firmware
 from vegrip.c99 import host
 from vegrip.cli import main
 from vegrip.export import Request
-from vegrip.export.finger_vectors import BROKEN_EVERY, record
+from vegrip.export.finger import BROKEN_EVERY, record
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Condition

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.grip.recent_states import KeptStates
+from vegrip.grip.background_diagnosis import KeptStates
 from vegrip.messages import FingertipState
 
 

@@ -7,7 +7,7 @@ import vegrip.launch
 
 from vegrip.errors import ConfigError
 from vegrip.runtime.launch_file import FINGERS, find_launch_file, read_launch_file
-from vegrip.runtime.program import NodeContext, find_program
+from vegrip.runtime.node import NodeContext, find_program
 
 SHIPPED = sorted(Path(vegrip.launch.__file__).parent.glob("*.toml"))
 

@@ -9,7 +9,7 @@ from vegrip.effects import BUILT_IN, effect
 from vegrip.estimator.compiled import node_text_of
 from vegrip.estimator.layout import layout_of
 from vegrip.model import BASE, Predictor, cache, paper_model
-from vegrip.model.batch import text_of
+from vegrip.model.model import text_of
 
 
 def test_the_text_of_a_model_is_the_same_from_any_number_of_threads():

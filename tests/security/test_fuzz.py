@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from validation.bus_bytes import request_of, unpack_request
-from vegrip.canopen.connection_set import finger_nodes, identifiers
 from vegrip.canopen.endpoint import CanopenCodec
+from vegrip.canopen.network import finger_nodes, identifiers
 from vegrip.runtime.control_socket import Answers
 from vegrip.transport.canbus.frame_time import BusFrame
 from vegrip.transport.canbus.hub_wire import unpack_delivery

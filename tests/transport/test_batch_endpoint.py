@@ -7,8 +7,8 @@ from contextlib import closing
 import pytest
 
 from vegrip.messages import Condition, ForceCommand, Message, ModelHealth, Reason, SlipMargin
-from vegrip.transport.batch_endpoint import BatchEndpoint
 from vegrip.transport.open import Hand, open_endpoint
+from vegrip.transport.zmq_endpoint import BatchEndpoint
 
 FINGERS = ("thumb", "index")
 PATIENCE_S = 30.0

@@ -13,7 +13,7 @@ from validation.golden.play import text
 from validation.golden.store import Answered
 from vegrip.effects import effect
 from vegrip.estimator import EstimatorSettings
-from vegrip.export import finger_vectors, vectors
+from vegrip.export import estimator, finger
 from vegrip.export.precision import Request
 from vegrip.model import paper_model
 
@@ -74,9 +74,9 @@ class OfExport:
         request = Request(model, settings=settings, entry=self.entry)
         frames: tuple[Any, ...]
         if self.entry == "finger":
-            frames = finger_vectors.record(request).meetings
+            frames = finger.record(request).meetings
         else:
-            frames = vectors.record(request).frames
+            frames = estimator.record(request).frames
         lines = [" ".join(_words(frame)) for frame in frames]
         return Answered(self.name, {"frames": lines}, {"frames": len(lines)})
 

@@ -13,7 +13,7 @@ from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.policy import PolicyKind
 from vegrip.messages import FingertipState, Reason
 from vegrip.runtime import NodeContext
-from vegrip.runtime.program import find_program
+from vegrip.runtime.node import find_program
 
 TIPS = {"tip": {"radius": 9e-3}, "tips": {"thumb": {"radius": 13e-3}}}
 LEARNING = {

@@ -20,8 +20,8 @@ from validation.golden.foreign import ForeignHand
 from validation.golden.settings import Setting
 from validation.golden.world import Item
 from validation.liars import DATA_IDS, Liar, PartLiar, PayloadLiar
-from vegrip.canopen.connection_set import identifiers
 from vegrip.canopen.endpoint import CanopenEndpoint
+from vegrip.canopen.network import identifiers
 from vegrip.messages import FingertipState, Message
 from vegrip.transport.canbus import virtual_can
 from vegrip.transport.canbus.bus_events import Transmission

@@ -6,8 +6,17 @@ from typing import Final
 import canopen
 from canopen.objectdictionary import ObjectDictionary
 
-from vegrip.canopen.connection_set import EMCY, HEARTBEAT, SDO_ANSWER, SDO_REQUEST
-from vegrip.canopen.network import INITIALISING, OPERATIONAL, PRE_OPERATIONAL, STOPPED, LoopNetwork
+from vegrip.canopen.network import (
+    EMCY,
+    HEARTBEAT,
+    INITIALISING,
+    OPERATIONAL,
+    PRE_OPERATIONAL,
+    SDO_ANSWER,
+    SDO_REQUEST,
+    STOPPED,
+    LoopNetwork,
+)
 
 HEARTBEAT_LOST: Final = 0x8130
 ID_TAKEN: Final = 0x8150

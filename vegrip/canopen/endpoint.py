@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import can
 
-from vegrip.canopen.connection_set import LAST_WORDS
-from vegrip.canopen.network import TIME_COB_ID, LoopNetwork, unpack_time
+from vegrip.canopen.network import LAST_WORDS, TIME_COB_ID, LoopNetwork, unpack_time
 from vegrip.clock import NS
 from vegrip.messages import ContactEstimate, Message, make_row
 from vegrip.transport.can_endpoint import CanEndpoint, Open

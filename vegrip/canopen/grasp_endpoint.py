@@ -8,38 +8,36 @@ import can
 from canopen.objectdictionary import ODVariable
 from canopen.sdo import SdoAbortedError
 
-from vegrip.canopen.connection_set import (
+from vegrip.canopen.device import HEARTBEAT_LOST, ID_TAKEN, NOT_ITS_EDS, SOFTWARE, Device
+from vegrip.canopen.endpoint import CanopenEndpoint
+from vegrip.canopen.network import (
     COMMANDS,
+    CONSUMED,
     ESTIMATED,
     ESTIMATES,
     HEALTH,
     MARGINS,
     OUT_OF_A_FINGER,
     PARAMETERS,
+    PRE_OPERATIONAL,
+    PRODUCED,
     REFUSAL,
+    RESET_COMMUNICATION,
+    RESET_NODE,
     STATUS,
+    STOPPED,
     SYNC,
+    TIME_COB_ID,
+    TRANSITIONS_OF_COMMAND,
     CanopenSettings,
+    TimeProducer,
     claim,
     frame_base,
     identifiers,
-)
-from vegrip.canopen.connection_set import OF_A_FINGER as BASES
-from vegrip.canopen.device import HEARTBEAT_LOST, ID_TAKEN, NOT_ITS_EDS, SOFTWARE, Device
-from vegrip.canopen.endpoint import CanopenEndpoint
-from vegrip.canopen.network import (
-    CONSUMED,
-    PRE_OPERATIONAL,
-    PRODUCED,
-    RESET_COMMUNICATION,
-    RESET_NODE,
-    STOPPED,
-    TIME_COB_ID,
-    TRANSITIONS_OF_COMMAND,
-    TimeProducer,
     nmt_state,
     read_eds,
 )
+from vegrip.canopen.network import OF_A_FINGER as BASES
 from vegrip.canopen.sensors import Sensors
 from vegrip.clock import NS
 from vegrip.errors import VegripError

@@ -5,19 +5,20 @@ from typing import Any
 
 import can
 
-from vegrip.canopen.connection_set import OF_A_FINGER as BASES
-from vegrip.canopen.connection_set import (
+from vegrip.canopen.device import Device
+from vegrip.canopen.endpoint import CanopenEndpoint
+from vegrip.canopen.grasp_endpoint import GraspEndpoint
+from vegrip.canopen.network import OF_A_FINGER as BASES
+from vegrip.canopen.network import (
     OUT_OF_A_FINGER,
+    STOPPED,
     SYNC,
     CanopenSettings,
     claim,
     finger_nodes,
     identifiers,
+    read_eds,
 )
-from vegrip.canopen.device import Device
-from vegrip.canopen.endpoint import CanopenEndpoint
-from vegrip.canopen.grasp_endpoint import GraspEndpoint
-from vegrip.canopen.network import STOPPED, read_eds
 from vegrip.clock import NS
 from vegrip.config import build
 from vegrip.errors import ConfigError, VegripError

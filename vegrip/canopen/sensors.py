@@ -6,8 +6,17 @@ from dataclasses import dataclass
 
 from canopen.objectdictionary import ObjectDictionary
 
-from vegrip.canopen.connection_set import HEARTBEAT, NMT, SDO_ANSWER, SDO_REQUEST
-from vegrip.canopen.network import INITIALISING, OPERATIONAL, START, essentials, wanted_value
+from vegrip.canopen.network import (
+    HEARTBEAT,
+    INITIALISING,
+    NMT,
+    OPERATIONAL,
+    SDO_ANSWER,
+    SDO_REQUEST,
+    START,
+    essentials,
+    wanted_value,
+)
 
 ANSWER_TIMEOUT_NS = 500_000_000  # [ns] for an answer
 RETRIES = 3

@@ -39,7 +39,7 @@ def launch(
 
     """
     from vegrip.runtime.launch_file import find_launch_file, read_launch_file
-    from vegrip.runtime.program import NodeContext, find_program
+    from vegrip.runtime.node import NodeContext, find_program
 
     path = find_launch_file(file)
     nodes = read_launch_file(path)

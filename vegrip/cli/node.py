@@ -50,7 +50,7 @@ def configured(
     """Return the configuration of a node: that of the launch file, then what the command line says."""
     from vegrip.config import build
     from vegrip.runtime.launch_file import NodeConfig
-    from vegrip.runtime.program import find_program
+    from vegrip.runtime.node import find_program
 
     base = _from_file(config, name) if config is not None else NodeConfig(program=name)
     table = {f.name: getattr(base, f.name) for f in dataclasses.fields(base)}

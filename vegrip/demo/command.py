@@ -14,9 +14,8 @@ from typing import Any
 from rich.console import Console
 from rich.live import Live
 
-from vegrip.demo.others import run_other_controllers
 from vegrip.demo.product import Product
-from vegrip.demo.report import as_json, describe_scenario, summary
+from vegrip.demo.report import as_json, describe_scenario, run_other_controllers, summary
 from vegrip.demo.run import Demo, Outcome, Page, run
 from vegrip.errors import DeviceError
 from vegrip.jsonable import jsonable

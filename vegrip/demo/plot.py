@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vegrip.demo.others import AS_FORCEFUL
+from vegrip.demo.report import AS_FORCEFUL
 from vegrip.demo.run import DESCRIPTION
 from vegrip.plotting import save_figure
 from vegrip.trials.candidates import LABEL

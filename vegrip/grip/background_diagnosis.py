@@ -9,21 +9,53 @@ a model that explains what is measured no process is ever started.
 import io
 import logging
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.estimator.memory import CHANNELS
-from vegrip.grip.recent_states import KeptStates
 from vegrip.host.realtime import SideTask
 from vegrip.messages import FingertipState, ModelHealth
 from vegrip.model import ContactModel
 from vegrip.model.file import model_text
 from vegrip.runtime.background import run_behind
 from vegrip.types import Flags, Floats
+
+
+@dataclass(frozen=True, slots=True)
+class KeptStates:
+    """States that the compiled step believed, in their order.
+
+    Args:
+        finger: whose they are.
+        stamps: [ns], shape (n,).
+        numbers: their counters, shape (n,).
+        values: what was measured, in the order of FingertipState, and 1 where it touched; shape (n, 10).
+
+    """
+
+    finger: str
+    stamps: NDArray[np.int64]
+    numbers: NDArray[np.int64]
+    values: Floats
+
+    def __len__(self) -> int:
+        return len(self.stamps)
+
+    def __iter__(self) -> Iterator[FingertipState]:
+        rows = zip(self.stamps.tolist(), self.numbers.tolist(), self.values.tolist(), strict=True)
+        return (FingertipState(stamp, self.finger, seq, *values[:-1]) for stamp, seq, values in rows)
+
+    def after(self, stamp: int) -> list[FingertipState]:
+        """Return the states at the end whose stamps [ns] are all later than ``stamp``."""
+        early = np.flatnonzero(self.stamps <= stamp)
+        part: Any = slice(int(early[-1]) + 1 if len(early) else 0, None)
+        return list(KeptStates(self.finger, self.stamps[part], self.numbers[part], self.values[part]))
+
 
 DIAGNOSED_CHANNELS = (
     "displacement",

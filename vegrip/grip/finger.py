@@ -22,6 +22,7 @@ from vegrip.estimator import ContactEstimator
 from vegrip.estimator.estimator import quantile
 from vegrip.estimator.learning import Learned
 from vegrip.estimator.memory import CHANNELS, FingerMemory
+from vegrip.grip.background_diagnosis import KeptStates
 from vegrip.grip.compiled import (
     FingerKernels,
     FingerKernelsC,
@@ -36,7 +37,6 @@ from vegrip.grip.layout import HISTORY_CHANNELS, FingerLayout
 from vegrip.grip.own_estimate import STAND_IN, OwnEstimate
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.policy import GripPolicy
-from vegrip.grip.recent_states import KeptStates
 from vegrip.grip.rules import MARGIN, write_choice, write_rules
 from vegrip.grip.settings import ControlSettings, apply_policy, make_policy
 from vegrip.grip.wires import COMMAND_BYTES, REPORT_BYTES

@@ -9,8 +9,7 @@ from vegrip.config import build as build_parameters
 from vegrip.config import parameter
 from vegrip.host.realtime import NODE_PRIORITY
 from vegrip.messages import FingertipState, ForceCommand, Message, NodeStatus, Reason
-from vegrip.runtime.node import NodeBase
-from vegrip.runtime.program import NodeContext
+from vegrip.runtime.node import NodeBase, NodeContext
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.control_socket import ControlServer, NodeCalls
 from vegrip.runtime.handle import NodeHandle, Supervised
 from vegrip.runtime.launch_file import NodeConfig
-from vegrip.runtime.program import NodeContext, find_program
+from vegrip.runtime.node import NodeContext, find_program
 from vegrip.runtime.registry import Entry, ExitReport, registered, write_report
 from vegrip.runtime.runner import Runner
 from vegrip.runtime.telemetry import Direction, Telemetry

@@ -31,7 +31,7 @@ TRANSPORTS: dict[str, str] = {
 
 SETTINGS: dict[str, str] = {
     "can": "vegrip.transport.open:CanSettings",
-    "canopen": "vegrip.canopen.connection_set:CanopenSettings",
+    "canopen": "vegrip.canopen.network:CanopenSettings",
     "zmq": "vegrip.transport.open:ZmqSettings",
     **dict.fromkeys(("udp", "tcp", "serial"), "vegrip.transport.mapped.link_endpoint:LinkSettings"),
     "device": "vegrip.transport.mapped.device_endpoint:DeviceSettings",
@@ -252,8 +252,8 @@ def open_zmq(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
         return mapped
     codec = MsgpackCodec(hand.namespace, hand.fingers, remap=hand.remap, use_sender_time=settings.sender_time)
     if settings.batch:
-        from vegrip.transport.batch_endpoint import BatchEndpoint  # noqa: PLC0415
         from vegrip.transport.codec.batch_codec import BatchCodec  # noqa: PLC0415
+        from vegrip.transport.zmq_endpoint import BatchEndpoint  # noqa: PLC0415
 
         batches = BatchCodec(hand.fingers, hand.namespace, use_sender_time=settings.sender_time)
         return BatchEndpoint(settings.publish, settings.subscribe, codec, batches, keys)

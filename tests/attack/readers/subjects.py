@@ -40,7 +40,7 @@ from vegrip.messages import (
 )
 from vegrip.model import paper_model, read_model, write_model
 from vegrip.runtime.launch_file import read_launch_file
-from vegrip.runtime.program import NodeContext, find_program
+from vegrip.runtime.node import NodeContext, find_program
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.codec.database import build_layouts
 from vegrip.transport.codec.schema import read_proto

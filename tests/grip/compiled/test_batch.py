@@ -15,9 +15,9 @@ from vegrip.grip.node import GraspForce
 from vegrip.grip.wires import COMMANDED, LEFT_ALONE
 from vegrip.messages import FingertipState, ForceCommand, SlipMargin
 from vegrip.runtime.runner import LoopSettings, Runner
-from vegrip.transport.batch_endpoint import BatchEndpoint
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, BatchCodec
 from vegrip.transport.open import Hand, open_endpoint
+from vegrip.transport.zmq_endpoint import BatchEndpoint
 from vegrip.trials.candidates import demo_parameters, make_node
 
 STATE_ROW, COMMAND_ROW = 50, 26

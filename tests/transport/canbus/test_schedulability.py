@@ -10,14 +10,15 @@ from hypothesis import strategies as st
 from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame, frame_duration, longest_duration
-from vegrip.transport.canbus.schedulability import (
+from vegrip.transport.canbus.traffic import (
     Stream,
+    TrafficPlan,
     busy_period,
     fifo_response_times,
+    forecast_traffic,
     response_times,
     utilisation,
 )
-from vegrip.transport.canbus.traffic import TrafficPlan, forecast_traffic
 
 MS = 1e-3
 

@@ -26,8 +26,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.runtime import NodeContext
-from vegrip.runtime.node import Node
-from vegrip.runtime.program import find_program
+from vegrip.runtime.node import Node, find_program
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.canbus.bus_events import BusLoad
 from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
