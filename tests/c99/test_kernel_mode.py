@@ -11,13 +11,13 @@ from vegrip.c99 import UntranslatableError, host
 from vegrip.effects import Effect, hook
 from vegrip.errors import UsageError
 from vegrip.estimator import ContactEstimator, SensorNoise, compiled, kernels_c
-from vegrip.estimator.kernels_c import KernelsC
 from vegrip.estimator.layout import layout_of
 from vegrip.estimator.origins import Origins
 from vegrip.export import Request
 from vegrip.export.estimator import simulated
 from vegrip.host import compiled_folder
 from vegrip.model import native, paper_model
+from vegrip.model.native import ModuleC
 
 needs_compiler = pytest.mark.skipif(host.compiler() is None, reason="no C compiler")
 
@@ -35,7 +35,7 @@ def test_estimates_are_equal_to_the_bit(monkeypatch: pytest.MonkeyPatch) -> None
     by_numba = ContactEstimator(request.model, request.noise)
     monkeypatch.setenv("VEGRIP_KERNEL", "c")
     by_c = ContactEstimator(request.model, request.noise)
-    assert isinstance(by_c._module, KernelsC)
+    assert isinstance(by_c._module, ModuleC)
     for state in simulated(request):
         assert repr(by_numba.update(state)) == repr(by_c.update(state))
         assert repr(by_numba.slip_margin()) == repr(by_c.slip_margin())
@@ -55,7 +55,7 @@ def test_without_a_compiler_numba_runs_and_it_is_told_once(
     monkeypatch.setattr(native, "libraries", {})
     with caplog.at_level(logging.WARNING):
         estimators = [ContactEstimator(paper_model(8e-3), SensorNoise()) for _ in range(2)]
-    assert not any(isinstance(one._module, KernelsC) for one in estimators)
+    assert not any(isinstance(one._module, ModuleC) for one in estimators)
     assert told(caplog) == [
         "VEGRIP_KERNEL=c is not possible: there is no C compiler (cc, gcc or clang); numba is used, which "
         "compiles for half a minute"
@@ -65,7 +65,7 @@ def test_without_a_compiler_numba_runs_and_it_is_told_once(
 @needs_compiler
 def test_where_there_is_a_compiler_it_is_used_without_being_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("VEGRIP_KERNEL", raising=False)
-    assert isinstance(ContactEstimator(paper_model(8e-3), SensorNoise())._module, KernelsC)
+    assert isinstance(ContactEstimator(paper_model(8e-3), SensorNoise())._module, ModuleC)
 
 
 def test_without_one_and_without_being_asked_numba_runs_and_nothing_is_told(
@@ -75,7 +75,7 @@ def test_without_one_and_without_being_asked_numba_runs_and_nothing_is_told(
     monkeypatch.setattr(host, "compiler", lambda: None)
     with caplog.at_level(logging.WARNING):
         estimator = ContactEstimator(paper_model(8e-3), SensorNoise())
-    assert not isinstance(estimator._module, KernelsC)
+    assert not isinstance(estimator._module, ModuleC)
     assert told(caplog) == []
 
 
@@ -90,7 +90,7 @@ def test_a_compiler_that_fails_leaves_numba(
     monkeypatch.setattr(native, "libraries", {})
     with caplog.at_level(logging.WARNING):
         estimator = ContactEstimator(paper_model(8e-3), SensorNoise())
-    assert not isinstance(estimator._module, KernelsC)
+    assert not isinstance(estimator._module, ModuleC)
     assert len(told(caplog)) == 1
     assert "out of ideas" in told(caplog)[0]
 

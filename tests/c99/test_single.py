@@ -10,10 +10,10 @@ from vegrip.c99 import host, translate
 from vegrip.c99.kinds import DOUBLE, FLOAT, INT, MEMORY, REAL
 from vegrip.c99.literals import HUGE, SMALLEST_FLOAT, in_range
 from vegrip.estimator import ContactEstimator
-from vegrip.estimator.kernels_c import KernelsC
 from vegrip.export import Request
 from vegrip.export.estimator import simulated
 from vegrip.model import paper_model
+from vegrip.model.native import ModuleC
 
 needs_compiler = pytest.mark.skipif(host.compiler() is None, reason="no C compiler")
 
@@ -65,7 +65,7 @@ def test_in_single_precision_the_estimates_move_by_a_small_part_of_their_error(
     double = ContactEstimator(request.model, request.noise)
     monkeypatch.setenv("VEGRIP_KERNEL", "c-float")
     single = ContactEstimator(request.model, request.noise)
-    assert isinstance(single._module, KernelsC)
+    assert isinstance(single._module, ModuleC)
     off = []
     for state in simulated(request):
         wanted, said = double.update(state), single.update(state)

@@ -1,7 +1,7 @@
 """The generated module of an estimator: effects, limit surface and kernels in one flat file."""
 
-from collections.abc import Callable, Sequence
-from functools import lru_cache, partial
+from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +31,7 @@ ELLIPSE = "RADIUS_TABLE = 0.0 * RADIUS_TABLE"
 """Takes the correction off the limit surface: what is left is the ellipse through the same two ends."""
 
 Kernels = Any
-"""A generated module, or what stands for it: :class:`vegrip.estimator.kernels_c.KernelsC`."""
+"""A generated module, or what stands for it: :class:`vegrip.model.native.ModuleC`."""
 
 
 def module_for(
@@ -52,13 +52,6 @@ def module_for(
         except (CompilerError, UntranslatableError) as error:
             tell_once(str(error))
     return cache.load(text)
-
-
-def bound_call(module: Kernels, name: str, *arrays: Any) -> Callable[..., int]:
-    """Return an entry of ``module`` on arrays that stay where they are and are kept by the caller."""
-    if isinstance(module, kernels_c.KernelsC):
-        return partial(module.entry(name), *map(kernels_c.address, arrays))
-    return partial(getattr(module, name), *arrays)
 
 
 def text_of(model: ContactModel, layout: Layout, *, ellipse: bool = False) -> str:

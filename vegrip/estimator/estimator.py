@@ -10,7 +10,7 @@ import numpy as np
 
 from vegrip.clock import NS
 from vegrip.errors import InputError
-from vegrip.estimator.compiled import bound_call, module_for
+from vegrip.estimator.compiled import module_for
 from vegrip.estimator.health import NO_CELL, HealthHysteresis, Look, health_of
 from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import (
@@ -39,6 +39,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.model import ContactModel
+from vegrip.model.native import bound_call
 from vegrip.types import Floats
 
 TANGENTIAL, TORQUE, SLIP = int(Channel.TANGENTIAL), int(Channel.TORQUE), int(Channel.SLIP)

@@ -5,21 +5,20 @@
 
 import ctypes
 import logging
-from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache, partial
+from collections.abc import Callable, Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
 from numba import typeof
 from numba.core.dispatcher import Dispatcher
 
-from vegrip.c99 import BYTES, LONG, LONGS, MEMORY, UntranslatableError, host
+from vegrip.c99 import BYTES, LONG, LONGS, MEMORY, UntranslatableError
 from vegrip.c99.bridge import Lengths
 from vegrip.c99.host import CompilerError
 from vegrip.c99.kinds import Kind
 from vegrip.effects.contract import Effect
 from vegrip.estimator.compiled import clock_parts, estimator_parts
-from vegrip.estimator.kernels_c import address
 from vegrip.estimator.memory import CHANNELS
 from vegrip.estimator.origins import Origins
 from vegrip.grip.layout import MECHANICAL_CHANNELS, WINDOW_SLOTS, FingerLayout
@@ -31,10 +30,6 @@ from vegrip.transport.codec.kernel_text import wire_text
 
 HERE: Final = Path(__file__).parent / "kernels"
 ROWS: Final = HERE.with_name("rows.c")
-_POINTER, _WHOLE = ctypes.c_void_p, ctypes.c_int64
-ROWS_ARGUMENTS: Final = (
-    *[_POINTER] * 4, *[_WHOLE] * 3, ctypes.c_char_p, _POINTER, *[_WHOLE] * 3, *[_POINTER] * 2,
-)  # fmt: skip
 INPUT_KERNELS: Final = ("bits", "words", "protection", "receive", "stillness", "noise", "watchdog")
 GRIP_KERNELS: Final = (
     "demand", "takeover", "usual_need", "margin_grip", "fail_safe", "limits", "share", "control",
@@ -49,7 +44,7 @@ SHARED_FRICTION: Final = (
 LOAD_CHANNELS: Final = ("tangential_force_x", "tangential_force_y", "torque_z")
 SUFFICIENT_CHANNELS: Final = ("normal_force", "displacement")
 FingerKernels = Any
-"""A generated module, or what stands for it: :class:`FingerKernelsC`."""
+"""A generated module, or what stands for it: :class:`vegrip.model.native.ModuleC`."""
 
 Step = Callable[[Any, int, int, int], int]
 """Frame, its length, arrival and present time [ns] -> what was done, in bits."""
@@ -70,7 +65,7 @@ def finger_module(
             more = ROWS.read_text(encoding="utf-8")
             place = finger_places(model).place
             library = native.library_of(text, entries_of(finger), place, more, single=lengths)
-            return FingerKernelsC(library)
+            return native.ModuleC(library, NODE_ENTRIES, ctypes.c_int)
         except (CompilerError, UntranslatableError) as error:
             native.tell_once(str(error))
     return cache.load(text)
@@ -78,17 +73,16 @@ def finger_module(
 
 def bound_step(module: FingerKernels, f: Any, t: Any, g: Any, out: Any) -> Step:
     """Return the step of ``module`` on arrays that stay where they are and are kept by the caller."""
-    if isinstance(module, FingerKernelsC):
-        return module.bound_step(f, t, g, out)
-    step = module.finger_step
-    return lambda frame, length, arrival, now: step(f, t, g, frame, length, arrival, now, out)
+    if not isinstance(module, native.ModuleC):
+        step = module.finger_step
+        return lambda frame, length, arrival, now: step(f, t, g, frame, length, arrival, now, out)
+    call, at_f, at_t, at_g, answer = module.entry("finger_step"), *map(native.address, (f, t, g, out))
 
+    def step_c(frame: Any, length: int, arrival: int, now: int) -> int:
+        done: int = call(at_f, at_t, at_g, native.address(frame), length, arrival, now, answer)
+        return done
 
-def bound_call(module: FingerKernels, name: str, *arrays: Any) -> Callable[..., int]:
-    """Return an entry of ``module`` on arrays that stay where they are and are kept by the caller."""
-    if isinstance(module, FingerKernelsC):
-        return partial(module.entry(name), *map(address, arrays))
-    return partial(getattr(module, name), *arrays)
+    return step_c
 
 
 def compile_now(module: FingerKernels, finger: FingerLayout, f: Any, t: Any, out: Any) -> None:
@@ -172,71 +166,3 @@ def bits_of(channels: tuple[str, ...] | frozenset[str]) -> int:
 def channels_of(bits: int) -> frozenset[str]:
     """Return the set of channels of its bits."""
     return frozenset(name for i, name in enumerate(CHANNELS) if bits >> i & 1)
-
-
-class FingerKernelsC:
-    """The entries of a finger's module, run by C.
-
-    Args:
-        library: the shared library.
-
-    """
-
-    def __init__(self, library: Path) -> None:
-        loaded = host.load(library)
-        self.library, self._loaded = library, loaded
-        rows_step: Any = loaded.vg_rows_step
-        rows_step.argtypes, rows_step.restype = ROWS_ARGUMENTS, ctypes.c_int64
-        self.rows_step = rows_step
-        self._step, self._tick, self._receive, self._report = (
-            self.entry(name) for name in ("finger_step", "finger_tick", "finger_receive", "finger_report")
-        )
-
-    def entry(self, name: str) -> Any:
-        """Return a function of the library."""
-        return _entry(self._loaded, name, NODE_ENTRIES[name])
-
-    def finger_step(
-        self, f: Any, t: Any, g: Any, frame: Any, length: int, arrival: int, now: int, out: Any
-    ) -> int:
-        """As :func:`vegrip.grip.kernels.finger_step.finger_step`."""
-        at = address
-        done: int = self._step(at(f), at(t), at(g), at(frame), length, arrival, now, at(out))
-        return done
-
-    def bound_step(self, f: Any, t: Any, g: Any, out: Any) -> Step:
-        """Return the step on arrays that stay where they are and are kept by the caller."""
-        step, answer = self._step, address(out)
-        at_f, at_t, at_g = map(address, (f, t, g))
-
-        def call(frame: Any, length: int, arrival: int, now: int) -> int:
-            done: int = step(at_f, at_t, at_g, address(frame), length, arrival, now, answer)
-            return done
-
-        return call
-
-    def finger_tick(self, f: Any, t: Any, g: Any, now: int, out: Any) -> int:
-        """As :func:`vegrip.grip.kernels.finger_step.finger_tick`."""
-        done: int = self._tick(address(f), address(t), address(g), now, address(out))
-        return done
-
-    def finger_receive(
-        self, f: Any, t: Any, g: Any, frame: Any, length: int, arrival: int, now: int, out: Any
-    ) -> int:
-        """As :func:`vegrip.grip.kernels.finger_step.finger_receive`."""
-        at = address
-        done: int = self._receive(at(f), at(t), at(g), at(frame), length, arrival, now, at(out))
-        return done
-
-    def finger_report(self, f: Any, t: Any, now: int, contact1: Any, contact2: Any, margin: Any) -> int:
-        """As :func:`vegrip.grip.kernels.reports.finger_report`."""
-        at = address
-        told: int = self._report(at(f), at(t), now, at(contact1), at(contact2), at(margin))
-        return told
-
-
-def _entry(library: ctypes.CDLL, name: str, kinds: Sequence[Kind]) -> Any:
-    function = library[f"vg_{name}"]
-    function.argtypes = [ctypes.c_int64 if kind == LONG else ctypes.c_void_p for kind in kinds]
-    function.restype = ctypes.c_int
-    return function

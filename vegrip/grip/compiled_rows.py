@@ -11,9 +11,9 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from vegrip.grip.compiled import FingerKernelsC
 from vegrip.grip.finger import GraspFinger
 from vegrip.grip.wires import COMMAND_BYTES, COMMANDED, LEFT_ALONE, REPORT_BYTES, STATE_BYTES
+from vegrip.model.native import ModuleC
 from vegrip.transport.canbus.frame_time import FD_SIZES
 from vegrip.transport.canbus.hub_wire import (
     DELIVERY,
@@ -28,6 +28,10 @@ from vegrip.transport.canbus.virtual_can import Taken
 from vegrip.transport.codec.batch_codec import FIRST_ROW, MAX_BATCH_ROWS, ROW_ID, ROW_STRIDE
 from vegrip.types import Floats
 
+_POINTER, _WHOLE = ctypes.c_void_p, ctypes.c_int64
+ROWS_ARGUMENTS: Final = (
+    *[_POINTER] * 4, *[_WHOLE] * 3, ctypes.c_char_p, _POINTER, *[_WHOLE] * 3, *[_POINTER] * 2,
+)  # fmt: skip
 STATE_ROW: Final = ROW_ID.size + STATE_BYTES
 CONTACT_ROW: Final = ROW_ID.size + REPORT_BYTES[0]
 MARGIN_ROW: Final = ROW_ID.size + REPORT_BYTES[2]
@@ -74,7 +78,7 @@ class CompiledRows:
         self._row_bytes = self._rows.data.cast("B")
         self._heads, self._first, self._frame = heads, first, np.zeros(LONGEST_FRAME, dtype=np.uint8)
         self._call: Any = None
-        if isinstance(fingers[0].module, FingerKernelsC):
+        if isinstance(fingers[0].module, ModuleC):
             self._bind(fingers[0].module, needs)
 
     def _go_through(self, data: bytes, rows: int, now: int, *, stops: bool) -> int:
@@ -101,7 +105,7 @@ class CompiledRows:
                 break
         return commands
 
-    def _bind(self, module: FingerKernelsC, needs: Floats) -> None:
+    def _bind(self, module: ModuleC, needs: Floats) -> None:
         """Prepare the call of C with all that stays the same."""
         kinds = ctypes.c_void_p * len(self.fingers)
         reals = kinds(*[finger.memory.f.ctypes.data for finger in self.fingers])
@@ -109,7 +113,8 @@ class CompiledRows:
         heads = ctypes.create_string_buffer(b"".join(self._heads))
         kept = (ctypes.addressof(reals), ctypes.addressof(wholes), needs.ctypes.data, ctypes.addressof(heads))
         sizes = len(self._heads[0]), COMMAND_BYTES, COMMANDED
-        table, step = self._rows.ctypes.data, module.rows_step
+        table, step = self._rows.ctypes.data, module.loaded.vg_rows_step
+        step.argtypes, step.restype = ROWS_ARGUMENTS, ctypes.c_int64
         answers, outcome = _address(self.commands, self._first), _address(self._done)
 
         def call(data: bytes, rows: int, stops: bool, now: int) -> int:

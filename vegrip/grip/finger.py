@@ -25,8 +25,6 @@ from vegrip.estimator.memory import CHANNELS, FingerMemory
 from vegrip.grip.background_diagnosis import KeptStates
 from vegrip.grip.compiled import (
     FingerKernels,
-    FingerKernelsC,
-    bound_call,
     bound_step,
     channels_of,
     compile_now,
@@ -53,6 +51,7 @@ from vegrip.messages import (
     SlipMargin,
     make_row,
 )
+from vegrip.model.native import ModuleC, bound_call
 from vegrip.transport.codec.frame_codec import Line
 from vegrip.types import Floats
 
@@ -435,7 +434,7 @@ class GraspFinger:
     @property
     def runs_by(self) -> str:
         """What runs the step: C, numba, or Python where nothing is compiled."""
-        if isinstance(self.module, FingerKernelsC):
+        if isinstance(self.module, ModuleC):
             return "C"
         return "Python" if isinstance(self.module.finger_step, FunctionType) else "numba"
 

@@ -6,17 +6,18 @@ text is the same, translated statement by statement (:mod:`vegrip.c99`), and so 
 is C in single precision, as firmware may run it, to see what that costs; a node does not take it.
 """
 
+import ctypes
 import functools
 import hashlib
 import logging
 import os
 import platform
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from vegrip import c99
-from vegrip.c99 import host, translate
+from vegrip.c99 import LONG, REAL, host, translate
 from vegrip.c99.bridge import Lengths, behind_doubles
 from vegrip.c99.kinds import DOUBLE, FLOAT, Kind
 from vegrip.c99.names import Place, unknown_place
@@ -106,3 +107,67 @@ def _translator() -> tuple[str, ...]:
     """Return the texts of the translator; a diagnosis asks for dozens of libraries."""
     folder = Path(c99.__file__).parent
     return tuple(path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.py")))
+
+
+KEPT: Final = 512  # addresses of arrays
+_known: dict[int, tuple[Any, int]] = {}
+_VALUES: Final[Mapping[Kind, Any]] = {REAL: ctypes.c_double, LONG: ctypes.c_int64}
+
+
+class ModuleC:
+    """A generated module run by C: its entries by their names, which take arrays.
+
+    Args:
+        library: the shared library.
+        entries: of it.
+        results: kinds of C of what they return, by name; of all others ``usual``.
+
+    """
+
+    def __init__(
+        self, library: Path, entries: Entries, usual: Any = None, results: Mapping[str, Any] | None = None
+    ) -> None:
+        self.library, self.loaded = library, host.load(library)
+        self._entries, self._usual, self._results = entries, usual, results or {}
+
+    def entry(self, name: str) -> Any:
+        """Return a function of the library, which takes arrays by their addresses."""
+        function = self.loaded[f"vg_{name}"]
+        function.argtypes = [_VALUES.get(kind, ctypes.c_void_p) for kind in self._entries[name]]
+        function.restype = self._results.get(name, self._usual)
+        return function
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        if name.startswith("_") or name not in self._entries:
+            raise AttributeError(name)
+        function = self.entry(name)
+        places = [i for i, kind in enumerate(self._entries[name]) if kind not in _VALUES]
+
+        def call(*given: Any) -> Any:
+            arguments = list(given)
+            for i in places:
+                arguments[i] = address(given[i])
+            return function(*arguments)
+
+        setattr(self, name, call)
+        return call
+
+
+def bound_call(module: Any, name: str, *arrays: Any) -> Callable[..., int]:
+    """Return an entry of ``module`` on arrays that stay where they are and are kept by the caller."""
+    if isinstance(module, ModuleC):
+        return functools.partial(module.entry(name), *map(address, arrays))
+    return functools.partial(getattr(module, name), *arrays)
+
+
+def address(array: Any) -> int:
+    """Return where an array lies; asking numpy costs a tenth of a step."""
+    found = _known.get(id(array))
+    if found is not None and found[0] is array:
+        return found[1]
+    if array.dtype.itemsize not in (1, 8) or not array.flags.c_contiguous or not array.flags.writeable:
+        raise TypeError("an array of doubles without gaps that can be written to is needed")
+    if len(_known) >= KEPT:
+        _known.clear()
+    _known[id(array)] = (array, array.ctypes.data)
+    return _known[id(array)][1]
