@@ -29,6 +29,7 @@ class Encoder:
         self._parts = [_PartEncoder(part, offset, version, clipped) for part in layout.parts]
         self.identifiers = tuple(part.identifier for part in self._parts)
         """Of all frames, in order."""
+        self._only = self._parts[0].made if layout.parts[0].last is None else None
 
     def raw(self, name: str, value: Any) -> Raw | None:
         """Return the raw value of a signal of the first frame; None when it cannot carry ``value``."""
@@ -37,7 +38,10 @@ class Encoder:
 
     def encode(self, message: Any) -> list[Frame]:
         """Return the frames of ``message`` in order; empty parts at the end are left out."""
-        rows = [part.row(message) for part in self._parts]
+        if self._only is not None:
+            frame = self._only(message)
+            return [] if frame is None else [frame]
+        rows = [part.made(message) for part in self._parts]
         if None in rows:
             return []
         while len(rows) > 1 and self._parts[len(rows) - 1].is_empty(rows[-1]):
@@ -53,18 +57,16 @@ class _PartEncoder:
         self.part = part
         self.identifier = part.base + offset
         self._clipped = clipped
-        self._pack, self._protect = part.packer.pack, part.profile.protect
-        self.row: Callable[[Any], Any] = self._compiled(version % part.version_modulus)
-        """Returns the cells of this part, None when the message must not be sent."""
+        self.made: Callable[[Any], Any] = self._compiled(version % part.version_modulus)
+        """Returns the frame, of several the cells of this part; None when the message must not be sent."""
 
     def is_empty(self, row: list[Raw]) -> bool:
         return all(_are_same(slot.place.get(row), slot.convert.absent) for slot in self.part.slots)
 
     def frame(self, row: list[Raw]) -> Frame:
-        data = bytearray(self._pack(*row))
-        self._protect(data, self.identifier)
-        frame: Frame = make_row(Frame, (self.identifier, bytes(data), self.part.fd, 0))
-        return frame
+        data = bytearray(self.part.packer.pack(*row))
+        self.part.profile.protect(data, self.identifier)
+        return Frame(self.identifier, bytes(data), self.part.fd)
 
     def _compiled(self, version: int) -> Any:
         part = self.part
@@ -78,7 +80,8 @@ class _PartEncoder:
         if part.time is not None:
             put(part.time, f"m.stamp // {MICROSECOND} % {TIME_MODULUS}")
         lines: list[str] = ["def made(m):"]
-        scope: dict[str, Any] = {"clip": self._clip}
+        scope: dict[str, Any] = {"clip": self._clip, "row": make_row, "Frame": Frame}
+        scope |= {"pack": part.packer.pack, "protect": part.profile.protect, "identifier": self.identifier}
         for i, slot in enumerate(part.slots):
             scope[f"w{i}"] = slot.convert.write
             lines += [f" v{i} = {slot.text}", f" r{i} = {slot.convert.writing(f'v{i}', f'w{i}')}"]
@@ -87,7 +90,10 @@ class _PartEncoder:
         lines += [f" if None in ({raws}):", f"  found = clip(({values}), ({raws}))", "  if None in found:"]
         lines += ["   return None", f"  {raws}= found"]
         row = ", ".join(" | ".join(cells.get(cell, ["0"])) for cell in range(part.cells))
-        return compiled([*lines, f" return [{row}]"], scope)
+        if part.last is not None:
+            return compiled([*lines, f" return [{row}]"], scope)
+        lines += [f" data = bytearray(pack({row}))", " protect(data, identifier)"]
+        return compiled([*lines, f" return row(Frame, (identifier, bytes(data), {part.fd}, 0))"], scope)
 
     def _clip(self, values: Sequence[Any], raws: Sequence[Any]) -> list[Any]:
         slots = self.part.slots
