@@ -106,3 +106,21 @@ def test_a_page_is_drawn_again_once_its_command_runs(tmp_path: Path, monkeypatch
     with closing(Drawn(tmp_path)) as page:
         page.begin("9 mm")
     assert busy[-1]
+
+
+def test_a_drafted_law_is_added_by_its_file_under_its_own_name(controller: Controller) -> None:
+    controller.session.add(
+        Rung("0-start.toml", None, None, 4.9)
+    )  # whose file is not there: no command gets far
+    controller.draft()
+    until(lambda: controller.job is None)
+    controller.add("press-check/law_0.py")
+    until(lambda: controller.job is None)
+    start = "press --model press-check/0-start.toml -o press-check"
+    assert controller.commands == [
+        f"vegrip draft {start}/law_0.py --rival press-check/rival_0.py --curves --force",
+        f"vegrip add press-check/law_0.py {start}/1-law_0.toml",
+    ]
+    controller.session.add(Rung("1-law_0.toml", "law_0", 0, 1.0))
+    with pytest.raises(UsageError, match="has law_0 already"):
+        controller.add("press-check/law_0.py")

@@ -91,3 +91,46 @@ def test_names_from_files_cannot_become_markup(session: Session) -> None:
     shown = body(session, is_busy=False) + progress("<script>", 1.0, ["<script>"])
     assert "<script" not in shown
     assert "<b>N" not in shown
+
+
+LAW = "N *= 1 + c q; q: the way"
+ROWS = {"q": [0.0, 1.0], "left": [0.0, -0.1], "law": [0.0, -0.1], "low": [0.0, -0.2], "high": [0.0, 0.0]}
+DRAFTED = {
+    "law": LAW,
+    "reason": "",
+    "place": "force law",
+    "error": {"before": 4.9, "after": 1.01},
+    "rivals": ["the work"],
+    "experiment": "a hundred presses",
+    "file": "check/law_0.py",
+    "rival": "check/rival_0.py",
+    "curve": {"title": LAW, "label": "q: the way", "columns": ROWS},
+}
+
+
+def unexplained(draft: dict[str, object] | None) -> str:
+    diagnosis = {
+        "verdict": "unexplained", "effects": [], "named": [], "indistinguishable": [], "unexplained": None,
+        "experiment": None, "doubts": [],
+    }  # fmt: skip
+    session = Session("/data/tired")
+    session.add(Rung("0-start.toml", None, None, 4.9, diagnosis=diagnosis, draft=draft))
+    return body(session, is_busy=False)
+
+
+def test_where_no_effect_explains_the_misfit_a_law_can_be_drafted_seen_and_added() -> None:
+    before = unexplained(None)
+    assert 'data-do="draft"' in before
+    assert "add-law" not in before
+    after = unexplained(DRAFTED)
+    assert LAW in after
+    assert 'data-effect="check/law_0.py"' in after
+    assert 'value="check/law_0.py,check/rival_0.py"' in after  # what an experiment is to distinguish
+    assert after.count("<circle") >= 4
+    assert "as good: the work" in after
+
+
+def test_where_no_law_is_worth_writing_the_page_says_why() -> None:
+    none = unexplained({**DRAFTED, "law": None, "reason": "there is one episode only", "file": None})
+    assert "none: there is one episode only" in none
+    assert "add-law" not in none

@@ -21,10 +21,17 @@ RIVAL = Annotated[
     Path | None,
     typer.Option("--rival", help="Write the best law over something else too, where one is as good."),
 ]
+CURVE = Annotated[
+    bool,
+    typer.Option("--curves", help="In the JSON: what was left and what the law adds, over its variable."),
+]
 PICTURE = Annotated[
     Path | None,
     typer.Option("--picture", help="Draw what the model leaves and what the law adds, over its variable."),
 ]
+
+
+CURVE_ROWS = 500  # in the JSON
 
 
 def draft(
@@ -37,6 +44,7 @@ def draft(
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,
     hold_back: HOLD_BACK = "",
+    with_curves: CURVE = False,
     as_json: JSON = False,
 ) -> None:
     """Draft a law for what a model leaves of a recording, where no effect of the catalogue explains it.
@@ -49,7 +57,7 @@ def draft(
     """
     from vegrip.cli.fit import error_options, judged, opened
     from vegrip.identification.draft import draft as draft_law
-    from vegrip.identification.draft.plot import draw_draft
+    from vegrip.identification.draft.plot import curve, draw_draft
     from vegrip.identification.draft.search import effect_name
 
     name, rival_name = effect_name(output), effect_name(rival) if rival is not None else ""
@@ -73,7 +81,12 @@ def draft(
         if found.taken is not None:
             outputs.write(picture, partial(draw_draft, found))
         if as_json:
-            print_json(found.as_dict() | {"file": str(output) if output in kept else None})
+            told = found.as_dict()
+            told |= {"file": str(output) if output in kept else None}
+            told |= {"rival": str(rival) if rival in kept else None}
+            if with_curves:
+                told["curve"] = curve(found, CURVE_ROWS) if found.taken is not None else None
+            print_json(told)
             return
         _print(found)
         if rival is not None and found.taken is not None and not found.rivals:

@@ -58,10 +58,18 @@ class Axes:
         outline = [*zip(xs, high, strict=True), *reversed(list(zip(xs, low, strict=True)))]
         self._path(outline, {"fill": f"var(--{colour})", "stroke": "none"}, closed=True)
 
-    def points(self, xs: Sequence[float], ys: Sequence[float], colour: str, *, filled: bool = True) -> None:
+    def points(
+        self,
+        xs: Sequence[float],
+        ys: Sequence[float],
+        colour: str,
+        *,
+        filled: bool = True,
+        radius: float = 4.5,
+    ) -> None:
         fill = f"var(--{colour})" if filled else "var(--card)"
         self._parts += [
-            f'<circle cx="{self._x(x):.1f}" cy="{self._y(y):.1f}" r="4.5" fill="{fill}" '
+            f'<circle cx="{self._x(x):.1f}" cy="{self._y(y):.1f}" r="{radius}" fill="{fill}" '
             f'stroke="var(--{colour})" stroke-width="2"/>'
             for x, y in zip(xs, ys, strict=True)
         ]

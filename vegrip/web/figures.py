@@ -9,6 +9,7 @@ from vegrip.web.markup import Markup, table
 
 WIDE, LOW = (1300, 260), (1300, 170)  # [px]
 MAX_POINT_COLUMNS = 80  # columns, with less of which each is drawn as a point
+DOT = 1.5  # [px]
 SIGMA = 1.96  # standard deviations in which 95 % of noise lie
 SCALES = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "N m": (1e3, "N mm")}
 CHANNEL_NAMES = {
@@ -95,6 +96,18 @@ def over_variable(channel: str, name: str, told: Told) -> str:
 
 
 WORST = 1.15  # rms over noise from which on a bin is marked
+
+
+def over_law(told: Told) -> str:
+    """Draw what a model left and what a drafted law adds to it, over the variable of the law."""
+    columns = told["columns"]
+    ends = [*columns["left"], *columns["low"], *columns["high"]]
+    axes = Axes(extent(columns["q"], room=0.0), extent(ends), told["label"], "normal force [N]", WIDE)
+    axes.points(columns["q"], columns["left"], "ink-soft", radius=DOT)
+    for q, low, high in zip(columns["q"], columns["low"], columns["high"], strict=True):
+        axes.line((q, q), (low, high), "soft", **{"stroke-width": 1})
+    axes.points(columns["q"], columns["law"], "blue", radius=DOT)
+    return axes.svg(f"what was left, and {told['title']}")
 
 
 def over_phases(phases: Sequence[Told]) -> str:

@@ -33,7 +33,7 @@ PRIOR_SIZES = np.logspace(
 JITTER = 1e-9
 SLOW_VARIABLES = ("time", "temperature")  # over which a stiffness may change
 MIN_CURVE_ROWS = 20
-PLACE_OF = {"below_deepest": "memory", "time_in_contact": "memory", "time": "drift with time"}
+PLACE_OF = {"below_deepest": "memory", "time_in_contact": "memory", "time": "drift"}
 """Where an error is that depends on them; in the force law, where it depends on what the moment shows."""
 
 
@@ -61,7 +61,7 @@ class Discrepancy:
     @property
     def note(self) -> str:
         depends = f"what is left depends on {self.variable} ({self.channel})"
-        more = f", an error of the {self.place}" if self.change is None else f": {self.change.note}"
+        more = f"; the error is in the {self.place}" if self.change is None else f": {self.change.note}"
         return depends + more
 
     def as_dict(self) -> dict[str, Any]:

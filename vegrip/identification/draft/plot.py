@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,29 @@ DRAWN = 4000  # dots
 SURE = 1.96  # standard deviations: 95 %
 
 
+def curve(found: Draft, most: int) -> dict[str, Any]:
+    """Return what the model left and what the law adds [N] over its variable, of no more than ``most`` rows.
+
+    ``low`` and ``high`` hold the change with 95 %, as far as the amount is concerned.
+    """
+    taken = found.taken
+    assert taken is not None  # noqa: S101
+    problem = found.base.problem
+    before = problem.table(found.base.optimum.u)[:, AT["normal_force"]]
+    after = taken.fitted.problem.table(taken.fitted.optimum.u)[:, AT["normal_force"]]
+    rows = np.flatnonzero((problem.stiffness > 0.0) & problem.used)
+    rows = rows[:: max(-(-rows.size // most), 1)]
+    low, high = interval(found, before, after)
+    left = problem.measured.force - before
+    columns = {"q": found.q, "left": left, "law": after - before, "low": low, "high": high}
+    variable = taken.law.variable
+    return {
+        "title": taken.law.equation,
+        "label": f"q: {variable.words} over {taken.law.size:.4g} {variable.unit}",
+        "columns": {name: values[rows].tolist() for name, values in columns.items()},
+    }
+
+
 def draw_draft(found: Draft, path: Path) -> None:
     """Draw the law that was taken.
 
@@ -24,25 +48,15 @@ def draw_draft(found: Draft, path: Path) -> None:
         InputError: the picture cannot be written.
 
     """
-    taken = found.taken
-    assert taken is not None  # noqa: S101
-    problem = found.base.problem
-    before = problem.table(found.base.optimum.u)[:, AT["normal_force"]]
-    after = taken.fitted.problem.table(taken.fitted.optimum.u)[:, AT["normal_force"]]
-    rows = np.flatnonzero((problem.stiffness > 0.0) & problem.used)
-    rows = rows[:: max(rows.size // DRAWN, 1)]
+    shown = curve(found, DRAWN)
+    q, left, law, low, high = shown["columns"].values()
     figure, (axis,) = new_figure(size=(7.5, 4.5))
-    q = found.q[rows]
-    axis.plot(
-        q, problem.measured.force[rows] - before[rows], ".", ms=2, color="0.6", label="measured less model"
-    )
-    low, high = interval(found, before, after)
-    axis.vlines(q, low[rows], high[rows], color="C0", alpha=0.25, label="its 95 % interval")
-    axis.plot(q, (after - before)[rows], ".", ms=2, color="C0", label="model with the law less model")
-    variable = taken.law.variable
-    axis.set_xlabel(f"q: {variable.words} over {taken.law.size:.4g} {variable.unit}")
+    axis.plot(q, left, ".", ms=2, color="0.6", label="measured less model")
+    axis.vlines(q, low, high, color="C0", alpha=0.25, label="its 95 % interval")
+    axis.plot(q, law, ".", ms=2, color="C0", label="model with the law less model")
+    axis.set_xlabel(shown["label"])
     axis.set_ylabel("normal force [N]")
-    axis.set_title(taken.law.equation, fontsize=10)
+    axis.set_title(shown["title"], fontsize=10)
     axis.legend(markerscale=4)
     save_figure(figure, path)
 

@@ -166,6 +166,16 @@ class Controller(JobPage):
             task = Task("looking for the next experiment", arguments, _into(rung, "experiment"))
             self._start([lambda: task])
 
+    def draft(self) -> None:
+        """Look for a law for what the model that is looked at leaves, and for a rival of it."""
+        with self._lock:
+            rung = self._standing()
+            files = [self._path(f"{name}_{self.session.current}.py") for name in ("law", "rival")]
+            arguments = ["draft", *self._with(rung.model), "-o", files[0], "--rival", files[1]]
+            arguments += ["--curves", "--force", *self._held(rung.held_back), *self._options]
+            task = Task("drafting a law for what is left", arguments, _into(rung, "draft"))
+            self._start([lambda: task])
+
     def motion(self) -> Path | None:
         """Return the file of the motion that was found last for the model that is looked at."""
         rung = self.session.rung
@@ -173,12 +183,13 @@ class Controller(JobPage):
         return Path(found) if found and Path(found).is_file() else None
 
     def add(self, effect: str) -> None:
-        """Add an effect to the model that is looked at, refit, compare and diagnose."""
+        """Add an effect, or the file of one, to the model that is looked at; refit, compare and diagnose."""
         with self._lock:
             rung = self._standing()
-            if effect in self.session.effects:
-                raise UsageError(f"the model has {effect} already")
-            file = self.session.next_file(effect)
+            name = Path(effect).stem
+            if name in self.session.effects:
+                raise UsageError(f"the model has {name} already")
+            file = self.session.next_file(name)
             (self.folder / file).unlink(missing_ok=True)  # of an addition that was stopped
             held = rung.held_back
             arguments = ["add", effect, *self._with(rung.model), "-o", self._path(file), *self._held(held)]
@@ -186,12 +197,12 @@ class Controller(JobPage):
             parent = self.session.current
 
             def store(told: dict[str, Any]) -> None:
-                added = Rung(file, effect, parent, told["error"]["after"], held_back=held)
+                added = Rung(file, name, parent, told["error"]["after"], held_back=held)
                 added.parameters, added.warnings = told["parameters"], told["warnings"]
                 self.session.add(added)
                 self.beside = self.other = None
 
-            task = Task(f"adding {effect.replace('_', ' ')}", arguments, store)
+            task = Task(f"adding {name.replace('_', ' ')}", arguments, store)
             self._start([lambda: task, *self._judging(held)])
 
     def undo(self) -> None:
@@ -351,6 +362,7 @@ def routes(controller: Controller) -> list[Route]:
         "hold_back": lambda told: controller.hold_back(str(told["episodes"])),
         "compare_with": lambda told: controller.compare_with(_place(told["place"])),
         "compare_with_file": lambda told: controller.compare_with_file(str(told["name"])),
+        "draft": lambda _: controller.draft(),
         "plan": lambda told: controller.plan(str(told["candidates"]), str(told["duration"])),
         "write_model": lambda told: controller.write_model(str(told["name"])),
         "use_in_node": lambda told: controller.use_in_node(str(told["node"])),

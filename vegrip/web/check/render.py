@@ -10,6 +10,7 @@ from vegrip.web.figures import (
     bar,
     in_noise,
     ladder,
+    over_law,
     over_phases,
     over_time,
     over_variable,
@@ -83,6 +84,7 @@ def body(
             _ladder(session, is_busy=is_busy),
             "</div>",
             ranking(rung, session.effects, is_busy=is_busy),
+            _law(rung, is_busy=is_busy),
             _beside_card(session, rung, shown, beside, is_busy=is_busy),
             comparison(rung.comparison, shown),
             _held_out(rung),
@@ -323,7 +325,35 @@ def _experiment(rung: Rung, *, is_busy: bool) -> str:
     return section("the next experiment", asked, said)
 
 
+def _law(rung: Rung, *, is_busy: bool) -> str:
+    """Return a card that drafts a law, where no effect explains what is left, and shows it."""
+    if rung.draft is None and (rung.diagnosis is None or rung.diagnosis["verdict"] != "unexplained"):
+        return ""
+    asks = button("draft a law", "draft", is_busy=is_busy, id="draft")
+    told = rung.draft
+    if told is None:
+        return section("a law for what is left", f'<p class="acts">{asks}</p>')
+    if told["law"] is None:
+        return section("a law for what is left", f"<p>none: {escape(told['reason'])}</p>")
+    error = told["error"]
+    given = {"class_": "main", "id": "add-law", "data_effect": told["file"]}
+    others = [f"as good: {law}" for law in told["rivals"]]
+    return section(
+        "a law for what is left",
+        f"<p><b>{escape(told['law'])}</b></p>",
+        f"<p>error {error['before']:.2f} → {error['after']:.2f} times the noise; in the {told['place']}. "
+        f"A draft is a shape that fits, not physics; what would refute it: {escape(told['experiment'])}</p>",
+        listed(others) if others else "",
+        legend(("ink-soft", "measured less model"), ("blue", "what the law adds, with its 95 % interval")),
+        f"<figure>{over_law(told['curve'])}</figure>",
+        f'<p class="acts">{button("add this law", "add", is_busy=is_busy, **given)}</p>',
+        id="law",
+    )
+
+
 def _rivals(rung: Rung) -> list[str]:
+    if rung.draft is not None and rung.draft["file"]:
+        return [rung.draft["file"], rung.draft["rival"] or "nothing"]
     told = rung.diagnosis
     if told is None:
         return []

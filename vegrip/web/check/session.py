@@ -27,6 +27,7 @@ class Rung:
     held_back: str = ""  # episodes that were left out of the fit, as in "2,5..7"
     held_out: dict[str, Any] | None = None  # comparison with them alone
     experiment: dict[str, Any] | None = None  # the next one that was asked for
+    draft: dict[str, Any] | None = None  # of a law for what is left
 
     @property
     def held_error(self) -> float | None:
