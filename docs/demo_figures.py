@@ -19,7 +19,7 @@ from vegrip.demo.report import run_other_controllers
 from vegrip.demo.run import Demo, elapsed, run
 from vegrip.runtime.monitor import render
 from vegrip.trials.candidates import DEMONSTRATED, KNOBS
-from vegrip.trials.scenario import Scenario
+from vegrip.trials.closed_loop import Scenario
 
 IMAGES = Path(__file__).parent / "images"
 PICTURES = {"hand": "demo.png", "pinch": "demo-pinch.png"}

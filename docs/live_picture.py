@@ -21,8 +21,7 @@ from vegrip.grip.parameters import estimator_factory
 from vegrip.messages import Lifecycle, Message, NodeStatus
 from vegrip.runtime.monitor import Board
 from vegrip.trials.candidates import demonstrated_parameters
-from vegrip.trials.closed_loop import NodeLoop
-from vegrip.trials.scenario import Scenario
+from vegrip.trials.closed_loop import NodeLoop, Scenario
 from vegrip.virtual import Disturbance, HandSettings
 from vegrip.virtual.disturbance import AddedMass, Wetting
 from vegrip.web.live.stream import FedPage

@@ -63,7 +63,7 @@ def test_the_type_checker_knows_every_public_name() -> None:
 STATISTICS = """
 import sys
 import vegrip.demo.command, vegrip.identification.experiment, vegrip.nodes.virtual_hand
-import vegrip.trials.grip_quality
+import vegrip.trials.fronts
 print("scipy.stats" in sys.modules)
 """
 

@@ -7,8 +7,7 @@ from vegrip.clock import NS
 from vegrip.demo.report import AS_FORCEFUL, AS_SURE, run_other_controllers, sure_knob
 from vegrip.messages import ContactEstimate, Estimate
 from vegrip.trials.candidates import KNOBS
-from vegrip.trials.closed_loop import BELIEF_PERIOD_S, Course, result_of, run_scenario
-from vegrip.trials.scenario import Scenario
+from vegrip.trials.closed_loop import BELIEF_PERIOD_S, Course, Scenario, result_of, run_scenario
 
 
 def test_constant_grip_and_cone_run_as_tuned_and_with_the_force_of_vegrip() -> None:

@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 
 from vegrip.demo import plot
 from vegrip.demo.report import AS_FORCEFUL
-from vegrip.trials.closed_loop import Course
-from vegrip.trials.scenario import Scenario
+from vegrip.trials.closed_loop import Course, Scenario
 
 DURATION = 30.0
 

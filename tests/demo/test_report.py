@@ -11,8 +11,7 @@ from vegrip.demo.report import (
     judge_machine,
     until_drops,
 )
-from vegrip.trials.closed_loop import Course
-from vegrip.trials.scenario import GRASPS, Scenario, fitting_grasp
+from vegrip.trials.closed_loop import GRASPS, Course, Scenario, fitting_grasp
 
 
 def course(force: float, slips: int = 0, ends: float = 30.0, *, dropped: bool = False) -> Course:

@@ -10,7 +10,7 @@ from vegrip.clock import NS
 from vegrip.errors import ConfigError, UsageError
 from vegrip.messages import FingertipState, ForceCommand, GraspPhase, GraspStatus
 from vegrip.trials import candidates
-from vegrip.trials.scenario import GRASPS
+from vegrip.trials.closed_loop import GRASPS
 from vegrip.virtual import VirtualHand
 
 PERIOD = 0.002  # [s]

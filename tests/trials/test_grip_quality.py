@@ -9,26 +9,23 @@ import pytest
 from scipy.stats import binom
 
 from vegrip.cli import main
-from vegrip.trials.closed_loop import Course
+from vegrip.trials.closed_loop import GRASPS, Course
 from vegrip.trials.fronts import (
+    CLASSES,
     FLAG,
     SPEED,
+    GripRecord,
     QualityTrial,
     Surroundings,
-    record_trial,
-    run_quality_trial,
-    wrong_slip,
-)
-from vegrip.trials.grip_quality import (
-    CLASSES,
-    GripRecord,
     classes_of,
     clopper_pearson,
     figures_of,
     force_over_least,
     least_forces,
+    record_trial,
+    run_quality_trial,
+    wrong_slip,
 )
-from vegrip.trials.scenario import GRASPS
 from vegrip.virtual import HandSettings
 from vegrip.virtual.disturbance import Push, Twist, Wetting
 from vegrip.virtual.fingertip import even_grid, utilisation

@@ -1,6 +1,6 @@
 """A scenario is a function of its seed alone."""
 
-from vegrip.trials.scenario import FRICTION_RANGE, Scenario
+from vegrip.trials.closed_loop import FRICTION_RANGE, Scenario
 from vegrip.virtual.disturbance import Wetting
 
 

@@ -7,8 +7,7 @@ import pytest
 
 from validation.controllers.comparison import Trial, run_course
 from vegrip.trials.candidates import KNOBS, make_node, parameters
-from vegrip.trials.closed_loop import Course, Loop, NodeLoop, grip_of, run_grip
-from vegrip.trials.scenario import Scenario
+from vegrip.trials.closed_loop import Course, Loop, NodeLoop, Scenario, grip_of, run_grip
 from vegrip.virtual import VirtualHand
 
 TRIALS = [

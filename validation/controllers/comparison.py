@@ -19,8 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 from vegrip.trials.candidates import BOUND, INFORMED, KNOBS, NAMES
-from vegrip.trials.closed_loop import Course, Result, result_of, run_scenario
-from vegrip.trials.scenario import GRASPS, Scenario
+from vegrip.trials.closed_loop import GRASPS, Course, Result, Scenario, result_of, run_scenario
 
 TRIAL_DURATION_S = 20.0  # [s]
 TUNING_SEED = 1000  # the first seed of the sweep; the comparison counts from 0

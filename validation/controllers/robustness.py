@@ -21,10 +21,8 @@ from rich.table import Table
 
 from vegrip.grip.parameters import GraspParameters
 from vegrip.trials.candidates import KNOBS, parameters, told_of_slip
-from vegrip.trials.closed_loop import SAMPLING_S, run_grip
-from vegrip.trials.fronts import Surroundings, wrong_slip
-from vegrip.trials.grip_quality import GripRecord, figures_of, force_over_least, record_of
-from vegrip.trials.scenario import GRASPS, Scenario
+from vegrip.trials.closed_loop import GRASPS, SAMPLING_S, Scenario, run_grip
+from vegrip.trials.fronts import GripRecord, Surroundings, figures_of, force_over_least, record_of, wrong_slip
 from vegrip.virtual import Disturbance, HandSettings, VirtualHand, disturbances
 from vegrip.virtual.disturbance import Wetting
 

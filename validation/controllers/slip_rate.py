@@ -18,9 +18,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vegrip.trials.candidates import demo_parameters
-from vegrip.trials.closed_loop import SAMPLING_S, run_grip
-from vegrip.trials.grip_quality import CLASSES, figures_of, record_of
-from vegrip.trials.scenario import GRASPS, Scenario
+from vegrip.trials.closed_loop import GRASPS, SAMPLING_S, Scenario, run_grip
+from vegrip.trials.fronts import CLASSES, figures_of, record_of
 
 PROBABILITIES = (0.5, 0.7, 0.8, 0.9, 0.95)
 FIRST_SEED = 4000  # which nothing else was chosen on

@@ -22,7 +22,7 @@ from vegrip.runtime.runner import LoopSettings
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.simulated_can import SimulatedCan, SimulatedEndpoint
 from vegrip.trials.candidates import demo_parameters, make_node
-from vegrip.trials.scenario import GRASPS
+from vegrip.trials.closed_loop import GRASPS
 from vegrip.virtual import HandSettings
 
 STATE_RATE_HZ = 200.0
@@ -106,7 +106,7 @@ class Scene:
     """A pinch of thumb and index (or a whole hand) that has closed and lifted its object.
 
     Args:
-        grasp: which of :data:`~vegrip.trials.scenario.GRASPS`.
+        grasp: which of :data:`~vegrip.trials.closed_loop.GRASPS`.
         writer: of a recording.
         sender_time: whether the node stamps states with the hand's clock.
         parameters: of the node.

@@ -52,7 +52,7 @@ def demo(
     from vegrip.errors import UsageError
     from vegrip.host.realtime import switched
     from vegrip.identification.recording.session import replaced
-    from vegrip.trials.scenario import GRASPS, Scenario, fitting_grasp
+    from vegrip.trials.closed_loop import GRASPS, Scenario, fitting_grasp
 
     if grasp == "auto":
         grasp = fitting_grasp(len(os.sched_getaffinity(0)))

@@ -21,8 +21,7 @@ from vegrip.errors import DeviceError
 from vegrip.jsonable import jsonable
 from vegrip.runtime.monitor import render
 from vegrip.trials import candidates
-from vegrip.trials.closed_loop import Course
-from vegrip.trials.scenario import Scenario
+from vegrip.trials.closed_loop import Course, Scenario
 
 PAGE_PORT = 8520  # of the live page; any other where it is in use
 

@@ -13,9 +13,8 @@ from vegrip.demo.report import AS_FORCEFUL
 from vegrip.demo.run import DESCRIPTION
 from vegrip.plotting import save_figure
 from vegrip.trials.candidates import LABEL
-from vegrip.trials.closed_loop import Course, result_of
-from vegrip.trials.grip_quality import force_over_least, least_grip_force
-from vegrip.trials.scenario import SETTLED_S
+from vegrip.trials.closed_loop import SETTLED_S, Course, result_of
+from vegrip.trials.fronts import force_over_least, least_grip_force
 from vegrip.types import Floats
 from vegrip.virtual import Disturbance
 

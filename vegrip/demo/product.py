@@ -22,7 +22,7 @@ from vegrip.transport.mapped.price import settings
 from vegrip.transport.mapped.products import map_of, virtual_text
 from vegrip.transport.mapped.writer import checked
 from vegrip.trials import candidates
-from vegrip.trials.scenario import Scenario
+from vegrip.trials.closed_loop import Scenario
 from vegrip.virtual import HandSettings
 from vegrip.whole_file import write_whole
 

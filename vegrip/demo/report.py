@@ -8,9 +8,16 @@ from rich.text import Text
 
 from vegrip.demo.run import Outcome
 from vegrip.trials.candidates import KNOBS, LABEL
-from vegrip.trials.closed_loop import Course, Result, result_of, run_scenario
-from vegrip.trials.grip_quality import force_over_least
-from vegrip.trials.scenario import CORES_OF_THE_HAND, SETTLED_S, Scenario
+from vegrip.trials.closed_loop import (
+    CORES_OF_THE_HAND,
+    SETTLED_S,
+    Course,
+    Result,
+    Scenario,
+    result_of,
+    run_scenario,
+)
+from vegrip.trials.fronts import force_over_least
 
 AS_FORCEFUL = ", same force"
 """Ends the name of a controller whose knob gives it the mean force of vegrip."""

@@ -29,8 +29,7 @@ from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.frame import FrameBlock
 from vegrip.transport.open import Hand, open_endpoint
 from vegrip.trials import candidates
-from vegrip.trials.closed_loop import Course
-from vegrip.trials.scenario import Scenario
+from vegrip.trials.closed_loop import Course, Scenario
 
 REFRESH_PERIOD_S = 0.1  # [s] of the screen
 LOOK_PAUSE_S = 0.02  # [s] between two looks at the bus: a process that waits for each frame is woken by each

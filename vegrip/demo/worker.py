@@ -26,8 +26,7 @@ from vegrip.runtime.node import Node
 from vegrip.runtime.process import SWITCH_INTERVAL
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.open import Hand, open_endpoint
-from vegrip.trials.closed_loop import Course
-from vegrip.trials.scenario import Scenario
+from vegrip.trials.closed_loop import Course, Scenario
 from vegrip.virtual import VirtualHand
 
 SAMPLING = 0.01  # [s] of the truth

@@ -5,7 +5,7 @@ object pass for each slip, over the probability that the grip is asked for, with
 they stand in :data:`MEASURED_WITH`. Between its rows ln(seconds) goes straight with the quantile of the
 probability. A grasp of two fingers and one of more have their own tables.
 
-The numbers are those of the scenarios of :mod:`vegrip.trials.scenario`: drives of 12 Hz, a
+The numbers are those of the scenarios of :mod:`vegrip.trials.closed_loop`: drives of 12 Hz, a
 slip flag that is 20 ms late, objects whose friction is not known. Slower drives, faces that are more slippery
 and rougher loads slip more often. ``python -m validation.controllers.slip_rate`` measures the rows.
 They rest on few slips (36 of the pinch at 0.5 and 1 at 0.95 in 595 s; 2 and none of the hand in 240 s), and

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from validation.controllers.position_hold.trial import HoldResult, HoldTrial, run_holds
-from vegrip.trials.grip_quality import clopper_pearson
+from vegrip.trials.fronts import clopper_pearson
 
 KNOBS: dict[str, tuple[float, ...]] = {
     "elastic": (0.4, 0.6, 0.8, 1.0, 1.2, 1.4),

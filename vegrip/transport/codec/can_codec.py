@@ -6,9 +6,8 @@ from typing import Final
 from vegrip.errors import ConfigError
 from vegrip.messages import OF_NODES, FingertipState, Message, NodeStatus
 from vegrip.transport.codec.database import Layouts, layouts
-from vegrip.transport.codec.decoder import HandClock
 from vegrip.transport.codec.frame import Frame
-from vegrip.transport.codec.frame_codec import FrameCodec, Line
+from vegrip.transport.codec.frame_codec import FrameCodec, HandClock, Line
 from vegrip.transport.codec.schema import message_set
 
 NODES: Final = ("grasp_force", "virtual_hand", "monitor", "record", "replay")

@@ -1,17 +1,166 @@
-"""Messages <-> frames of ``proto/fingertip.dbc``, on whatever carries them under identifiers of its own."""
+"""Messages <-> frames of ``proto/fingertip.dbc``, on whatever carries them under identifiers of its own.
+
+The decoder of an identifier is one function made of text, the same text for all fingers.
+"""
 
 from collections import Counter
-from collections.abc import Sequence
-from typing import Any, Final
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Final, NamedTuple
 
 from vegrip.clock import NS
-from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, SlipMargin
-from vegrip.transport.codec.database import Layout, layouts
-from vegrip.transport.codec.decoder import Assembly, Decoder, HandClock
-from vegrip.transport.codec.encoder import Encoder
+from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, SlipMargin, make_row
+from vegrip.transport.codec.database import Layout, Part, layouts
+from vegrip.transport.codec.encoder import MICROSECOND, TIME_MODULUS, Encoder
 from vegrip.transport.codec.frame import Frame
-from vegrip.transport.codec.signals import Raw
+from vegrip.transport.codec.sequence import Sequence as Counted
+from vegrip.transport.codec.signals import Cells, Raw, compiled
 from vegrip.types import NamedNumbers
+
+HALF: Final = TIME_MODULUS // 2
+WINDOW_NS: Final = 5_000_000
+"""[ns] All parts arrive within this. It must be shorter than 15 cycles, after which the counter of a classic
+frame comes back and a late part could pass for one of the present cycle (15 cycles are 7.5 ms at 2 kHz)."""
+
+HandClock = Callable[[int, int], int]
+"""From the hand's stamp and the receive time to the time on our clock, all in ns."""
+
+
+class Whole(NamedTuple):
+    """All cells of a message, its running number, and when its first part arrived."""
+
+    cells: Cells
+    seq: int
+    stamp: int
+    time: int  # the sender's time on the wire
+
+
+class Assembly:
+    """The stream of one kind of message of one finger: parts come in order, of one cycle, or not at all.
+
+    :meth:`put` returns the message when its last part has arrived, None while more must come, or the name of
+    the reason for refusing the part.
+    """
+
+    __slots__ = ("_absent", "_cells", "_counter", "_expected", "_stamp", "_time", "incomplete", "sequence")
+
+    def __init__(self, parts: tuple[Part, ...], reach: int = 0) -> None:
+        self.sequence = Counted(parts[0].modulus, reach if len(parts) == 1 else 0)
+        self.incomplete = 0  # messages begun and never finished
+        self._absent = [sum((p.absent for p in parts[number:]), ()) for number in range(len(parts) + 1)]
+        self._cells: Cells = ()
+        self._counter, self._expected = -1, 0  # of the open message; 0 expected: none is open
+        self._stamp = self._time = 0
+
+    def reset(self) -> None:
+        """Begin a new stream; what was counted stays counted."""
+        self.sequence.last = -1
+        self._counter, self._expected = -1, 0
+
+    @property
+    def lost(self) -> int:
+        """Messages that never arrived, or not whole."""
+        return self.sequence.lost + self.incomplete
+
+    def put(
+        self, number: int, counter: int, is_last: bool, cells: Cells, stamp: int, time: int
+    ) -> Whole | str | None:
+        """Take one part that has passed all checks of its own."""
+        if number == 1:
+            if self.sequence.advance(counter, stamp) is None:
+                return "counter"
+            self._abandon()
+            self._cells, self._counter, self._stamp, self._time = (), counter, stamp, time
+        elif counter != self._counter or number != self._expected or stamp - self._stamp > WINDOW_NS:
+            return self._refusal(number, counter)
+        self._cells += cells
+        self._expected = number + 1
+        if not is_last and number < len(self._absent) - 1:
+            return None
+        self._expected = 0
+        return Whole(self._cells + self._absent[number], self.sequence.last, self._stamp, self._time)
+
+    def _refusal(self, number: int, counter: int) -> str:
+        repeated = counter == self._counter and (number < self._expected or not self._expected)
+        if repeated or self.sequence.is_behind(counter):
+            return "counter"  # an old part does no harm to the open message
+        self._abandon()
+        return "incomplete"
+
+    def _abandon(self) -> None:
+        self.incomplete += self._expected > 0
+        self._expected = 0
+
+
+class Decoder:
+    """Checks and reads the frames of one part of one kind of message of one finger (or node).
+
+    Args:
+        layout: the kind of message.
+        part: the part of it that comes with this identifier.
+        assembly: shared by the parts.
+        identifier: also the Data ID of the E2E protection.
+        owner: name of the finger or node.
+        version: of the message set.
+        use_sender_time: stamp with the sender's time where the frame has it.
+        clock: maps the sender's time to ours, where the frame has it.
+
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        part: Part,
+        assembly: Assembly,
+        identifier: int,
+        owner: str,
+        version: int,
+        use_sender_time: bool,
+        clock: HandClock | None = None,
+    ) -> None:
+        self.assembly, self.identifier, self.owner = assembly, identifier, owner
+        self.kind: type[Any] = layout.schema.cls
+        self.uses_sender_time = (use_sender_time or clock is not None) and part.time is not None
+        make = partial(make_row, self.kind) if issubclass(self.kind, tuple) else lambda row: self.kind(*row)
+        scope = {"check": part.profile.check, "unpack": part.packer.unpack, "identifier": identifier}
+        scope |= {"advance": assembly.sequence.advance, "put": assembly.put, "Whole": Whole, "make": make}
+        scope |= {"owner": owner, "version": version % part.version_modulus, "sent": _sent, "clock": clock}
+        lines = _lines(layout, part, self.uses_sender_time, clock is not None)
+        self.decode: Callable[[Frame], Message | str | None] = compiled(lines, layout.scope | scope)
+        """Returns the completed message, None while parts are missing, or the name of the fault."""
+
+
+def _lines(layout: Layout, part: Part, uses_sender_time: bool, has_clock: bool) -> list[str]:
+    """Return the text of :attr:`Decoder.decode`, which is the same for all fingers."""
+    time = part.time.text() if uses_sender_time and part.time is not None else "0"
+    lines = [
+        "def made(frame):",
+        " _, data, fd, stamp = frame",
+        f" if fd != {part.fd}: return 'layout'",
+        f" if len(data) != {part.length}: return 'length'",
+        " if not check(data, identifier): return 'checksum'",
+        " cells = unpack(data)",
+        f" if {part.version.text()} != version: return 'version'",
+        f" counter, time = {part.counter.text()}, {time}",
+    ]
+    if part.last is None:  # the only part: nothing to put together
+        lines += [" seq = advance(counter, stamp)", " if seq is None: return 'counter'"]
+    else:
+        lines += [f" whole = put({part.number}, counter, {part.last.text()} == 1, cells, stamp, time)"]
+        lines += [" if whole.__class__ is not Whole: return whole", " cells, seq, stamp, time = whole"]
+    stamping = [" received, stamp = stamp, sent(stamp, time)"] if uses_sender_time else []
+    lines += [*stamping, *layout.reading, " if None in values: return 'value'"]
+    lines += (
+        [" stamp = clock(stamp, received)"] if uses_sender_time and has_clock else []
+    )  # learns of good ones
+    return [*lines, " return make((stamp, owner, seq, *values))"]
+
+
+def _sent(received: int, time: int) -> int:
+    """Return the instant nearest to ``received`` [ns] whose microseconds end in the bits ``time``."""
+    now = received // MICROSECOND
+    return (now + (time - now + HALF) % TIME_MODULUS - HALF) * MICROSECOND
+
 
 WHOLE: Final = frozenset({"counter", "incomplete"})
 """Why a frame is refused that is whole: it is old, or another one is missing."""
