@@ -8,11 +8,13 @@ thread that shares the interpreter more often delays the commands by a quarter o
 
 import threading
 from collections import deque
-from collections.abc import Sequence
 from enum import Enum
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from vegrip.messages import Message
+
+if TYPE_CHECKING:
+    from vegrip.runtime.telemetry_socket import TelemetrySocket
 
 QUEUE_MESSAGES = 4096  # messages; a second of five fingers at 500 Hz with one answer each
 LOOK_PERIOD_S = 0.01  # [s] between two looks
@@ -27,41 +29,10 @@ class Direction(Enum):
     OUT = "out"
 
 
-class Sink(Protocol):
-    """Where telemetry goes.
-
-    ``count``, ``tally``, ``wants`` and ``takes`` are called from the loop, the rest from the thread.
-    """
-
-    wanted: bool
-    """Whether a subscriber wants the messages themselves."""
-
-    def takes(self, message: Message, direction: Direction) -> bool:
-        """Whether ``message`` is to be queued for :meth:`publish`; asked while ``wanted``."""
-
-    def wants(self, kind: type[Message], owner: str, direction: Direction) -> bool:
-        """Whether :meth:`takes` would do anything with such a message now."""
-
-    def count(self, message: Message, direction: Direction) -> None:
-        """Count a message."""
-
-    def tally(self, kind: type[Message], owner: str, direction: Direction) -> None:
-        """Count a message of this kind that was never made."""
-
-    def listen(self) -> None:
-        """Read the subscriptions that have begun or ended."""
-
-    def publish(self, messages: Sequence[tuple[Message, Direction]]) -> None:
-        """Take what has gathered, oldest first."""
-
-    def close(self) -> None:
-        """No more will come."""
-
-
 class Telemetry:
     """The queue and its thread. Without :meth:`start` it only keeps the newest messages."""
 
-    def __init__(self, sink: Sink, capacity: int = QUEUE_MESSAGES) -> None:
+    def __init__(self, sink: "TelemetrySocket", capacity: int = QUEUE_MESSAGES) -> None:
         self._queue: deque[tuple[Message, Direction]] = deque(maxlen=capacity)
         self._offered = 0  # raised by the loop only
         self._taken = 0  # raised by the thread only

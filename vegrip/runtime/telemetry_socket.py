@@ -45,7 +45,9 @@ UNSORTED = _Stream(b"", every=True, newest=False)
 
 
 class TelemetrySocket:
-    """Publishes ``[topic, direction, payload]``; a sink of :class:`~vegrip.runtime.telemetry.Telemetry`.
+    """Publishes ``[topic, direction, payload]``: where :class:`~vegrip.runtime.telemetry.Telemetry` goes.
+
+    ``count``, ``tally``, ``wants`` and ``takes`` are called from the loop, the rest from the thread.
 
     Args:
         address: to bind.
@@ -80,6 +82,7 @@ class TelemetrySocket:
         self._newest_due = self._connected_due = 0.0  # [s] of the monotonic clock
         self._counts: dict[tuple[type[Message], str, Direction], int] = {}
         self.wanted = False
+        """Whether a subscriber wants the messages themselves."""
 
     def count(self, message: Message, direction: Direction) -> None:
         self.tally(type(message), _owner(message), direction)

@@ -46,7 +46,6 @@ def choice(label: str, name: str, options: str, *, is_busy: bool, **given: objec
 
 
 def form(do: str, submit: str, *fields: str, is_busy: bool, kind: str = "") -> str:
-    """Return entries on one line, and the button that sends them."""
     sends = f"<button{attributes(class_=kind, disabled=is_busy)}>{submit}</button>"
     return f'<form data-do="{do}" class="inline">{"".join(fields)}{sends}</form>'
 

@@ -98,7 +98,6 @@ class Alarms:
 
     @property
     def held(self) -> list[Alarm]:
-        """Those that are shown."""
         return [alarm for alarm, _, _ in self._held.values()]
 
     def update(self, active: list[Alarm], now: int) -> list[dict[str, object]]:
