@@ -180,8 +180,9 @@ class Batches:
     def compiled(self, what: bytes, now: int) -> None:
         """Answer a batch by the compiled step."""
         answered = self.node.on_batch(what, self.codec.rows_in(what, FingertipState), now, now)
-        if answered is not None and answered[1]:
-            data = self.node.batch.commands[: FIRST_ROW + answered[1] * COMMAND_ROW]
+        batch = self.node.batch
+        if answered is not None and answered[1] and batch is not None:
+            data = batch.commands[: FIRST_ROW + answered[1] * COMMAND_ROW]
             self.codec.seal(data, ForceCommand, answered[1])
 
 

@@ -316,7 +316,8 @@ def turn_time(runner: Runner, hub: socket.socket, states: Iterator[bytes], in_a_
         with contextlib.suppress(BlockingIOError):
             while hub.recv(LARGEST, socket.MSG_DONTWAIT):
                 pass
-    return spent / max(path.frames - answered, 1)
+    frames: int = path.frames - answered
+    return spent / max(frames, 1)
 
 
 def require_equal(log: Log) -> None:

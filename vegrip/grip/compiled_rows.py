@@ -7,7 +7,7 @@ the rows. Where C runs the step, ``rows.c`` goes through them; else Python does 
 import ctypes
 import struct
 from collections.abc import Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 
@@ -113,7 +113,7 @@ class CompiledRows:
         heads = ctypes.create_string_buffer(b"".join(self._heads))
         kept = (ctypes.addressof(reals), ctypes.addressof(wholes), needs.ctypes.data, ctypes.addressof(heads))
         sizes = len(self._heads[0]), COMMAND_BYTES, COMMANDED
-        table, step = self._rows.ctypes.data, module.loaded.vg_rows_step
+        table, step = self._rows.ctypes.data, cast("Any", module.loaded.vg_rows_step)
         step.argtypes, step.restype = ROWS_ARGUMENTS, ctypes.c_int64
         answers, outcome = _address(self.commands, self._first), _address(self._done)
 

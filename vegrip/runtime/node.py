@@ -52,14 +52,16 @@ class Node(Protocol):
     sends them, and counts them as ``also_sent`` later."""
     heard_messages: tuple[type[Message], ...]
     """Kinds of message that are of use to this node; the bus need not bring others. Empty: all are."""
-    frame_path: Callable[[Any, OfLoop], Any] | None
-    """Makes of an endpoint what answers states that come as bytes (:mod:`vegrip.grip.frame_path`)."""
     realtime_priority: int
     """Of the loop while the node is active, where it is permitted (:mod:`vegrip.host.realtime`); 0: none."""
     finished: bool
     """Set by a node that has nothing more to do (the end of a replay); the loop then ends."""
     failure: str
     """What of its work is lost, in a sentence; its process then ends with exit code 4. Empty: nothing is."""
+
+    @property
+    def frame_path(self) -> Callable[[Any, OfLoop], Any] | None:
+        """Makes of an endpoint what answers states that come as bytes (:mod:`vegrip.grip.frame_path`)."""
 
     @property
     def rejected(self) -> Mapping[str, int]:

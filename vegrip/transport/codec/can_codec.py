@@ -94,8 +94,8 @@ class CanCodec(FrameCodec):
         if not message_set().messages[type(message)].on_can:
             return []
         # a node is known without its namespace: on CAN the number of the hand is that
-        is_node = isinstance(message, OF_NODES)
-        return self.encode_as(message, message.node.rpartition("/")[2] if is_node else message.finger)
+        owner = message.node.rpartition("/")[2] if isinstance(message, OF_NODES) else message.finger
+        return self.encode_as(message, owner)
 
     def decode(self, frame: Frame, known_as: int | None = None) -> Message | None:
         """Return the message that ``frame`` completes, None when there is none (yet).

@@ -194,7 +194,8 @@ def _slot(
 
 
 def _reading(schema: MessageSchema, parts: list[Part]) -> tuple[list[str], dict[str, Any]]:
-    lines, values, scope = [], [], dict(MAKERS)
+    lines, values = list[str](), list[str]()
+    scope: dict[str, Any] = dict(MAKERS)
     for field in schema.fields:
         if field.name in ("stamp", schema.owner, "seq"):
             continue

@@ -126,7 +126,7 @@ class Decoder:
         scope |= {"advance": assembly.sequence.advance, "put": assembly.put, "Whole": Whole, "make": make}
         scope |= {"owner": owner, "version": version % part.version_modulus, "sent": _sent, "clock": clock}
         lines = _lines(layout, part, self.uses_sender_time, clock is not None)
-        self.decode: Callable[[Frame], Message | str | None] = compiled(lines, layout.scope | scope)
+        self.decode: Callable[[Frame], Message | str | None] = compiled(lines, {**layout.scope, **scope})
         """Returns the completed message, None while parts are missing, or the name of the fault."""
 
 
