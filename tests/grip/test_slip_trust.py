@@ -45,6 +45,7 @@ from vegrip.grip.slip_trust import (
     TRUST_SIZE,
     TRUST_TOLD,
     TRUST_TOP,
+    TRUST_TORN,
     TRUST_WAIT,
     begin_trust,
     counted_shift,
@@ -225,6 +226,24 @@ def test_a_channel_that_tells_a_torn_slide_when_the_grip_is_back_is_deaf(late: i
     for k in range(60):
         slides = k < 4
         grasp.feel(4.0 if slides else 6.0, 0.92 * 0.5 if slides else 0.5, float(k - late in range(4)))
+    assert (grasp.g[FELT_FLAG + FELT_WHY] == FELT_DEAF) == deaf
+
+
+@pytest.mark.parametrize(
+    ("fallen", "deaf"), [(0.45, True), (0.49, False), (0.3, False)], ids=["slides", "is back", "is gone"]
+)
+def test_a_load_that_comes_back_before_the_grip_or_falls_on_was_no_slide(fallen: float, deaf: bool) -> None:
+    """The contact that slides carries 0.9 of what it held, until there is more normal force."""
+    grasp = Grasp()
+    grasp.prove()
+    grasp.hold(0.5)
+    grasp.let_go_of()
+    for _ in range(4):
+        grasp.feel(4.0, 0.46)
+    for _ in range(6):
+        grasp.feel(4.0, fallen)
+    for _ in range(60):
+        grasp.feel(6.0, 0.5)
     assert (grasp.g[FELT_FLAG + FELT_WHY] == FELT_DEAF) == deaf
 
 
@@ -570,6 +589,7 @@ def test_a_slide_is_judged_when_grip_and_load_are_back(grip: float, pull: float,
     for _ in range(40):
         grasp.feel(grip, 0.5 * pull)
     q[TRUST_GRIP], q[TRUST_LOAD], q[TRUST_FELL], q[TRUST_WAIT] = 2.0, 1.0, 0.5, 0.14
+    q[TRUST_TORN] = 0.5 * pull / grip
     seen = until(lambda: grasp.feel(grip, 0.5 * pull) or q[TRUST_WAIT] <= 0.0)
     for _ in range(20):
         grasp.feel(grip, 0.5 * pull)

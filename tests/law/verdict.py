@@ -13,7 +13,6 @@ NAMED_S = 2.0  # after the first contradiction
 CRUSHED = 3.0  # times the least force, from 5 s after the beginning of the fault
 LIFTED_S = 2.0  # a sound channel has been of use until here
 LATE = ("late-100", "late-500", "ever-later")
-THE_SAME = 1.01  # of that of a sound channel
 AS_SOUND = 1.1  # times the slide by a sound channel, where that is more than may be
 AS_WITHOUT = 1.3  # times the grip without a channel, where that is more: friction that is not known costs it
 
@@ -60,10 +59,10 @@ def excused(case: Case, told: Outcome, found: Sequence[str]) -> tuple[list[str],
     """Take out of what was ``found`` what the grip without a channel does, too; say what that does.
 
     An object that was held until the channel failed has shown its friction, so that is no excuse, unless
-    less and less is felt of its load. A slide that a sound channel lets be the same is none of the fault;
-    one as long (``AS_SOUND``) is of the drives, up to what no command could hold (:func:`least_slide`): a
-    load that rises by half while the object is at its limit has to be felt and answered first. A channel
-    that is late, or one finger's that is dead beside sound ones, contradicts no load as long as all is held.
+    less and less is felt of its load. A slide that a sound channel lets be as long is one of the drives, up
+    to what no command could hold (:func:`least_slide`): a load that rises by half while the object is at its
+    limit has to be felt and answered first. A channel that is late, or one finger's that is dead beside sound
+    ones, contradicts no load as long as all is held.
     """
     if not found:
         return [], ""
@@ -79,10 +78,9 @@ def excused(case: Case, told: Outcome, found: Sequence[str]) -> tuple[list[str],
             continue
         if one.startswith("NOT NAMED") and told.slid <= SLID_M and (case.which or case.fault in LATE):
             continue
-        if one.startswith("SLID"):
-            is_of_the_drives = told.slid <= least_slide(case.make, DELAY_S)
-            if told.slid <= (AS_SOUND if is_of_the_drives else THE_SAME) * sound(case).slid:
-                continue
+        is_of_the_drives = one.startswith("SLID") and told.slid <= least_slide(case.make, DELAY_S)
+        if is_of_the_drives and told.slid <= AS_SOUND * sound(case).slid:
+            continue
         left.append(one)
     return left, (
         f"without: slid {1e3 * bare.slid:.2f} mm, {bare.over_least:.2f} x"

@@ -24,6 +24,8 @@ well: a contact that begins to slide may hold less than one that rests. It was a
 
 * if f comes back with N, ``TRUST_SEEN`` and the delay that felt slip is told to have after N is back at
   ``TRUST_MORE`` of what it was, within ``TRUST_JUDGED``,
+* and f / N has not come back, nor fallen below ``TRUST_FAR`` of what it was before N is back: a contact that
+  slides carries its friction times N, neither more nor much less;
 * and no finger has told slip since ``TRUST_BEFORE`` before, at ``TRUST_FAR`` or more of the utilisation that
   has just held: a channel that is late tells it when the grip is back.
 
@@ -96,7 +98,8 @@ TRUST_MISSED = CHANGE_SIZE + 6  # slides that no channel told, since the last on
 TRUST_FIRST = CHANGE_SIZE + 7  # [N] N when force began to be let go of
 TRUST_LATER = CHANGE_SIZE + 8  # [N] N that lags
 TRUST_RATIO = CHANGE_SIZE + 9  # f / N that lags
-TRUST_PRIOR = CHANGE_SIZE + 10  # mean ln mu of finger i before anything was felt
+TRUST_TORN = CHANGE_SIZE + 10  # f / N when the load showed a slide
+TRUST_PRIOR = CHANGE_SIZE + 11  # mean ln mu of finger i before anything was felt
 TRUST_SPREAD = TRUST_PRIOR + BELIEF_MOST  # its std
 TRUST_PROOF = TRUST_SPREAD + BELIEF_MOST  # [s] for which the proof of finger i still counts
 TRUST_TOP = TRUST_PROOF + BELIEF_MOST  # largest utilisation of late
@@ -398,6 +401,8 @@ def watch_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> None:
     part = dt / g[BELIEF_FINGERS]
     q[TRUST_HELD] = max(q[TRUST_HELD] - part, 0.0)
     force, pull = whole(g, q, TRUST_FORCE), whole(g, q, TRUST_PULL)
+    if q[TRUST_WAIT] > 0.0 and holds_after_all(q, pull, force):
+        q[TRUST_WAIT] = 0.0
     if q[TRUST_WAIT] > 0.0:
         q[TRUST_WAIT] -= part
         if q[TRUST_GRIP] > 0.0 and force >= TRUST_MORE * q[TRUST_GRIP]:
@@ -415,7 +420,7 @@ def watch_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> None:
     if has_torn(q, pull, force, part, rise_of_slide(g, q, dt, noise)):
         q[TRUST_RATIO], q[TRUST_LEAST] = 0.0, math.inf
         take_back(g, q)
-        await_slip(q, pull)
+        await_slip(q, pull, force)
         return
     if is_slow(q, force, part):
         keep_held(g, q)
@@ -431,7 +436,7 @@ def watch_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> None:
             q[PROBE_SINCE_SLIP], q[TRUST_LEAST] = 0.0, math.inf
             if math.log(q[TRUST_GRIP] / force) <= TRUST_FADING * math.log(q[TRUST_LOAD] / pull):
                 q[TRUST_HELD] = TRUST_HOLD
-                await_slip(q, pull)
+                await_slip(q, pull, force)
             return
         forgotten = 1.0
     if y <= q[TRUST_LEAST]:
@@ -442,9 +447,21 @@ def watch_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> None:
     q[TRUST_GRIP] += forgotten * (force - q[TRUST_GRIP])
 
 
-def await_slip(q: Numbers, pull: float) -> None:
-    """Wait for a channel to tell the slide in which f has fallen to ``pull`` [N]."""
+def await_slip(q: Numbers, pull: float, force: float) -> None:
+    """Wait for a channel to tell the slide in which f has fallen to ``pull`` [N] at N = ``force`` [N]."""
     q[TRUST_WAIT], q[TRUST_FELL] = TRUST_JUDGED + q[FELT_DELAY], q[TRUST_LOAD] - pull
+    q[TRUST_TORN] = pull / force
+
+
+def holds_after_all(q: Numbers, pull: float, force: float) -> bool:
+    """Return whether f, ``pull`` [N] now, was a load that changed and no slide: then f / N would be friction.
+
+    It has risen again, or is far below friction before N is back.
+    """
+    ratio = pull / force if force > 0.0 else 0.0
+    is_back = ratio > q[TRUST_TORN] * (1.0 + TRUST_BACK * q[TRUST_FELL] / q[TRUST_LOAD])
+    is_gone = ratio < TRUST_FAR * q[TRUST_TORN] and force < TRUST_MORE * q[TRUST_GRIP]
+    return is_back or is_gone
 
 
 def is_slow(q: Numbers, force: float, dt: float) -> bool:
