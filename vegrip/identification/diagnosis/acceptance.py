@@ -17,7 +17,6 @@ import numpy as np
 from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.diagnosis.score_tests import Candidate
-from vegrip.identification.fit.problem import OWN_MARK
 from vegrip.model import BASE
 from vegrip.types import Floats
 
@@ -119,7 +118,6 @@ def amount_std(candidate: Candidate, new: CandidateFit) -> Floats:
     """
     names = new.problem.unknowns.names
     shapes = {p.symbol for p in candidate.effect.parameters if p.null is None}
-    shapes |= {name for name in names if OWN_MARK in name}  # how places differ is no amount of its own
     free = [j for j, name in enumerate(names) if name not in shapes]
     J, s = new.optimum.jacobian[:, free], new.problem.unknowns.std[free]
     out = np.zeros(len(names))

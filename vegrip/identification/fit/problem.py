@@ -37,8 +37,7 @@ group of each."""
 OWN_MARK = "_at_"  # in the names of what a place has for itself
 OWN_STDS = 5.0  # standard deviations of the prior, within which a place differs from the others
 OWN_LOG_SCALE = 1.0  # and that of its stiffness
-OF_INSTRUMENT = {"tip", "sense"}  # stages of an effect that has no other place
-
+OF_SURFACES = {"area", "friction", "profile"}  # stages of an effect that is no matter of the place
 AT = {name: i for i, name in enumerate(QUANTITIES)}
 # the prior of a fit is this many times wider than declared, of the base model and of shapes
 PRIOR_WIDENING = 3.0
@@ -86,8 +85,9 @@ class Problem:
         model: whose values are the start.
         measured: the recording.
         zeros: whether the zeros of the sensors are the recording's, each episode's or those of its group.
-        laws: the same of the parameters of what is pressed, while those of drive and sensor are common. No
-            press before has touched another place, so each group starts with no history.
+        laws: the same of stiffness and relaxation of the base model; friction and added effects are common:
+            what a place has for itself, no other place can contradict. No press before has touched another
+            place, so each group starts with no history.
         symbols: parameters to fit; those with a standard deviation when not given.
         like: a problem whose rows, noise, zeros and laws to share, so that models can be compared; else the
             noise is that at the start, until :meth:`freeze`.
@@ -220,11 +220,10 @@ class Problem:
 
     @property
     def own_symbols(self) -> list[str]:
-        """The parameters that each place has for itself."""
-        if len(self._pressed) == 1:
-            return []
-        pressed = [e for e in self.model.effects if not {hook.stage for hook in e.hooks} <= OF_INSTRUMENT]
-        return [p.symbol for e in pressed for p in e.parameters]
+        """The parameters that each place has for itself: stiffness and relaxation of the base model."""
+        effects = self.model.effects if len(self._pressed) > 1 else ()
+        own = [e for e in effects if e.name in BASE and not OF_SURFACES & {hook.stage for hook in e.hooks}]
+        return [p.symbol for e in own for p in e.parameters]
 
     def own_law(self, vector: Floats, u: Floats, place: int) -> Floats:
         """Return the ``vector`` of :meth:`parts` with the values of one place."""
