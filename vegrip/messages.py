@@ -187,6 +187,8 @@ PROBED = "probed"
 """Force is let go of slowly on purpose, to learn friction: see :attr:`ModelHealth.friction`."""
 KNOWN = "known"
 """No more is held than the friction that was learned asks for."""
+BEYOND_FIT = "beyond"
+"""The channel is beyond the range over which the model was fitted: see :attr:`ModelHealth.regime`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,7 +202,7 @@ class ModelHealth:
     nis: float = NAN  # [-] normalised innovation squared, mean per measurement; 1 = consistent
     consistent: bool = False  # nis inside its band
     channel: str = ""  # the channel that fails most, "" = none
-    regime: str = ""  # and where: "loading", "hold", "unloading", "air", ...
+    regime: str = ""  # and where: "loading", "hold", "unloading", "air", ..., BEYOND_FIT where none fails
     suspect: str = ""  # leading missing effect, "" = not known
     rejected: int = 0  # measurements refused by the outlier gate since activation
     friction: str = ""  # what the grip counts on: PROBED, KNOWN, "" = what is usual

@@ -13,8 +13,8 @@ from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.estimator import estimator as module_of_the_estimator
 from vegrip.estimator.compiled import module_for
 from vegrip.estimator.health import health_of
-from vegrip.messages import NAN, Channel, ContactEstimate, FingertipState, ModelHealth
-from vegrip.model import ContactModel, paper_model
+from vegrip.messages import BEYOND_FIT, NAN, Channel, ContactEstimate, FingertipState, ModelHealth
+from vegrip.model import ContactModel, Shown, paper_model
 
 Record = Callable[..., list[FingertipState]]
 Run = Callable[[ContactEstimator, list[FingertipState]], ContactEstimate]
@@ -136,6 +136,26 @@ def test_other_scales_are_not_special(R: float, modulus: float, scale: str, pres
     assert e.indentation.value == pytest.approx(0.11 * R, rel=0.02)
     assert estimator.value("K").value == pytest.approx(1.4 * model.values["K"].value, rel=0.08)
     assert 0.0 < estimator.slip_margin().lower_bound < estimator.slip_margin().margin.value < 1.0
+
+
+@pytest.mark.parametrize(
+    ("shown", "channel"),
+    [
+        (Shown(), ""),
+        (Shown(depth=1.2e-3, speed=1.0, load=50.0), ""),
+        (Shown(depth=6e-4), "displacement"),
+        (Shown(load=0.3), "normal_force"),
+        (Shown(coldest=0.0, warmest=10.0), "temperature"),
+    ],
+)
+def test_health_says_that_a_contact_is_beyond_what_the_model_was_fitted_over(
+    model: ContactModel, press: Record, run: Run, shown: Shown, channel: str
+) -> None:
+    estimator = ContactEstimator(dataclasses.replace(model, shown=shown), SensorNoise())
+    run(estimator, press(model, KNOTS, DEPTHS))
+    health = estimator.health()
+    assert health.consistent
+    assert (health.channel, health.regime) == (channel, BEYOND_FIT if channel else "")
 
 
 def test_health_names_the_channel_that_does_not_fit(

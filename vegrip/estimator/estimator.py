@@ -28,6 +28,7 @@ from vegrip.estimator.memory import FingerMemory, SampleLayout
 from vegrip.estimator.saved_numbers import SavedNumbers
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.messages import (
+    BEYOND_FIT,
     NAN,
     UNKNOWN,
     Channel,
@@ -47,6 +48,9 @@ CHANNEL_SETS = tuple(Channel(bits) for bits in range(64))
 """Every set of channels: joining two flags costs as much as a third of a filter step."""
 LOST = "lost"
 """Regime of a contact whose estimate contradicts its own measurement."""
+BEYOND_STDS, BEYOND_SHARE = 2.0, 1.05
+"""By so many standard deviations a quantity is beyond so many times the range over which a model was fitted,
+before it is said."""
 REPORT_PLACE = {name: i for i, name in enumerate(REPORT)}
 CHANNEL_BITS = (int(Channel.POSITION), int(Channel.FORCE), int(Channel.RADIUS))
 """Bit of each of :data:`~vegrip.estimator.layout.CHANNELS`."""
@@ -331,9 +335,28 @@ class ContactEstimator:
         taken, look = FingertipState(memory["SAMPLE_STAMP"], self._finger, 0), Look(*self._look.tolist())
         health = health_of(taken, memory["SAMPLE_SEQ"], condition, look, self._hysteresis)
         if self.lost == 0.0:
-            return health
+            beyond = self._beyond() if not health.channel else ""
+            return replace(health, channel=beyond, regime=BEYOND_FIT) if beyond else health
         channel = CHANNELS[0 if memory["DISPLACEMENT_STREAK"] > 0.0 else 1]
         return replace(health, consistent=False, channel=channel, regime=LOST)
+
+    def _beyond(self) -> str:
+        """Return the channel of what is surely beyond the range over which the model was fitted, or ""."""
+        shown, m = self.model.shown, self.named
+        temperature = float(m.section("EXOGENOUS")[0])
+        if not shown.coldest <= temperature <= shown.warmest:
+            return "temperature"
+        if not m["REP_CONTACT"] > 0.5 or not m["REP_SOUND"] > 0.5:
+            return ""
+        speed_std = math.sqrt(max(m["MOTION_VAR_SPEED"], 0.0))
+        for channel, value, std, most in (
+            ("displacement", m["REP_DEPTH_NOW"], m["REP_DEPTH_STD"], shown.depth),
+            ("displacement", abs(m["MOTION_SPEED"]), speed_std, shown.speed),
+            ("normal_force", m["REP_FORCE"], m["REP_FORCE_STD"], shown.load),
+        ):
+            if value - BEYOND_STDS * std > BEYOND_SHARE * most:
+                return channel
+        return ""
 
     @property
     def lost(self) -> float:

@@ -8,6 +8,7 @@ from rich.console import Console
 
 from vegrip.clock import NS
 from vegrip.messages import (
+    BEYOND_FIT,
     PROBED,
     Condition,
     ContactEstimate,
@@ -23,6 +24,7 @@ from vegrip.messages import (
 from vegrip.runtime.monitor.board import Board
 from vegrip.runtime.monitor.rows import Present
 from vegrip.runtime.monitor.table import BAR, finger_lines, render, spoken
+from vegrip.web.live.alarms import health_in_words
 
 
 def text(board: Board, now: int = 1, width: int = 150, height: int = 40) -> str:
@@ -159,6 +161,14 @@ def test_a_margin_that_is_small_because_friction_is_probed_is_no_red_bar(board: 
     row = next(line for line in capture.get().splitlines() if "index" in line)
     assert "probing friction" in row
     assert "\x1b[31m" not in row
+
+
+def test_a_contact_beyond_what_the_model_was_fitted_over_is_said_though_nothing_fails(board: Board) -> None:
+    beyond = ModelHealth(1, "index", 2, Condition.OK, 1.0, True, "normal_force", BEYOND_FIT)
+    board.receive(beyond, 1)
+    (row,) = rows_of(board, 1, 150)
+    assert "beyond the fit: normal_force" in row
+    assert health_in_words(beyond) == "normal force is beyond the range over which the model was fitted"
 
 
 def test_before_a_node_it_says_what_it_waits_for() -> None:

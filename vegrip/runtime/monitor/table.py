@@ -9,6 +9,7 @@ from rich.text import Text
 
 from vegrip.clock import NS
 from vegrip.messages import (
+    BEYOND_FIT,
     KNOWN,
     PROBED,
     Condition,
@@ -203,10 +204,12 @@ def _health(health: ModelHealth | None, *, is_new: bool) -> Text:
         if is_new and health.condition <= Condition.MISSING:
             return Text("no input yet", "dim")
         return Text(words(health.condition), "bold red")
-    if not health.consistent and health.channel:
-        where = f"{health.channel} in {health.regime}" if health.regime else health.channel
+    is_beyond = health.regime == BEYOND_FIT
+    if health.channel and (is_beyond or not health.consistent):
+        where = f"{health.channel} in {health.regime}" if health.regime and not is_beyond else health.channel
         probing = "probing, " if health.friction == PROBED else ""
-        return Text(f"{probing}{health.suspect or 'misfit'}: {where}", "yellow")
+        what = "beyond the fit" if is_beyond else health.suspect or "misfit"
+        return Text(f"{probing}{what}: {where}", "yellow")
     if health.friction:
         return Text(FRICTION.get(health.friction, f"friction {health.friction}"), ON_PURPOSE)
     return Text(words(health.condition), "green" if health.condition == Condition.OK else "yellow")

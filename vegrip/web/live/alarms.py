@@ -9,6 +9,7 @@ from enum import Enum
 
 from vegrip.clock import NS
 from vegrip.messages import (
+    BEYOND_FIT,
     KNOWN,
     PROBED,
     Condition,
@@ -54,6 +55,8 @@ FRICTION = {
 
 def health_in_words(health: ModelHealth) -> str:
     """Return whether the model explains what is measured, where it fails, and what it may lack."""
+    if health.regime == BEYOND_FIT:
+        return f"{health.channel.replace('_', ' ')} is beyond the range over which the model was fitted"
     if health.consistent:
         return "the model explains what is measured"
     if not health.channel:
