@@ -25,6 +25,13 @@ EACH = Annotated[
     bool,
     typer.Option("--zeros-each-episode", help="Zeros of displacement and force differ between episodes."),
 ]
+EACH_LAW = Annotated[
+    bool,
+    typer.Option(
+        "--laws-each-episode",
+        help="Stiffness and relaxation differ between episodes: other places or specimens.",
+    ),
+]
 TOLERANCE = Annotated[
     float,
     typer.Option(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vegrip.cli._options import EACH, HOLD_BACK, JSON, RECORDING, REFITTED_MODEL, TOLERANCE
+from vegrip.cli._options import EACH, EACH_LAW, HOLD_BACK, JSON, RECORDING, REFITTED_MODEL, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
 from vegrip.cli._terminal import (
     figures,
@@ -41,6 +41,7 @@ def diagnose(
     output: OUT = None,
     force: FORCE = False,
     zeros_each_episode: EACH = False,
+    laws_each_episode: EACH_LAW = False,
     tolerance: TOLERANCE = 0.0,
     hold_back: HOLD_BACK = "",
     draws: DRAWS = 0,
@@ -62,7 +63,7 @@ def diagnose(
         (outputs.file if is_alone else outputs.pictures)(output)
         measured, start = opened(recording, model, hold_back=hold_back)
         with progress("diagnose") as report:
-            same = judged(measured, tolerance, zeros_each_episode)
+            same = judged(measured, tolerance, zeros_each_episode, laws_each_episode)
             found = diagnose_model(measured, start, **same, report=report)
         if is_alone:
             outputs.write(output, partial(write_model, found.model))
@@ -84,8 +85,11 @@ def diagnose(
 
 
 def _next(found: "Diagnosis", recording: Path, model: Path | None) -> list[object]:
-    """Return the command that goes on from the verdict; none where the recording itself is doubted."""
-    if any(doubt.is_grave for doubt in found.doubts):
+    """Return the command that goes on from the verdict.
+
+    None where the recording itself is doubted, or episodes have laws of their own, which no other knows.
+    """
+    if found.start.laws or any(doubt.is_grave for doubt in found.doubts):
         return []
     name = recording.resolve().name
     base = ["--model", model] if model is not None else []

@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vegrip.cli._options import EACH, HOLD_BACK, JSON, MODEL_OUT, ONLY, RECORDING, START_MODEL, TOLERANCE
+from vegrip.cli._options import (
+    EACH,
+    EACH_LAW,
+    HOLD_BACK,
+    JSON,
+    MODEL_OUT,
+    ONLY,
+    RECORDING,
+    START_MODEL,
+    TOLERANCE,
+)
 from vegrip.cli._outputs import FORCE, Outputs
 from vegrip.cli._terminal import (
     answer,
@@ -38,6 +48,7 @@ def fit(
     output: MODEL_OUT = None,
     force: FORCE = False,
     zeros_each_episode: EACH = False,
+    laws_each_episode: EACH_LAW = False,
     tolerance: TOLERANCE = 0.0,
     hold_back: HOLD_BACK = "",
     as_json: JSON = False,
@@ -56,7 +67,7 @@ def fit(
         outputs.file(output)
         measured, start = opened(recording, model, hold_back=hold_back)
         with progress("fit") as report:
-            same = judged(measured, tolerance, zeros_each_episode)
+            same = judged(measured, tolerance, zeros_each_episode, laws_each_episode)
             found = fit_model(measured, start, **same, report=report)
         doubts = doubted(found.problem)
         kept = outputs.write(output, partial(write_model, found.model))
@@ -65,9 +76,10 @@ def fit(
             return
         print_sentences(doubt.text for doubt in doubts)  # before the figures that they put in question
         print_fit(found)
-        if not any(doubt.is_grave for doubt in doubts):
-            options = error_options(zeros_each_episode, tolerance)
-            print_next(*_next(recording, found, output if kept else None), *options)
+        next_command = _next(recording, found, output if kept else None)
+        can_follow = not found.laws or "compare" not in next_command  # which knows one law for all
+        if can_follow and not any(doubt.is_grave for doubt in doubts):
+            print_next(*next_command, *error_options(zeros_each_episode, tolerance, laws_each_episode))
 
 
 def _next(recording: Path, found: "Fit", model: Path | None) -> list[object]:
@@ -278,17 +290,21 @@ def _print_comparison(found: "Comparison", told: dict[str, Any], name: str) -> N
     print_sentences(told["doubts"])
 
 
-def judged(recording: "Recording", tolerance: float, has_own_zeros: bool) -> dict[str, Any]:
-    """Return ``noise`` and ``zeros``, by which every command decides what an error is."""
+def judged(
+    recording: "Recording", tolerance: float, has_own_zeros: bool, has_own_laws: bool = False
+) -> dict[str, Any]:
+    """Return ``noise``, ``zeros`` and own ``laws``, by which every command decides what an error is."""
     from vegrip.identification.fit import noise_of
 
     zeros = "episode" if has_own_zeros else "recording"
-    return {"noise": noise_of(recording).tolerant(tolerance), "zeros": zeros}
+    laws = {"laws": "episode"} if has_own_laws else {}
+    return {"noise": noise_of(recording).tolerant(tolerance), "zeros": zeros, **laws}
 
 
-def error_options(has_own_zeros: bool, tolerance: float) -> list[str]:
+def error_options(has_own_zeros: bool, tolerance: float, has_own_laws: bool = False) -> list[str]:
     return [
         *["--zeros-each-episode"] * has_own_zeros,
+        *["--laws-each-episode"] * has_own_laws,
         *(["--tolerance", f"{tolerance:g}"] if tolerance else []),
     ]
 
@@ -339,7 +355,7 @@ def print_fit(fit: "Fit") -> None:
         f"zeros: displacement {zeros['displacement']:.3g} m, normal force {zeros['normal_force']:.3g} N"
     )
     print_noise(told["noise"])
-    print_sentences(told["warnings"])
+    print_sentences([*told["warnings"], *([fit.laws_note] if fit.laws else [])])
 
 
 def print_noise(noise: dict[str, Any]) -> None:

@@ -29,5 +29,6 @@ EFFECT = Effect(
     ),
     hooks=(hook(sense),),
     confounded=("displacement_backlash",),
+    in_air=True,
     experiment="strokes in air",
 )

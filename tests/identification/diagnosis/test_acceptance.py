@@ -30,6 +30,7 @@ from vegrip.identification.diagnosis.score_tests import (
     why_unseen,
 )
 from vegrip.identification.diagnosis.search import EvidenceThreshold, shortlist
+from vegrip.identification.fit import fit
 from vegrip.identification.fit.problem import AT
 from vegrip.model import BASE, paper_model
 from vegrip.parameters import Parameter
@@ -246,6 +247,19 @@ def test_what_is_held_out_is_scored_by_the_fit_that_hardly_knows_it(linear, misf
         root = np.where(rows, np.sqrt(1.0 - HELD_OUT), 1.0)
         other = linear(root * y, root[:, None] * X[:, :2], PRIOR[:2]).solved()
         assert score == pytest.approx(-0.5 * np.sum((y - X[:, :2] @ other.u)[rows] ** 2), rel=1e-4)
+
+
+def test_a_fit_is_made_where_the_step_foretells_much(linear, monkeypatch) -> None:
+    """One step may lead far where a model bends: told -1e8 nats of one group, a fit has the word."""
+    problem, groups = linear(RNG.standard_normal(60), X[:, :2], PRIOR[:2]), np.repeat(np.arange(3.0), 20)
+    A = X[:, :2].T @ X[:, :2] + np.diag(PRIOR[:2] ** -2.0)
+    told = scores(problem, problem.solved(), A, groups)
+    step = candidate_fit._foretold
+    monkeypatch.setattr(
+        candidate_fit, "_foretold", lambda best, A, rows: -1e8 if rows[0] else step(best, A, rows)
+    )
+    assert scores(problem, problem.solved(), A, groups) == pytest.approx(told, rel=1e-4)
+    assert scores(problem, problem.solved(), A, np.arange(60.0))[0] == -1e8  # too many folds to fit each
 
 
 def test_the_gain_that_the_screen_foretells_is_that_of_the_refit_of_a_linear_model(
@@ -496,6 +510,19 @@ def test_an_effect_needs_the_channel_it_takes(columns, name, reason) -> None:
     told = why_unseen(effect(name), measured)
     assert reason in told
     assert bool(told) == bool(reason)
+
+
+@pytest.mark.parametrize(
+    ("deepest", "told"), [(-1e-2, ""), (-1e-5, "hardly moves in the air"), (1e-3, "hardly")]
+)
+def test_friction_of_the_guide_is_looked_for_where_the_drive_moves_in_the_air(tip, deepest, told) -> None:
+    measured = fit(tip(5, kinds=("hold",))).problem.measured
+    depth = np.linspace(0.0, deepest, len(measured.recording))
+    columns = {**measured.recording.columns, "displacement": depth}
+    moved = dataclasses.replace(measured, recording=dataclasses.replace(measured.recording, columns=columns))
+    said = why_unseen(effect("guide_friction"), moved)
+    assert told in said
+    assert bool(told) == bool(said)
 
 
 def declared_as(**given):

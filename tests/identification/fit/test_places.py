@@ -1,13 +1,17 @@
 """Places that have laws of their own: the values of each are those of it alone, the sensors are common."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
 
+from vegrip.cli import main
+from vegrip.effects import effect
 from vegrip.identification.diagnosis import diagnose
 from vegrip.identification.fit import fit
-from vegrip.identification.recording import Recording
+from vegrip.identification.recording import Recording, write_recording
+from vegrip.model import paper_model, read_model
 
 TAU = 0.04  # [s]
 SOFTER = 0.6
@@ -36,6 +40,26 @@ def test_each_place_has_its_stiffness_and_the_others_their_own(two_places) -> No
     assert second["p"] == pytest.approx(first["p"], abs=0.03)
     assert f"{second['K']:.3g} to {first['K']:.3g} N" in own.laws_note
     assert own.as_dict()["laws"] == own.laws
+
+
+def test_the_command_says_so_and_writes_values_between_those_of_the_places(
+    two_places, tmp_path, capsys
+) -> None:
+    write_recording(two_places, tmp_path / "two")
+    file = tmp_path / "two.toml"
+    asked = ["fit", str(tmp_path / "two"), "-o", str(file), "--laws-each-episode"]
+    assert main([*asked, "--json"]) == 0
+    laws = [law["K"] for law in json.loads(capsys.readouterr().out)["laws"]]
+    assert len(laws) == 4
+    assert min(laws) < read_model(file).values["K"].value < max(laws)
+    assert main([*asked, "--force"]) == 0
+    assert "of 4 episodes has a stiffness of its own" in " ".join(capsys.readouterr().out.split())
+
+
+def test_friction_and_what_is_added_are_the_same_everywhere(two_places) -> None:
+    model = paper_model(two_places.fingertip.radius).with_effect(effect("second_relaxation"))
+    found = fit(two_places, model, laws="episode")
+    assert set(found.laws[0]) == {"K", "p", "c1", "nu1"}
 
 
 def test_a_place_is_fitted_as_if_it_were_alone(two_places) -> None:

@@ -55,14 +55,20 @@ def scores(problem: Problem, optimum: Optimum, A: Floats, groups: Floats) -> Flo
     """Return minus half the squares of each group (numbered by ``groups``, (rows,)) under a fit without it.
 
     ``A``: information of the optimum, priors included. One linear step tells the fit without a group where
-    the model is nearly right. Where much is left the step is wild (it once foretold -1e8 nats where a fit
-    gained), so the fits are made.
+    the model is nearly right. Where much is left, or much is foretold to be, the step is wild (it once
+    foretold -1e8 nats where a fit gained), so the fits are made.
     """
     numbers = np.unique(groups)
+    may_fit = numbers.size <= MAX_FOLDS
     misfit = 2.0 * optimum.cost / max(int(np.count_nonzero(problem.counted)), 1)
-    if misfit > REFIT_ERROR**2 and numbers.size <= MAX_FOLDS:
-        return np.array([_fitted(problem, optimum, groups == number) for number in numbers])
-    return np.array([_foretold(optimum, A, groups == number) for number in numbers])
+    is_far = may_fit and misfit > REFIT_ERROR**2
+
+    def score(rows: Mask) -> float:
+        told = -math.inf if is_far else _foretold(optimum, A, rows)
+        is_wild = -2.0 * told > REFIT_ERROR**2 * np.count_nonzero(problem.counted & rows)
+        return _fitted(problem, optimum, rows) if may_fit and is_wild else told
+
+    return np.array([score(groups == number) for number in numbers])
 
 
 def _foretold(optimum: Optimum, A: Floats, rows: Mask) -> float:

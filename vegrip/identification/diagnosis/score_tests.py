@@ -18,6 +18,7 @@ import numpy as np
 
 from vegrip.effects import BUILT_IN, Effect, effect, names, place
 from vegrip.errors import ModelError
+from vegrip.identification.fit.noise import LEAST_AIR, at_rest, in_air
 from vegrip.identification.fit.preprocess import Measured
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.solve import Optimum
@@ -91,6 +92,8 @@ def why_unseen(one: Effect, measured: Measured) -> str:
             return "no temperature was recorded"
         if np.nanstd(columns["temperature"]) < MIN_TEMPERATURE_SCATTER_K:
             return "the temperature hardly changed"
+    if one.in_air and not moves_in_air(measured):
+        return "the drive hardly moves in the air"
     tangential = {"tangential_force", "tangential_force_x", "tangential_force_y"} & takes
     if tangential and not {"tangential_force_x", "tangential_force_y"} & set(columns):
         return "no tangential force was recorded"
@@ -106,6 +109,13 @@ def why_unseen(one: Effect, measured: Measured) -> str:
             else "it shows only in the radius"
         )
     return ""
+
+
+def moves_in_air(measured: Measured) -> bool:
+    """Whether enough rows are of motion without a contact."""
+    air = in_air(measured.recording)
+    rest = at_rest(measured.recording, air, measured.noise.displacement)
+    return int(np.count_nonzero(air & ~rest)) >= LEAST_AIR
 
 
 def null(one: Effect) -> dict[str, float]:
