@@ -80,7 +80,12 @@ def import_(
     metres = parse_length(radius, "--radius") if radius else math.nan
     mapped = map_file is not None or bool(columns)
     one = src[0]
-    table_options = {"--map": columns, "--unit": units, "--negate": negated, "--map-file": map_file}
+    table_options: dict[str, object] = {
+        "--map": columns,
+        "--unit": units,
+        "--negate": negated,
+        "--map-file": map_file,
+    }
     table_options |= {"--zero": zeros, "--baseline": baseline}
     is_alone = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
     if len(src) > 1 and (is_alone or any(path.suffix.lower() in LOGS for path in src)):

@@ -192,8 +192,9 @@ def header_units(base: ColumnMap) -> tuple[ColumnMap, list[str]]:
 
     A column of which a unit or a scale is said keeps that.
     """
+    entries: dict[str, TimeMap | ChannelMap] = {"t": base.time, **base.channels}
     found = []
-    for name, entry in {"t": base.time, **base.channels}.items():
+    for name, entry in entries.items():
         bracket = IN_BRACKETS.search(entry.column)
         if bracket and not entry.unit and abs(getattr(entry, "scale", 1.0)) == 1.0:
             with contextlib.suppress(RecordingError):  # a remark
