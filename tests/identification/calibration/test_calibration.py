@@ -229,6 +229,8 @@ def test_what_a_trial_lacks_is_said_with_the_remedy(done: tuple[Calibration, lis
     flat = {"tangential_force_x": None, "tangential_force_y": None, "torque_z": None}
     assert "no tangential force" in check_trial("slide", _like(slide, **flat))[0]
     assert "no torque" in check_trial("twist", _like(twist, torque_z=np.zeros(len(twist))))[-1]
+    drowned = _like(twist, torque_z=1e-2 * twist.columns["torque_z"])
+    assert "its torque reaches" in check_trial("twist", drowned)[-1]
     touching = slide.columns["normal_force"] > 0.5 * slide.columns["normal_force"].max()
     late = slide.select(np.arange(len(slide)) >= int(np.argmax(touching)))
     assert "half a second in the air" in check_trial("slide", late)[0]

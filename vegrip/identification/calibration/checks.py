@@ -64,7 +64,7 @@ def check_trial(kind: str, recording: Recording) -> list[str]:
     if not peak > NOISES * noise.normal_force:
         return [
             f"it is pressed too gently: the force rises by {peak:.2g} N only, {NOISES:g} times its noise of "
-            f"{noise.normal_force:.2g} N is needed: press deeper"
+            f"{noise.normal_force:.2g} N is needed: press deeper (--depth allows it)"
         ]
     touches = force - rest > max(0.1 * peak, CLEAR_OF_NOISE_STD * noise.normal_force)
     said = _air(recording, touches)
@@ -147,7 +147,15 @@ def _slides(recording: Recording, how: str) -> list[str]:
 
 
 def _turns(recording: Recording, noise: float) -> list[str]:
-    torque = np.nan_to_num(recording.columns.get("torque_z", np.zeros(len(recording))))
-    if float(np.max(np.abs(torque))) > TURNED * (noise or 1e-4):
+    torque = np.abs(np.nan_to_num(recording.columns.get("torque_z", np.zeros(len(recording)))))
+    least, largest = TURNED * (noise or 1e-4), float(np.max(torque))
+    if largest > least:
         return []
-    return ["there is no torque in it: twist about the normal of the surface, or is torque_z not measured?"]
+    if not largest > 0.0:
+        return [
+            "there is no torque in it: twist about the normal of the surface, or is torque_z not measured?"
+        ]
+    return [
+        f"its torque reaches {largest:.2g} N m only, {TURNED:g} times its noise is {least:.2g} N m: press "
+        "deeper and twist further; or leave twists out, with --torque 0"
+    ]
