@@ -1,9 +1,13 @@
 """What lies between the measured displacement and the tip, against independent solutions."""
 
+import math
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+
+from vegrip.effects import effect
 
 DEPTH = 0.0008
 
@@ -87,10 +91,26 @@ def test_set_creeps_in_contact_as_its_differential_equation(model_with):
     np.testing.assert_allclose(model.simulate(t, depth(t)).indentation, depth(t) - crept, atol=1e-3 * DEPTH)
 
 
-@pytest.mark.parametrize("effect", ["permanent_set", "mullins_softening"])
-def test_wear_outlasts_the_contact_that_made_it(effect, model_with):
+@pytest.mark.parametrize("steps", [1, 7])
+def test_a_set_creeps_towards_the_depth_that_yielding_has_left(steps: int) -> None:
+    """``d d_c / dt = r (delta - d_y - d_c)``: after t it is ``(delta - d_y)(1 - exp(-r t))`` in any steps."""
+    depth, yields, rate, time = 1e-3, 0.2 * (1e-3 - 0.3 * 0.8e-3), 0.4, 3.0
+    crept = 0.0
+    for _ in range(steps):
+        left, _, crept = (
+            effect("permanent_set")
+            .hooks[0]
+            .function(depth, time / steps, 0.8e-3, 0.2, 0.3, rate, depth, crept)
+        )
+    expected = (depth - yields) * -math.expm1(-rate * time)
+    assert crept == pytest.approx(expected, rel=1e-12)
+    assert left == pytest.approx(depth - yields - expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["permanent_set", "mullins_softening"])
+def test_wear_outlasts_the_contact_that_made_it(name, model_with):
     """The same light touch is weaker after a deep press and a day of rest."""
-    model, hour = model_with(effect), 3600.0
+    model, hour = model_with(name), 3600.0
     t = np.array([0.0, 1.0, 2.0, hour, hour + 1.0, hour + 2.0, 25 * hour, 25 * hour + 1.0])
     force = model.simulate(t, DEPTH * np.array([0.0, 0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.5])).normal_force
     assert force[-1] < 0.999 * force[1]
