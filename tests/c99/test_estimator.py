@@ -86,7 +86,7 @@ def test_the_papers_model() -> None:
 
 
 @needs_compiler
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("names", GROUPS, ids=" ".join)
 def test_every_effect(names: list[str]) -> None:
     model = paper_model(8e-3)

@@ -7,6 +7,7 @@ import pytest
 from vegrip.grip.felt_slip import begin_felt_slip
 from vegrip.grip.friction_belief import BELIEF_MEAN, begin_belief, expect_finger
 from vegrip.grip.friction_onset import begin_onsets, feel_onset
+from vegrip.grip.friction_probe import PROBE_SHIFT
 from vegrip.grip.late_slip import LATE_SIZE, begin_late_slip, present_slip, recall_load
 
 DELAY = 0.02
@@ -65,6 +66,7 @@ def test_a_late_onset_teaches_the_friction_at_which_it_slid_and_not_the_load_of_
     begin_belief(g, 1, 0.03, 0.08)
     expect_finger(g, 0, math.log(0.7), 0.3, 0.08)
     begin_onsets(q, 0.05, 0.08)
+    q[PROBE_SHIFT] = 0.1  # it is being let go of: its slip is no surprise
     for _ in range(100):
         feel_onset(g, q, 0, 0.002, recall_load(q, 0, 0.002, 0.5), 0.02, 0.0, 0.0)
     for _ in range(3):

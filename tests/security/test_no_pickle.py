@@ -15,7 +15,7 @@ EXCEPTIONS = {
     ("program.py", "exec"),  # constants of the program's own kernels, to be written as C
     ("makers.py", "exec"),  # a maker's own package, which its user names on the command line
     ("compiled.py", "exec"),  # what is generated from a map whose every entry was checked
-    ("convert.py", "exec"),  # what is generated from the database of the package
+    ("signals.py", "exec"),  # what is generated from the database of the package
     ("file.py", "exec"),  # an effect whose every statement was checked
 }
 

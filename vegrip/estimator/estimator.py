@@ -48,7 +48,7 @@ CHANNEL_SETS = tuple(Channel(bits) for bits in range(64))
 """Every set of channels: joining two flags costs as much as a third of a filter step."""
 LOST = "lost"
 """Regime of a contact whose estimate contradicts its own measurement."""
-BEYOND_STDS, BEYOND_SHARE = 2.0, 1.05
+BEYOND_STDS, BEYOND_SHARE = 2.0, 1.25
 """By so many standard deviations a quantity is beyond so many times the range over which a model was fitted,
 before it is said."""
 REPORT_PLACE = {name: i for i, name in enumerate(REPORT)}

@@ -235,7 +235,7 @@ class BackgroundDiagnosis:
     def annotate(self, health: ModelHealth) -> ModelHealth:
         """Return ``health`` with the suspect; begin to look when it has failed for long enough."""
         finger, now = health.finger, health.stamp
-        if not health.channel:
+        if health.consistent or not health.channel:
             self._failing.pop(finger, None)
             self._suspect.pop(finger, None)
             return health

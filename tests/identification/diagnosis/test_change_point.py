@@ -23,7 +23,7 @@ def fitted(recording: Recording) -> CandidateFit:
     return evaluate_candidate(found.problem, found.optimum, held_out_groups(found.problem))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_interval_holds_the_instant_of_a_crack_and_its_size_is_known(tip) -> None:
     held, off = 0, []
     for seed in SEEDS:
@@ -38,7 +38,7 @@ def test_the_interval_holds_the_instant_of_a_crack_and_its_size_is_known(tip) ->
     assert np.mean(np.abs(off) < 2.0) >= 0.8
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_interval_holds_the_depth_of_a_second_object_and_its_stiffness_is_known(tip) -> None:
     held, off = 0, []
     for seed in SEEDS:

@@ -93,7 +93,7 @@ def test_a_lag_is_named_beside_places_that_differ(tip) -> None:
     assert any("of 4 episodes has a stiffness of its own" in doubt.text for doubt in found.doubts)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_only_differs_between_episodes_names_nothing(two_places) -> None:
     found = diagnose(two_places)
     assert (found.verdict, found.named) == ("unexplained", [])
