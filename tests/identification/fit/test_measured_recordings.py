@@ -38,11 +38,15 @@ def hand() -> Recording:
     return whole.select(closing)
 
 
-def test_one_deep_press_into_silicone_names_the_stiffening_and_the_wide_spectrum_at_no_bound() -> None:
-    """What its README says: the exponent rises with depth, and one relaxation time is not enough."""
+def test_one_deep_press_into_silicone_names_the_stiffening_and_more_times_of_relaxation_at_no_bound() -> None:
+    """What its README says: the exponent rises with depth, and one relaxation time is not enough.
+
+    A power law and a second time gain the same within 3 nats: one hold does not separate them.
+    """
     deep = read("silicone-indent/relax_P002-laser-1.csv", "silicone_hold", 40e-3)
     found = diagnose(deep, noise=noise_of(deep).tolerant(0.005))
-    assert (found.verdict, found.named) == ("named", ["layer_over_core", "power_law_relaxation"])
+    assert (found.verdict, found.named) == ("ambiguous", ["layer_over_core"])
+    assert found.indistinguishable == [["power_law_relaxation", "second_relaxation"]]
     assert found.error["after"] < found.error["noise_floor"] < 0.5 * found.error["before"]
     best = found.search.accepted[-1].fitted
     k, u = best.problem.unknowns, best.optimum.u
