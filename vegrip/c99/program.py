@@ -58,7 +58,6 @@ class Program:
     """Name in C of each function -> those it calls."""
 
     def text(self) -> str:
-        """Return everything in the order in which it must stand."""
         groups = (self.constants, self.structs, self.tables, self.helpers, self.functions)
         return "\n".join(part for group in groups if group for part in (*group, ""))
 

@@ -141,7 +141,6 @@ def _connect_product(
     *,
     as_json: bool,
 ) -> None:
-    """Write the map of a product, with what is said of it, and tell what is still to be measured."""
     from vegrip.config import parse_toml
     from vegrip.transport.mapped.products import map_of
     from vegrip.transport.mapped.writer import changed_text, checked

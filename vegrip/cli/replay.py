@@ -252,7 +252,6 @@ def _beside(plot: Path, finger: str, count: int) -> Path:
 
 
 def _print_outcome(outcome: "Outcome", reports: "Mapping[str, LoadReport]") -> None:
-    """Print one column per finger, then what was refused on the way."""
     console = printer()
     told = outcome.as_dict()["fingers"]
     table = figures("", *told, left=("",))

@@ -76,7 +76,6 @@ def what_to_try(folder: Path, *, web: bool) -> str:
 
 @contextmanager
 def _page(scenario: Scenario, console: Console) -> Iterator[Page | None]:
-    """Serve the live page where the web extra is installed."""
     if not _can_serve():
         console.print("no page in the browser: it needs pip install 'vegrip[web]'", markup=False)
         yield None

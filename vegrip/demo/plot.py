@@ -123,7 +123,6 @@ def _least(course: Course) -> tuple[Floats, Floats]:
 
 
 def _told(name: str, course: Course) -> str:
-    """Name, force over least possible, slips, of the legend."""
     figures, ratio = result_of(course), force_over_least(course, SETTLED_S)
     slips = f"{course.slips} slip" + ("" if course.slips == 1 else "s")
     end = ", dropped" if course.dropped else ""
@@ -137,7 +136,6 @@ def _samples(course: Course) -> int:
 
 
 def _lowest(values: Floats, count: int) -> Floats:
-    """Return the lowest of ``count`` values about each."""
     padded = np.pad(values, (count // 2, count - 1 - count // 2), mode="edge")
     lowest: Floats = np.lib.stride_tricks.sliding_window_view(padded, count).min(axis=1)
     return lowest

@@ -150,7 +150,6 @@ class CopyingEndpoint(Endpoint):
 
 
 def _free_port(kind: str) -> int:
-    """Return a port of loopback that is free now."""
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM if kind == "tcp" else socket.SOCK_DGRAM) as one:
         one.bind(("127.0.0.1", 0))
         return int(one.getsockname()[1])

@@ -76,7 +76,6 @@ def sure_knob(name: str, scenario: Scenario, slips: int, enough: float) -> float
 
 
 def force_ratio(theirs: Course, ours: Course) -> float:
-    """Return the mean grip force of ``theirs`` over that of ``ours``, while both hold."""
     end = min(theirs.time[-1], ours.time[-1])
     return result_of(theirs, end).mean_grip_force / result_of(ours, end).mean_grip_force
 

@@ -67,7 +67,6 @@ def node_text_of(model: ContactModel, layout: Layout, *, late: int = 0, ellipse:
 
 
 def clock_text_of(model: ContactModel, layout: Layout, *, ellipse: bool = False) -> str:
-    """Return the text that firmware has of an estimator, which takes samples in the order of time."""
     return text_with(model, layout, clock_parts(SampleLayout(layout)), CLOCK_ENTRIES, ellipse=ellipse)
 
 

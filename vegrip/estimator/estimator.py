@@ -170,7 +170,6 @@ class ContactEstimator:
 
     @property
     def late(self) -> int:
-        """Samples that came late and were put in their place."""
         return int(self.named["SAMPLE_LATE"])
 
     @property
@@ -423,13 +422,11 @@ class ContactEstimator:
         return self.named.section("P").reshape(n, n).copy()
 
     def _is_valid(self) -> bool:
-        """Whether measurements come and are not all refused: only then an estimate counts."""
         if not self._has_begun or not self._age("SAMPLE_STAMP") <= self.settings.longest_gap:
             return False
         return bool(self.named["REP_SOUND"] > 0.5)
 
     def _is_current(self) -> bool:
-        """Whether an estimate counts and contains the last sample offered."""
         return bool(self.named["SAMPLE_TRUSTED"]) and self._is_valid()
 
     @property
@@ -452,7 +449,6 @@ class ContactEstimator:
         return CHANNEL_SETS[bits]
 
     def _warm(self) -> None:
-        """Compile, or load from the cache, before the loop begins."""
         m = self._blank.copy()
         for dt in (-1.0, 1e-3):
             self._module.update(m, dt, 0.0, 0.0, NAN, 0.0, 0.0, 0.0)

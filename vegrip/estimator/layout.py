@@ -181,7 +181,6 @@ class Layout:
         return "\n".join(f"{name} = {value}" for name, value in self.names().items())
 
     def _sizes(self) -> Iterator[tuple[str, object]]:
-        """Sizes and places in the filter's state, channels, regimes."""
         yield from {"N": self.n, "M": self.moving, "NS": self.n_states}.items()
         yield from {"N_LEARNED": len(self.learned), "N_CONSIDERED": len(self.considered)}.items()
         yield from {"DELTA": DELTA, "SPEED": SPEED, "EFFECTS": EFFECTS}.items()

@@ -46,7 +46,6 @@ class Origins:
 
 
 def _hooks(effects: Sequence[Effect]) -> Iterator[tuple[str, types.FunctionType]]:
-    """Yield hooks and the functions of their files, by their names in a generated module."""
     for effect in effects:
         for i, hook in enumerate(effect.hooks):
             function = hook.function

@@ -157,7 +157,6 @@ def _named(
     count: int,
     more: dict[str, tuple[float, float]] | None = None,
 ) -> Iterator[Span]:
-    """Yield the spans of a section of ``count`` groups of numbers with ``names``."""
     known = BOUNDS.get(section, {}) | (more or {})
     for i, name in enumerate(names):
         step = len(names) if count > 1 else 1
@@ -165,7 +164,6 @@ def _named(
 
 
 def _joined(spans: Iterator[Span]) -> Iterator[Span]:
-    """Yield the same numbers with neighbours of like bounds in one span."""
     held = next(spans)
     for one in spans:
         follows = one.step == held.step == 1 and one.first == held.first + held.count

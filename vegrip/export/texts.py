@@ -170,7 +170,6 @@ def _accessor(p: str, entry: str, name: str) -> str:
 
 
 def _record(name: str, kind: str, sections: Iterable[tuple[str, tuple[str, ...], int]]) -> str:
-    """Return the names of numbers that lie one behind the other as a struct in C."""
     lines = ["typedef struct {"]
     for section, names, length in sections:
         if names:

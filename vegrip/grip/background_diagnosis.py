@@ -92,7 +92,6 @@ class SampleRing:
         self.clear()
 
     def clear(self) -> None:
-        """Forget everything."""
         self._count = self._rolling = 0
         self._last = self._touched = NEVER_NS  # [ns]
 
@@ -190,7 +189,6 @@ class NoDiagnosis:
         """Keep nothing."""
 
     def annotate(self, health: ModelHealth) -> ModelHealth:
-        """Return it as it is."""
         return health
 
     def forget(self, finger: str) -> None:
@@ -219,11 +217,9 @@ class BackgroundDiagnosis:
         self.busy: SideTask | None = None
 
     def note(self, finger: str, state: FingertipState, touching: bool) -> None:
-        """Keep ``state`` for a diagnosis."""
         self._ring_of(finger).note(state, touching)
 
     def note_kept(self, kept: KeptStates) -> None:
-        """Keep what the compiled step kept, for a diagnosis."""
         if len(kept):
             self._ring_of(kept.finger).note_kept(kept)
 

@@ -113,7 +113,6 @@ def single_lengths(finger: FingerLayout) -> Lengths:
 
 
 def finger_places(model: ContactModel) -> Origins:
-    """Return where the functions of a finger's module were written."""
     return Origins(model.effects, (HERE,))
 
 
@@ -144,7 +143,6 @@ def kernels_of(finger: FingerLayout) -> list[Path]:
 
 
 def entries_of(finger: FingerLayout) -> Mapping[str, tuple[Kind, ...]]:
-    """Return what is called of a finger's module from outside, with the kinds of the arguments."""
     return NODE_ENTRIES if finger.is_shared else ENTRIES
 
 
@@ -159,10 +157,8 @@ def constants() -> str:
 
 
 def bits_of(channels: tuple[str, ...] | frozenset[str]) -> int:
-    """Return a set of channels, bit by bit."""
     return sum(1 << CHANNELS.index(name) for name in channels)
 
 
 def channels_of(bits: int) -> frozenset[str]:
-    """Return the set of channels of its bits."""
     return frozenset(name for i, name in enumerate(CHANNELS) if bits >> i & 1)

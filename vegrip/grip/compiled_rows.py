@@ -106,7 +106,6 @@ class CompiledRows:
         return commands
 
     def _bind(self, module: ModuleC, needs: Floats) -> None:
-        """Prepare the call of C with all that stays the same."""
         kinds = ctypes.c_void_p * len(self.fingers)
         reals = kinds(*[finger.memory.f.ctypes.data for finger in self.fingers])
         wholes = kinds(*[finger.memory.t.ctypes.data for finger in self.fingers])

@@ -188,11 +188,9 @@ class GripController:
         return commands
 
     def watch(self, finger: str, now: int) -> list[ForceCommand]:
-        """Look whether ``finger`` is silent; return its command where the last one would expire."""
         return self.commands([finger], now) if self.fingers[finger].watch(now) else []
 
     def reports(self, finger: str, now: int) -> Iterator[Message]:
-        """Yield what is due to be told of ``finger``, each by its period in the settings."""
         return self.fingers[finger].reports(now)
 
     def ride_out(self, now: int) -> list[ForceCommand]:
@@ -205,7 +203,6 @@ class GripController:
             finger.restart()
 
     def place_of(self, name: str) -> Place:
-        """Return the place of a finger in the grasp."""
         names, thumb = self.names, self._settings.thumb
         return Place(names.index(name), len(names), names.index(thumb) if thumb in names else -1)
 
@@ -222,7 +219,6 @@ class GripController:
         return settings if grip is settings.grip else replace(settings, grip=grip)
 
     def _apply(self) -> None:
-        """Let friction and fingers go by the settings."""
         noise = getattr(self._settings, "noise", SensorNoise())
         self.friction.set_lead(self._settings.grip, noise.torque_z)
         for name, finger in self.fingers.items():

@@ -165,7 +165,6 @@ class GraspFinger:
 
     @property
     def estimator(self) -> Estimator:
-        """The estimate of its contact."""
         return self._estimator
 
     def replace_estimator(self, estimator: Estimator, module: FingerKernels | None = None) -> None:
@@ -190,7 +189,6 @@ class GraspFinger:
             self._bind_line()
 
     def module_of(self, estimator: Estimator) -> FingerKernels:
-        """Return the module of the step with another estimator."""
         return self._module(estimator, self._layout_of(estimator))
 
     def _layout_of(self, estimator: Estimator) -> FingerLayout:
@@ -223,7 +221,6 @@ class GraspFinger:
         self._bind_line()
 
     def _bind_line(self) -> None:
-        """Have what answers the frames of the present line."""
         f, t = self.memory.f, self.memory.t
         self.answer_frame = np.zeros(COMMAND_BYTES, dtype=np.uint8)
         """The frame of the last command, where states are frames."""
@@ -372,7 +369,6 @@ class GraspFinger:
         self._pack(self._bytes, 0, *state[FIRST_QUANTITY:])  # type: ignore[index]
 
     def _ask(self, policy: GripPolicy) -> None:
-        """Let a policy in Python say what force it wants."""
         self._let_forget()
         memory = self.memory
         least, load, torque, bound = memory.section("DEMAND").tolist()
@@ -390,12 +386,10 @@ class GraspFinger:
 
     @property
     def state_id(self) -> int:
-        """Identifier of the frames of states."""
         return self._on_wire.state_id
 
     @property
     def command_id(self) -> int:
-        """Identifier of the frames of commands."""
         return self._on_wire.command_id
 
     @property
@@ -442,7 +436,6 @@ class GraspFinger:
 
     @property
     def started(self) -> bool:
-        """Whether there is a command to hold."""
         return bool(self.memory["TURN_STARTED"])
 
     @property
@@ -477,7 +470,6 @@ class GraspFinger:
         return replace(self.command(), adjustment=0.0, reason=REASONS[self.memory["TURN_REASON"]])
 
     def number_from(self, seq: int) -> None:
-        """Give the next command a number above ``seq``."""
         self.memory["TURN_SEQ"] = max(self.memory["TURN_SEQ"], seq)
 
     # what it felt
@@ -489,7 +481,6 @@ class GraspFinger:
 
     @property
     def faults(self) -> dict[Condition, int]:
-        """How often the input had each of the conditions that are faults, as far as it had them."""
         counts = zip(Condition, self.memory.section("FAULTS").tolist(), strict=True)
         return {condition: count for condition, count in counts if count}
 
@@ -505,7 +496,6 @@ class GraspFinger:
 
     @property
     def past(self) -> KeptStates:
-        """What was believed of late, for an estimator that takes over."""
         noted = self.memory["TURN_NOTED"]
         return self._rows(max(noted - len(self._history), 0), noted)
 
@@ -519,12 +509,10 @@ class GraspFinger:
         return self._rows(max(fetched, noted - len(self._history)), noted)
 
     def felt(self) -> tuple[float, float]:
-        """Return normal force [N] and displacement [m] of the present state."""
         force, displacement = self._felt
         return self._reals[force], self._reals[displacement]
 
     def state(self) -> FingertipState:
-        """Return the present state."""
         stamp, seq = self._news
         return FingertipState(self._wholes[stamp], self.name, self._wholes[seq], *self._state.tolist())
 
@@ -536,7 +524,6 @@ class GraspFinger:
         return bool(is_known and is_fresh and whole[condition] <= DEGRADED)
 
     def _rows(self, start: int, end: int) -> KeptStates:
-        """Return copies of states by their numbers in the history."""
         rows = self._history
         order = np.arange(start, end) % max(len(rows), 1)
         return KeptStates(self.name, self._stamps[order], self._numbers[order], rows[order])
@@ -588,7 +575,6 @@ class GraspFinger:
             self._healths += 1
 
     def health_due(self, now: int) -> bool:
-        """Whether it is time to look at the health of the model."""
         return _due(self._healthy, now, self._settings.health_period)
 
     def learned_messages(self, learned: Mapping[str, Learned], now: int) -> Iterator[Message]:
@@ -622,7 +608,6 @@ class GraspFinger:
         return bool(now >= self.memory["TURN_CONTACT_DUE"] or now < self.memory["TURN_REPORTED"])
 
     def _set_due(self) -> None:
-        """Let the step know when something is to be told next."""
         memory = self.memory
         period = math.ceil(self._settings.report_period * NS)
         if period != memory["SETUP_REPORT_PERIOD"] and memory["TURN_CONTACT_DUE"]:

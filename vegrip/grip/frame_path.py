@@ -120,7 +120,6 @@ class FramePath:
                 yield from self._node.reports(name, now)
 
     def _of(self, names: Sequence[str]) -> dict[str, GraspFinger]:
-        """Return the fingers of those names; none of a node that has been cleaned up since."""
         return {name: self._node.fingers[name] for name in names if name in self._node.fingers}
 
     def _note(self, finger: str, done: int, arrival: int, now: int) -> None:
@@ -144,12 +143,10 @@ class FramePath:
             telemetry.show(self._node.fingers[finger].command(), Direction.OUT)
 
     def _is_watched(self, finger: str) -> bool:
-        """Return whether the reports of ``finger`` are wanted as messages."""
         telemetry = self._telemetry
         return telemetry is not None and any(telemetry.wants(k, finger, Direction.OUT) for k in REPORTS)
 
     def _count_reports(self, finger: str) -> None:
-        """Count reports of ``finger`` that travelled as bytes."""
         if self._telemetry is not None:
             for kind in REPORTS:
                 self._telemetry.count(kind, finger, Direction.OUT)
@@ -228,7 +225,6 @@ class BatchPath(FramePath):
                 yield from self._node.reports(name, now)
 
     def _sealed(self, kind: type[Message], rows: int, data: bytearray) -> bytearray:
-        """Return the batch of the first rows of ``data``, with its head."""
         end = FIRST_ROW + rows * (ROW_ID.size + self._endpoint.batches.lengths[kind])
         whole = data if len(data) == end else data[:end]
         self._endpoint.batches.seal(whole, kind, rows)

@@ -107,12 +107,10 @@ class GraspAction:
         self._last: _Look | None = None
 
     def grasp(self, goal: GraspGoal) -> None:
-        """Begin to close."""
         self._begin(GraspPhase.CLOSING, goal)
         self._most = goal.max_force
 
     def release(self, goal: ReleaseGoal, fingers: Mapping[str, Finger]) -> None:
-        """Begin to let go."""
         self._begin(GraspPhase.RELEASING, goal)
         self._most = max((finger.held for finger in fingers.values() if finger.held >= 0.0), default=0.0)
 
@@ -163,7 +161,6 @@ class GraspAction:
         return now - self._began >= self._goal.timeout * NS
 
     def _verdict(self, look: _Look) -> tuple[GraspPhase, str]:
-        """Return the phase that ``look`` speaks for, and why."""
         if self.phase in (GraspPhase.RELEASING, GraspPhase.RELEASED):
             return self._verdict_of_release(look)
         missing = self._missing(look)

@@ -264,7 +264,6 @@ class GraspFriction:
         return ObjectFriction(sum(self._memory[BELIEF_MEAN : BELIEF_MEAN + n]) / n, std)
 
     def belief(self, finger: str) -> tuple[float, float]:
-        """Return mean and standard deviation of ln mu of ``finger`` as the grasp believes it."""
         i = self._places[finger]
         return self._memory[BELIEF_MEAN + i], math.sqrt(believed_variance(self._memory, i))
 

@@ -58,7 +58,6 @@ class InMemory:
         return found
 
     def observe(self, finger: str, now: int) -> Mapping[str, Learned]:
-        """Take note of what is learned."""
         return self.learners[finger].look(now) if finger in self.learners else {}
 
     def save(self) -> None:

@@ -54,7 +54,6 @@ class ModelSwap:
         return task
 
     def take(self) -> dict[str, Successor] | None:
-        """Return the estimators when they are ready, once, and the modules of their steps."""
         ready, self._ready = self._ready, None
         return ready
 

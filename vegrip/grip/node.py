@@ -94,7 +94,6 @@ class GraspForce(NodeBase):
 
     @property
     def parameters(self) -> ControlSettings:
-        """What can be changed while the node runs."""
         return self._parameters
 
     @parameters.setter
@@ -109,7 +108,6 @@ class GraspForce(NodeBase):
 
     @property
     def fingers(self) -> dict[str, GraspFinger]:
-        """The fingers by name; none until the node is configured."""
         return {} if self.controller is None else self.controller.fingers
 
     def grasp(self, goal: Mapping[str, Any]) -> None:
@@ -131,7 +129,6 @@ class GraspForce(NodeBase):
         self._bound()
 
     def grasp_status(self, now: int) -> GraspStatus:
-        """Return how the grasp or release goes that was asked for last."""
         return self._action.result(now)
 
     def _require_active(self) -> None:
@@ -139,7 +136,6 @@ class GraspForce(NodeBase):
             raise UsageError(f"{self.name} is not active; `vegrip lifecycle set {self.name} active`")
 
     def _bounded(self) -> ControlSettings:
-        """Return the parameters with the limits of what is grasped or released."""
         return replace(self._parameters, limits=self._action.limits(self._parameters.limits))
 
     def _bound(self) -> None:
@@ -253,12 +249,10 @@ class GraspForce(NodeBase):
     # the short way: frames in, frames out
 
     def frame_path(self, endpoint: Any, loop: OfLoop) -> FramePath:
-        """Return what answers states that ``endpoint`` brings as bytes."""
         return PATHS[endpoint.brings](self, endpoint, loop)
 
     @property
     def compiled_fingers(self) -> Mapping[str, GraspFinger]:
-        """The fingers whose frames are answered as they are."""
         return {name: finger for name, finger in self.fingers.items() if finger.line and finger.is_whole}
 
     def run_compiled(self, lines: Mapping[str, Line], mode: str = "") -> None:
@@ -320,7 +314,6 @@ class GraspForce(NodeBase):
         return iter(()) if controller is None else self._reports(controller, controller.fingers[name], now)
 
     def leave_lines(self, name: str = "") -> None:
-        """Let the codec go on with the counters of the finger ``name`` or of all, and decode."""
         for finger in [self.fingers[name]] if name else self.fingers.values():
             finger.leave_line()
 
@@ -329,16 +322,13 @@ class GraspForce(NodeBase):
         return [finger.standing_command() for finger in self.fingers.values() if finger.started]
 
     def _on_line(self, name: str) -> GraspFinger | None:
-        """Return the finger ``name`` if its frames can be answered as they are."""
         finger = self.fingers.get(name)
         return finger if finger is not None and self._active and finger.take_line() else None
 
     def _are_on_line(self, fingers: Iterable[GraspFinger]) -> bool:
-        """Return whether the frames of all fingers can be answered as they are."""
         return self._active and all(finger.is_on_line or finger.take_line() for finger in fingers)
 
     def _join(self) -> None:
-        """Prepare one call for the frames of all fingers, where that is possible."""
         fingers = list(self.compiled_fingers.values())
         is_whole = bool(fingers) and len(fingers) == len(self.fingers)
         self.batch = self.packets = None
@@ -380,7 +370,6 @@ class GraspForce(NodeBase):
             objects.write(self.parameters.friction.object, found)
 
     def _known_objects(self) -> KnownObjects | None:
-        """Return where the friction of objects is kept, None where no object is named."""
         name, folder = self.parameters.friction.object, getattr(self.parameters, "learned", "")
         if name and not folder:
             raise ConfigError(
@@ -404,7 +393,6 @@ class GraspForce(NodeBase):
             yield from finger.learned_messages(learned, now)
 
     def _note_past(self, finger: GraspFinger) -> None:
-        """Keep what was felt for a diagnosis."""
         if (kept := finger.fetch()) is not None:
             self.diagnoser.note_kept(kept)
 

@@ -49,7 +49,6 @@ class GraspParameters(ControlSettings):
 
 
 def learned_store_of(parameters: GraspParameters) -> InMemory:
-    """Return the store that the parameters ask for."""
     return OnDisk(Path(parameters.learned)) if parameters.learned else InMemory()
 
 

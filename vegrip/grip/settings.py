@@ -50,7 +50,6 @@ class ControlSettings:
 
     @property
     def is_built_in(self) -> bool:
-        """Whether the policy is one that the finger step has."""
         return find_policy(self.policy).make is None
 
 

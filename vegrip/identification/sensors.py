@@ -88,7 +88,6 @@ USUAL_SENSORS: Final = {
 
 
 def answers(channels: Channels) -> dict[str, bool]:
-    """Return for every output whether ``channels`` give it."""
     return {output.name: output.given(channels) for output in OUTPUT_NEEDS}
 
 

@@ -173,7 +173,6 @@ class ContactModel:
 
     @cached_property
     def plan(self) -> Plan:
-        """The effects composed: order of calls, texts."""
         return compose(self.effects)
 
     @property
@@ -200,7 +199,6 @@ class ContactModel:
         return writer.write(self.plan, [e.name for e in self.effects], kernels, entries)
 
     def compiled(self, *, plain: bool = False) -> Batch:
-        """Return what runs records through the model; ``plain`` leaves it uncompiled."""
         return batch_of(self.effects, kernel_mode(), plain=plain)
 
     def simulate(

@@ -58,7 +58,6 @@ def warn(check: str, text: str, remedy: str) -> Finding:
 
 
 def fail(check: str, text: str, remedy: str) -> Finding:
-    """Return a finding that must be fixed."""
     return Finding(check, Grade.FAIL, text, remedy)
 
 

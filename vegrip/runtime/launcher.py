@@ -131,7 +131,6 @@ class Launcher:
                 self._stop_one(child, child.process)
 
     def _brought_up(self, child: ChildProcess) -> bool:
-        """Start ``child`` and wait until it is ready; return whether to go on."""
         self._start(child)
         while child.ready is not None and child.process is not None and not child.ready():
             if not self._watched():
@@ -149,7 +148,6 @@ class Launcher:
         self._tell(child.name, "started")
 
     def _ended(self, child: ChildProcess, code: int) -> bool:
-        """Note the end of ``child``; return whether the others go on."""
         child.process = None
         delay = child.policy.delay(code, (self._clock.now() - child.started) / NS)
         if delay is not None:

@@ -112,7 +112,6 @@ class ManagedNode:
         self.on_hold = False
 
     def on_message(self, message: Message, now: int) -> Iterator[Message]:
-        """Let an active node answer, as far as the answers are taken; nothing from any other."""
         return self.answers(lambda: self.node.on_message(message, now), now)
 
     def answers(self, ask: Callable[[], Iterable[Answer]], now: int) -> Iterator[Answer]:

@@ -221,7 +221,6 @@ class Ending:
 
 @contextmanager
 def _ended_by_signals() -> Iterator[Ending]:
-    """Let signals end the node; once SIGTERM has come it is ignored, for the process is about to end."""
     ending = Ending()
     before = {number: signal.signal(number, ending) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

@@ -232,7 +232,6 @@ class Runner:
         self._serve_due()
 
     def _serve_due(self) -> None:
-        """Serve requests, the tick and the status, as far as they are due."""
         self.inbox.serve()
         if self._broken:
             self._tell_broken()
@@ -338,7 +337,6 @@ class Runner:
         return () if len(self._unfinished) >= MOST_UNFINISHED else self._endpoint.receive(0.0)
 
     def _finish_one(self) -> None:
-        """Send one message of what was to come after the commands, or let one be sent as bytes."""
         while self._unfinished:
             for answer in self._unfinished[0]:
                 self._begun = True
@@ -428,7 +426,6 @@ class Runner:
         return {name: count for name, count in counts.items() if count}
 
     def _refuse_a_second(self) -> None:
-        """Raise if another node commands the fingers of this node: they would get two commands in turn."""
         if self._other is None:
             return
         heard, what = self._other

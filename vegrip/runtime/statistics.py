@@ -21,7 +21,6 @@ class Schedule:
         self.skipped = 0
 
     def start(self, now: int) -> None:
-        """Lay the grid: the first tick is due at once."""
         self.due = now
 
     def take(self, now: int) -> int:
@@ -180,7 +179,6 @@ class LoopStatistics:
 
     @property
     def latency(self) -> Histogram:
-        """How long commands took after their states, since the start."""
         return Histogram.sum_of([self._before, self._recent])
 
     def state(self, finger: str, arrived: int) -> None:
@@ -233,7 +231,6 @@ class LoopStatistics:
 
     @property
     def inputs(self) -> int:
-        """What the node lives on: states, or commands where it sends the states itself."""
         return self.commands_received if self.states_sent else self.states
 
     @property

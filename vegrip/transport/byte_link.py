@@ -258,7 +258,6 @@ def remedy(kind: str, address: str, error: OSError) -> str:
 
 
 def _group(path: str) -> str:
-    """Return the group that may open the file."""
     import grp  # noqa: PLC0415 (only to say who may)
 
     try:

@@ -308,7 +308,6 @@ class CanEndpoint(Endpoint):
             return None
 
     def _reopened(self) -> CanPort | None:
-        """Try to open a lost bus again, at most once per ``REOPEN_PERIOD``."""
         now = time.monotonic()
         if self._reopen is None or now < self._reopen_at:
             return None

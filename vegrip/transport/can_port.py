@@ -182,7 +182,6 @@ class VirtualPort:
 
 
 def _for_bus(frame: Frame) -> tuple[int, bytes, int]:
-    """Return identifier, data and flags of ``frame`` as the virtual bus takes them."""
     flags = PLAIN_FLAGS if frame.fd else 0
     if frame.arbitration_id & EXTENDED:
         return frame.arbitration_id ^ EXTENDED, frame.data, flags | wire.EXTENDED

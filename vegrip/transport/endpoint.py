@@ -107,7 +107,6 @@ class Endpoint(ABC):
         """Bring only messages of ``kinds``, and what is not understood, where that saves anything."""
 
     def send_all(self, messages: Sequence[Message]) -> None:
-        """Send ``messages``, where that is possible in less time than one by one."""
         for message in messages:
             self.send(message)
 

@@ -198,7 +198,6 @@ class VirtualHand:
         return self._burdens[ahead : ahead + steps]
 
     def _advance(self, steps: int, commands: Floats) -> None:
-        """Take ``steps`` steps of the mechanics."""
         if self.settings.thermal.warming:
             self._warm((self._ticks + 1) * self.settings.step)
         past, step = self.soft.history, self._ticks

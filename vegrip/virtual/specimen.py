@@ -167,7 +167,6 @@ def _those(hidden: Sequence[Hidden], name: str) -> list[Callable[..., Any]]:
 
 
 def _about(f: Callable[[float], float], x: float, low: float, high: float) -> tuple[float, float]:
-    """Return a bracket of the zero of the growing f, as narrow about ``x`` as a few looks make it."""
     reach = NEARBY * high
     below, above = max(x - reach, low), min(x + reach, high)
     if f(below) > 0.0:

@@ -93,7 +93,6 @@ class InternalForces:
         return self._answer
 
     def forget(self) -> None:
-        """Solve anew at the next call."""
         self._asked, self._answer = {}, {}
 
     def _least_additions(self, least: Floats, grasp: Floats) -> list[float]:

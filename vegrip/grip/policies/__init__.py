@@ -31,7 +31,6 @@ GROUP = "vegrip.policies"
 
 
 def policy_names() -> list[str]:
-    """Return the names of all policies, built in and added by other packages."""
     return [*POLICIES, *sorted(point.name for point in entry_points(group=GROUP))]
 
 

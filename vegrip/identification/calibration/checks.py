@@ -103,7 +103,6 @@ def _speeds(recording: Recording, touches: NDArray[np.bool_]) -> list[str]:
 
 
 def _holds(recording: Recording, force: Floats, peak: float, noise: Noise) -> list[str]:
-    """Look for a stretch in contact in which depth (relaxation) or force (creep) stands still."""
     depth = np.nan_to_num(recording.columns["displacement"])
     pressed = force > 0.25 * peak
     reach = float(np.ptp(depth[pressed])) if pressed.any() else 0.0

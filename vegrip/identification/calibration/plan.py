@@ -169,7 +169,6 @@ def _now(fit: Fit) -> tuple[Floats, Floats]:
 
 
 def _information(contest: Hypotheses, trial: Trial, fit: Fit) -> Floats:
-    """Return the information of a trial on the parameters of ``fit``, its zeros eliminated."""
     model = contest.models["model"]
     made = simulate(model, trial.protocol, sensors=contest.sensors, rate=contest.rate, seed=0)
     problem = Problem(model, preprocess(made, noise_of(made)), symbols=fit.problem.symbols)

@@ -143,7 +143,6 @@ def draw_diagnosis(found: Diagnosis, folder: Path, start: str) -> list[Path]:
 
 
 def _channels(found: Diagnosis, start: str) -> list[list[_Side]]:
-    """Return for every channel the model before, and the one after where something was added."""
     first, last = found.search.first, found.search.last
     added = [one.candidate.name for one in found.search.accepted]
     models = [(start, "C3", first)]

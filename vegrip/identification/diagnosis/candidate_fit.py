@@ -131,7 +131,6 @@ def _information(problem: Problem, optimum: Optimum) -> Floats:
 
 
 def extend_problem(base: CandidateFit, hint: Hint, groups: Floats) -> CandidateFit:
-    """Refit with a candidate, from where the screen points."""
     return evaluate_candidate(*extended(base, hint), groups)
 
 

@@ -173,7 +173,6 @@ def certify(found: Diagnosis) -> dict[str, float]:
 
 
 def _without(fitted: CandidateFit, rows: NDArray[np.bool_]) -> Floats:
-    """Return the residual everywhere under a fit to other ``rows`` than these."""
     weighted = Weighted(fitted.problem, np.where(rows, OUTSIDE, 1.0))
     return fitted.problem.residual(refine_optimum(weighted, fitted.optimum.u, EVALUATIONS, near=0.5).u)
 

@@ -83,7 +83,6 @@ def find_clean(fitted: CandidateFit) -> Clean | None:
 def _fitted(
     fitted: CandidateFit, u: Floats, kept: NDArray[np.bool_], inside: NDArray[np.bool_]
 ) -> tuple[Floats, float, float] | None:
-    """Return the fit to the rows ``kept`` and the errors inside and beyond; None where it leaves too much."""
     problem, n = fitted.problem, kept.size
     weights = np.where(np.append(kept, np.zeros(problem.counted.size - n, dtype=bool)), 1.0, OUTSIDE)
     u = refine_optimum(Weighted(problem, weights), u, EVALUATIONS, near=0.5).u

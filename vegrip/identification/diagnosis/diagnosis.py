@@ -120,7 +120,6 @@ class Diagnosis:
 
     @cached_property
     def groups(self) -> Floats:
-        """What every residual (rows,) is drawn or held out with."""
         return held_out_groups(self.start.problem)
 
     @cached_property
@@ -163,7 +162,6 @@ class Diagnosis:
 
     @cached_property
     def repeated(self) -> Repeated | None:
-        """What of the misfit of the start model is no chance."""
         return self._start.repeated
 
     @cached_property
@@ -175,7 +173,6 @@ class Diagnosis:
 
     @cached_property
     def holds(self) -> Clean | None:
-        """The widest range in which the start model leaves only noise, where it does not everywhere."""
         return None if self.verdict == "adequate" else find_clean(self.search.first)
 
     @cached_property
@@ -189,7 +186,6 @@ class Diagnosis:
 
     @property
     def error(self) -> dict[str, float]:
-        """Rms of standardised residuals: before, after, and what a perfect model would leave."""
         return {"before": self.search.first.error, "after": self.search.last.error, "noise_floor": 1.0}
 
     def effects(self) -> list[dict[str, Any]]:

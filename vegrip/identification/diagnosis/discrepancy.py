@@ -131,7 +131,6 @@ def _knots(values: Floats, count: int) -> Floats:
 
 
 def _blocks(problem: Problem) -> Iterator[tuple[str, np.ndarray, slice]]:
-    """Yield channel, its rows of the recording, and where its residuals stand."""
     m = problem.measured
     n, k = len(m.recording), m.sliding.size
     yield "normal_force", np.arange(n), slice(0, n)

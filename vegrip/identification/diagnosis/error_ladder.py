@@ -105,7 +105,6 @@ def add_effect(name: str, start: Fit) -> tuple[Fit, CandidateFit]:
 
 
 def _hint(base: CandidateFit, candidate: Candidate) -> Hint:
-    """Return where the screen points, or the declared value where it sees nothing."""
     hints = screen_candidates(base.problem, base.optimum, [candidate])
     if hints:
         return hints[0]

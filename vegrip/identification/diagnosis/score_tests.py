@@ -153,7 +153,6 @@ def _amount(p: Parameter) -> float:
 
 
 def moved(p: Parameter, z: float) -> float:
-    """Return the value ``z`` prior standard deviations from the default, within the bounds."""
     value = p.default * math.exp(z * p.std) if p.transform == "log" else p.default + z * p.std
     return min(max(value, p.low), p.high)
 

@@ -121,7 +121,6 @@ class Search:
 
     @property
     def accepted(self) -> list[Tried]:
-        """What was taken, in order, and not dropped again."""
         taken = [step.taken for step in self.steps if step.taken is not None]
         return [one for one in taken if one.candidate.name not in self.dropped]
 
@@ -291,7 +290,6 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
 
 
 def _refitted(base: CandidateFit, chosen: list[Hint], groups: Floats, threads: int) -> list[CandidateFit]:
-    """Return the fits with each of the ``chosen``; only those that contend are made to the end."""
     with ThreadPoolExecutor(threads) as pool:
         fits = list(pool.map(lambda hint: extend_problem(base, hint, groups), chosen))
         gained = max((one.evidence - base.evidence for one in fits), default=0.0)
@@ -324,7 +322,6 @@ def drop_unneeded(fitted: CandidateFit, groups: Floats) -> CandidateFit:
 
 
 def _without(fitted: CandidateFit, candidate: Candidate) -> Problem:
-    """Return the problem without an effect."""
     problem = fitted.problem
     own = {p.symbol for p in candidate.effect.parameters}
     effects = tuple(one for one in problem.model.effects if one.name != candidate.name)

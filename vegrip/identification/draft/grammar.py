@@ -209,6 +209,5 @@ class Law:
 
     @property
     def complexity(self) -> int:
-        """How many parameters and hidden states it has."""
         states = sum(bool(one.remember) for one in (self.variable, self.second) if one)
         return 1 + bool(self.shape.trials) + self.variable.has_rate + states + 2 * (self.second is not None)

@@ -103,7 +103,6 @@ class Tried:
 
     @property
     def failed(self) -> tuple[str, ...]:
-        """What forbids to write it."""
         little = ("little",) * (self.share < MIN_SHARE)
         return (*self.verdict.failed, *little, *("held-out protocols",) * (self.across <= 0.0), *self.broken)
 
@@ -137,7 +136,6 @@ class Draft:
         return [one for one in passed if set(one.law.variables) != own and one.verdict.gain >= least]
 
     def text_of(self, one: Tried, name: str) -> str:
-        """Return the file of a law that was tried, as the effect ``name``."""
         return law_text(one.law, name, self._found(one, name), one.parameters)
 
     @property
@@ -506,7 +504,6 @@ def _key(law: Law) -> tuple[str, ...]:
 
 
 def _distinct(found: list[Screened]) -> list[Screened]:
-    """Return the best of each place, variables and shape."""
     seen: dict[tuple[str, ...], Screened] = {}
     for one in found:
         seen.setdefault(_key(one.law), one)

@@ -255,7 +255,6 @@ def suited_rig(item: Item, contest: Hypotheses, limits: RigLimits, rig: Rig) -> 
 
 
 def _score(planned: Planned, limits: RigLimits) -> float:
-    """Return what is to be large: nats, up to enough, then speed."""
     reached = min(planned.nats / SUFFICIENT_NATS, 1.0)
     return reached - DURATION_COST * planned.whole.duration / limits.duration
 

@@ -71,7 +71,6 @@ def limits_of(recording: Recording) -> RigLimits:
 
 
 def complete_limits(given: RigLimits, usual: RigLimits) -> RigLimits:
-    """Return ``given`` with what it leaves open taken from ``usual``."""
     unknown = {f.name for f in fields(RigLimits) if math.isnan(getattr(given, f.name))}
     return replace(given, **{name: getattr(usual, name) for name in unknown})
 
@@ -95,7 +94,6 @@ class Rig:
         return Segment(max(abs(depth - start) / pace, 2.0 / self.rate), depth=depth)
 
     def press(self, depth: float, *inside: Segment, speed: float = 0.0) -> Episode:
-        """Return air, a press to ``depth``, what is done there, and back into the air."""
         off = -CLEARANCE_SHARE * self.depth
         return (self.air(), self.go(off, depth, speed), *inside, self.go(depth, off, speed), self.air())
 

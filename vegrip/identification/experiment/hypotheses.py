@@ -137,7 +137,6 @@ class Separation:
 
 
 def chance_to_decide(nats: float) -> float:
-    """Return the probability that one experiment tells a pair apart by more than the limit of ambiguity."""
     return float(ndtr((nats - INDISTINGUISHABLE_NATS) / np.sqrt(2.0 * nats))) if nats > 0.0 else 0.0
 
 

@@ -61,7 +61,6 @@ def straight(t: Floats, first: Floats, measured: Floats, noise: float) -> NDArra
 
 
 def _runs(wanted: NDArray[np.bool_], first: Floats) -> list[tuple[int, int]]:
-    """Return where runs of ``wanted`` samples of one episode begin and end, of those a window fits into."""
     episode = np.cumsum(first > 0.5)
     at = np.flatnonzero(np.diff(np.where(wanted, episode, -1), prepend=-1, append=-1))
     return [(low, high) for low, high in pairwise(at.tolist()) if wanted[low] and high - low > CUBIC + 1]

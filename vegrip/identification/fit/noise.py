@@ -342,7 +342,6 @@ def noise_of(recording: Recording) -> Noise:
 
 
 def _seen(recording: Recording, known: Mapping[str, float]) -> tuple[OuNoise | None, str]:
-    """Return the noise of the force where nothing but noise acts, and where that was."""
     if not {"normal_force", "displacement"} <= set(recording.columns):
         return None, ""
     white = known["normal_force"]

@@ -318,7 +318,6 @@ class Problem:
 
     @property
     def used(self) -> NDArray[np.bool_]:
-        """Rows (n,) whose normal force counts."""
         return np.isfinite(self.measured.force) & ~self.doubtful
 
     def doubted(self, u: Floats) -> NDArray[np.bool_]:
@@ -443,7 +442,6 @@ class Problem:
 
     @property
     def counted(self) -> NDArray[np.bool_]:
-        """Which residuals are measurements (a missing force has none)."""
         return np.concatenate([self.used, np.isfinite(self.slip_std), np.isfinite(self.radius_std)])
 
 
@@ -453,7 +451,6 @@ def own_name(symbol: str, place: int) -> str:
 
 
 def _owners(zeros: Zeros, since: NDArray[np.int64], recording: Recording) -> NDArray[np.int64]:
-    """Return which zeros each row has, numbered from 0; ``since``: the memory that each row belongs to."""
     if zeros == "recording":
         return np.zeros_like(since)
     if zeros == "episode":

@@ -182,7 +182,6 @@ class Fit:
 
     @property
     def shown(self) -> Shown:
-        """The range over which the model was fitted."""
         return shown_by(self.problem, self.optimum.u)
 
     @cached_property

@@ -65,7 +65,6 @@ def _best_start(problem: Problem, starts: list[Floats], report: Report) -> Float
 
 
 def _settle(problem: Problem, u: Floats, report: Report) -> Optimum:
-    """Minimise from ``u`` until the noise is that at the optimum."""
     for i in range(2):
         report(f"last steps {i + 1} of 2")
         problem.freeze(u)
@@ -75,7 +74,6 @@ def _settle(problem: Problem, u: Floats, report: Report) -> Optimum:
 
 
 def _is_settled(problem: Problem, u: Floats) -> bool:
-    """Whether ``u`` is where a fit has ended before: fitted again, it stays what it is."""
     problem.freeze(u)
     r = problem.residual(u)
     _, foretold = _step(problem.unknowns, u, r, problem.jacobian(u, r), 0.0)

@@ -191,7 +191,6 @@ class Ledger:
         return f"{self._context}:{found.fingerprint}:{found.path}"
 
     def _read(self) -> None:
-        """Take in what is there; a last line that was cut off is examined again."""
         for line in self.path.read_text(encoding="utf-8").splitlines():
             try:
                 told = json.loads(line)

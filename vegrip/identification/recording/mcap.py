@@ -273,7 +273,6 @@ def _write_tables(writer: Any, tables: list[TextTable]) -> None:
 
 
 def _stream(writer: Any, table: TextTable) -> Iterator[tuple[int, int, int, bytes]]:
-    """Register the channel of ``table`` and yield its messages: stamp, channel, row, JSON."""
     name = f"vegrip.{table.kind.__name__}"
     schema = writer.register_schema(name, "jsonschema", json_schema(table.kind, table.columns))
     about = {"file": table.file, "columns": ",".join(table.columns), "rows": str(len(table.rows))}
@@ -322,7 +321,6 @@ def read_mcap(path: Path | str, folder: Path | str) -> dict[Path, Recording]:
 
 
 def _unpacked(path: Path, texts: Mapping[str, str], folder: Path) -> dict[Path, Recording]:
-    """Write ``texts`` into ``folder`` and read them; return the recordings by their place in it."""
     folder.mkdir()
     for name, text in texts.items():
         (folder / name).parent.mkdir(exist_ok=True)
@@ -352,7 +350,6 @@ def _records(path: Path) -> Iterator[Iterator[Any]]:
 
 
 def _unchunked(path: Path, records: Iterator[Any]) -> Iterator[Any]:
-    """Yield ``records`` and those in their chunks, none of which is more than ``MAX_RECORD_BYTES``."""
     kinds, library = bag_library("mcap.records"), bag_library("mcap.stream_reader")
     for record in records:
         if not isinstance(record, kinds.Chunk):

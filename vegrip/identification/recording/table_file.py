@@ -133,7 +133,6 @@ class TableFile:
         return lost
 
     def _write_lines(self, lines: deque[str]) -> None:
-        """Write ``lines`` and take out those that are on disk whole, also when the disk refuses the rest."""
         data = ("\n".join(lines) + "\n").encode()
         if self._torn:  # seal a torn line, so that a reader loses it alone and not the one after it
             data = b"\n" + data

@@ -136,7 +136,6 @@ def _signs(row: Sequence[str]) -> Iterator[str]:
 
 
 def _share(row: Sequence[str], other: str) -> float:
-    """Return the share of numbers among the cells that are not empty, 0 where there is but one column."""
     filled = [cell for cell in row if cell]
     if len(row) < 2 or not filled:
         return 0.0
@@ -144,7 +143,6 @@ def _share(row: Sequence[str], other: str) -> float:
 
 
 def _header(lines: Sequence[str], rows: Sequence[list[str]], first: int) -> int:
-    """Return the line of the names: the uppermost of those above the numbers that fill all columns."""
     above = [i for i in range(first) if lines[i].strip()]
     if not above:
         return first

@@ -102,7 +102,6 @@ def timeline(protocol: Protocol, step: float) -> Timeline:
 
 
 def moves(line: Timeline) -> NDArray[np.bool_]:
-    """Return the rows (n,) at which the counter-surface moves."""
     out: NDArray[np.bool_] = np.any(line.pull != 0.0, axis=1)
     return out
 

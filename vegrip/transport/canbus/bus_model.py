@@ -117,7 +117,6 @@ class BusModel:
         return self._functions.carry(self._bus, until)
 
     def catch_up(self) -> None:
-        """Bring the bus up to the present of the wall clock."""
         self._functions.catch_up(self._bus)
 
     def waiting(self, node: int) -> int:
@@ -182,7 +181,6 @@ class BusModel:
         return events
 
     def _forget(self) -> None:
-        """Forget the nodes of which the bus has nothing left to send."""
         bus = self.record
         if bus.attached < len(self._slots):
             self._slots = {bus.nodes[slot].number: slot for slot in bus.order[: bus.attached]}

@@ -88,7 +88,6 @@ def frame_duration(frame: BusFrame, timing: BitTiming) -> int:
 
 
 def frame_bits(frame: BusFrame) -> tuple[int, int]:
-    """Return the number of bits at the nominal and at the data bit rate, stuff bits and gap included."""
     return text.frame_bits(_record(frame))
 
 

@@ -129,7 +129,6 @@ class Hub:
         return bus.carry(now + CARRIED_AT_ONCE)
 
     def _take_outbox(self, bus: BusModel) -> None:
-        """Keep what members that do not read are to get."""
         record = bus.record
         for unsent in record.packets[: record.unsent]:
             node = record.nodes[unsent.slot].number
@@ -161,7 +160,6 @@ class Hub:
         self._is_open = is_open
 
     def _hear(self, fd: int, events: int) -> None:
-        """Deal with what is at the door."""
         if fd == self._listener.fileno():
             self._admit()
         elif (member := self._members.get(fd)) is None:

@@ -119,7 +119,6 @@ def _sum(streams: Iterable[Stream]) -> float:
 
 
 def _interfered(start: float, higher: Sequence[Stream], bit: float) -> Callable[[float], float]:
-    """Return ``w -> start`` and what is more urgent in the time ``w`` and one bit."""
     return lambda w: start + sum(_demand(other, w + bit) for other in higher)
 
 

@@ -115,7 +115,6 @@ def _signals(objects: Any, index: int, path: Path) -> dict[str, Signal]:
 
 
 def _asked(objects: Any, finger: str, node: int) -> Iterator[ForeignMessage]:
-    """Yield the answers and the requests by SDO, with a signal for each object."""
     from canopen.objectdictionary import datatypes  # noqa: PLC0415
 
     numbers = (datatypes.BOOLEAN, *datatypes.NUMBER_TYPES)

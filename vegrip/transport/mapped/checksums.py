@@ -160,7 +160,6 @@ _TURNED: Final = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
 def _stored(
     spec: ChecksumMap, signal: Signal, length: int, function: Callable[[Iterable[int]], int]
 ) -> Protection:
-    """Return the protection by a checksum that stands in a signal."""
     order: Any = "big" if signal.is_big_endian else "little"
     shift, mask = signal.shift(length), (1 << signal.length) - 1
     bits = mask << shift
@@ -193,7 +192,6 @@ def _stored(
 
 
 def _runs(numbers: list[int]) -> list[slice]:
-    """Return ``numbers``, which ascend, as few slices."""
     runs: list[slice] = []
     for number in numbers:
         if runs and runs[-1].stop == number:

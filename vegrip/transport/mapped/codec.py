@@ -220,7 +220,6 @@ class ForeignHand(ABC):
         return take
 
     def _owners(self, name: str) -> list[str]:
-        """Return the fingers with anything in the message ``name``."""
         own = {slot.number for slot in self.plan.slots if slot.message == name}
         return [
             finger.name

@@ -245,8 +245,6 @@ class Commands(ABC):
         return message
 
     def _clipping(self, target: Target) -> Callable[[float], Any]:
-        """Return what writes a value inside the limits of ``target``, and counts one that is beyond."""
-
         def write(value: float) -> Any:
             bounded = min(max(value, target.low), target.high)
             raw, is_beyond = target.write(bounded)

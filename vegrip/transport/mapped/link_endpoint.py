@@ -47,12 +47,10 @@ class PacketStream:
 
     @property
     def clocks(self) -> list[SenderClock]:
-        """The clocks of the device, one for each packet that has its time."""
         return [clock for clock, _ in self._clocks.values()]
 
     @property
     def pending(self) -> int:
-        """Bytes that wait for more."""
         return len(self._buffer)
 
     def reset(self) -> None:

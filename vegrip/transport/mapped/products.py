@@ -86,7 +86,6 @@ def virtual_text(path: Path, *, has_drive: bool = True) -> str:
 
 
 def _drive(table: Mapping[str, Any]) -> Iterator[tuple[list[str], Any]]:
-    """Yield what gives each finger a packet with a force."""
     on_can = any("identifier" in packet for packet in table["packets"].values())
     offset = table.get("device", {}).get("offset", 0)
     for number, finger in enumerate(name for name in table["fingers"] if name != ALL):

@@ -107,7 +107,6 @@ def propose(
 
 
 def _take_units(drafts: Mapping[str, FingerDraft], database: Database) -> None:
-    """Give signals that the user named the unit of the database."""
     for finger in drafts.values():
         for draft in (*finger.channels.values(), *([finger.command] if finger.command else [])):
             message, _, signal = draft.signal.partition(".")
@@ -131,7 +130,6 @@ def _nothing_heard(database: Database, traffic: Traffic) -> str:
 
 
 def _by_finger(found: list[Guess], names: tuple[str, ...]) -> dict[str, list[Guess]]:
-    """Return the guesses by the name of the finger; numbers become names in their order."""
     numbers = sorted({int(one.finger[1:]) for one in found if one.finger.startswith("#")})
     order = names or USUAL
     first = 0 if 0 in numbers else 1
@@ -229,7 +227,6 @@ def signals_of(proposal: Proposal) -> list[str]:
 
 
 def _time(proposal: Proposal, database: Database, traffic: Traffic, heard: Mapping[str, Trace]) -> None:
-    """Find the rate of states, the message that ends a cycle, and when values of others are too old."""
     rates: list[float] = []
     for finger in proposal.fingers.values():
         signals = [name for name in finger.signals if name in heard]
@@ -250,7 +247,6 @@ def _time(proposal: Proposal, database: Database, traffic: Traffic, heard: Mappi
 
 
 def _trigger(message: str, lead: str, signals: Sequence[str], database: Database) -> str:
-    """Return ``message``, or the signal of this finger in it where other pages of it are of other fingers."""
     own = sorted(
         (name for name in signals if name.partition(".")[0] == message), key=lambda name: name != lead
     )
@@ -293,7 +289,6 @@ def _doubt(proposal: Proposal, fingers: Mapping[str, list[Guess]]) -> None:
 
 
 def _doubt_names(proposal: Proposal, database: Database, names: tuple[str, ...]) -> None:
-    """Say which names have no finger, and which fingers no name."""
     left = [name for name in names if name not in proposal.fingers]
     if left:
         proposal.doubts.append(
@@ -401,7 +396,6 @@ def name_unused(proposal: Proposal, database: Database, heard: Mapping[str, Trac
 
 
 def _listed(alike: Sequence[Sequence[str]]) -> str:
-    """Name the first of each, and how many are like it."""
     named = [f"{one[0]} (and {len(one) - 1} alike)" if len(one) > 1 else one[0] for one in alike]
     if len(named) > MOST_NAMED:
         named[MOST_NAMED:] = [f"{len(named) - MOST_NAMED} more"]
@@ -418,7 +412,6 @@ def option_of(signal: str, proposal: Proposal, database: Database) -> str:
 
 
 def _forget_trigger(finger: FingerDraft) -> None:
-    """Take back a trigger of which no channel is left: the message of the force or the indentation is it."""
     if finger.trigger not in {*finger.signals, *(name.partition(".")[0] for name in finger.signals)}:
         finger.trigger = ""
 

@@ -195,7 +195,6 @@ def _put(message: Any, steps: Steps, value: float) -> None:
 
 
 def _entry(entries: Any, step: Step) -> Any:
-    """Return the entry of a list, made where it is missing."""
     if isinstance(step, int):
         while len(entries) <= step:
             entries.add()

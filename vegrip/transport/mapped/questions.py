@@ -451,7 +451,6 @@ def _inherit(proposal: Proposal) -> None:
 
 
 def _inherit_places(proposal: Proposal) -> None:
-    """Place forces as at the finger that showed which is which, where the signals bear the same names."""
     shown = {
         name
         for name, f in proposal.fingers.items()

@@ -320,7 +320,6 @@ def _known(
 
 
 def _filled(value: Any, finger: str, number: int) -> Any:
-    """Return ``value`` with the name and the number of a finger in all its texts."""
     if isinstance(value, str):
         return value.replace("{finger}", finger).replace("{number}", str(number))
     if isinstance(value, Mapping):

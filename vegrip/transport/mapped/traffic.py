@@ -108,7 +108,6 @@ def traces(traffic: Traffic, database: Database) -> dict[str, Trace]:
 
 
 def _raw_reader(message: ForeignMessage) -> Read:
-    """Return what reads the raw values of all signals, in their order."""
     signals = enumerate(message.signals.values())
     slots = [Slot(number, message.name, each.name, each, 1.0, 0.0) for number, each in signals]
     return compile_reader(message, groups_of(message, slots), 0)

@@ -202,7 +202,6 @@ class VirtualDevice:
         return self._measured.get(finger, math.nan), self._positions.get(finger, math.nan)
 
     def _fill(self, finger: FingerPlan) -> None:
-        """Put what a finger feels into the raw values of its fields."""
         values, zeros = self._values.get(finger.name, {}), self._zeros.get(finger.name, {})
         self._measured[finger.name] = values.get("normal_force", math.nan)
         felt = {name: value - zeros.get(name, 0.0) for name, value in values.items()}
@@ -344,7 +343,6 @@ class _Writer:
         return bytes(data)
 
     def _ended(self, data: bytearray, packet: Packet) -> bytearray:
-        """Return ``data`` of no fixed length with room for its checksum, its end, and its length in it."""
         data = data.removesuffix(packet.end)
         if packet.checked is not None and packet.checked.start < 0:
             data += bytes(-(packet.checked.start // 8) - len(packet.end))
@@ -355,7 +353,6 @@ class _Writer:
         return data
 
     def _with_records(self, head: bytearray, index: Index, raws: Mapping[int, int]) -> bytearray:
-        """Return ``head`` with an index and the records behind it."""
         kind_at = read_field("type", self._spec.index["type"], 0, self._message.name)
         bodies = [(kind, page.data(raws)) for kind, page in self._records]
         entries, begin = bytearray(), index.at + len(bodies) * index.entry - index.origin
@@ -412,14 +409,12 @@ def _groups(plan: Plan, name: str) -> list[Group]:
 
 
 def _put_in(data: bytearray, signal: Signal, raw: int) -> None:
-    """Write ``raw`` to a field of whole bytes."""
     first, size = signal.start // 8, signal.length // 8
     order: Any = "big" if signal.is_big_endian else "little"
     data[first : first + size] = (raw & (1 << signal.length) - 1).to_bytes(size, order)
 
 
 def _theirs(finger: FingerPlan, state: FingertipState) -> dict[str, float]:
-    """Return what is felt in the frame of the hand's maker."""
     ours: dict[str, Any] = state._asdict()  # type: ignore[attr-defined]
     found = {name: float(value) for name, value in ours.items() if name not in ("stamp", "finger", "seq")}
     if finger.rotation:
