@@ -1,10 +1,13 @@
 """What all tests share."""
 
+import fcntl
 import gc
 import os
+import pickle
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TypeVar
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -44,6 +47,30 @@ def pytest_collection_finish() -> None:
     """Look from now on only at what tests make."""
     gc.freeze()
     gc.enable()
+
+
+Made = TypeVar("Made")
+Once = Callable[[str, Callable[[Path], Made]], Made]
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory: pytest.TempPathFactory) -> Once[Made]:
+    """Make what many tests read, once for all workers of a run, in a folder that they share."""
+    root = tmp_path_factory.getbasetemp()
+    root = root.parent if "PYTEST_XDIST_WORKER" in os.environ else root
+
+    def made(name: str, make: Callable[[Path], Made]) -> Made:
+        folder = root / name
+        kept = folder / "returned"
+        with (root / f"{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not kept.exists():
+                folder.mkdir(exist_ok=True)
+                kept.write_bytes(pickle.dumps(make(folder)))
+        found: Made = pickle.loads(kept.read_bytes())  # noqa: S301 (of this run)
+        return found
+
+    return made
 
 
 DATA = Path(os.environ.get("VEGRIP_DATA", Path(__file__).parents[2] / "shared" / "data"))

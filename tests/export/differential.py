@@ -17,6 +17,7 @@ import numpy as np
 from e2e.p05 import e2e_p05_protect
 from numpy.typing import NDArray
 
+from tests.export.firmware import SANITIZED
 from validation.liars import COUNTER_AT, TIME_AT, VALUES_AT
 from vegrip import config
 from vegrip.c99 import host
@@ -39,7 +40,6 @@ ANSWER = np.dtype(
     [("result", "<i8"), *[(name, "<u8") for name in ("reals", "wholes", "grasp", "other")],
      ("command", "u1", COMMAND_BYTES)], align=True,
 )  # fmt: skip
-SANITIZED = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1")
 CHUNK = 500  # orders between two comparisons
 FIRST, LAST = -(2**63), 2**63 - 1
 STEP = 5_000_000  # [ns] between two states

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.export.firmware import Firmware, run
+from tests.export.firmware import SANITIZED, Firmware, run
 from vegrip.c99 import host
 from vegrip.cli import main
 from vegrip.errors import InputError, UsageError
 from vegrip.estimator import ContactEstimator, SensorNoise
-from vegrip.export import Request, write_export
+from vegrip.export import Request
 from vegrip.export.estimator import FLAGS, record, simulated
 from vegrip.export.measure import deepest, stack_frames
 from vegrip.export.saved import learned_model, numbers_of, read_numbers, resumed
@@ -57,10 +57,11 @@ int main(void)
 
 @needs_compiler
 def test_no_clock_overflows_whatever_it_says(firmware: Callable[..., Firmware], tmp_path: Path) -> None:
-    checks = ("-fsanitize=undefined,address,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1")
     (tmp_path / "clocks.c").write_text(CLOCKS)
     sources = (tmp_path / "clocks.c", "lh_estimator.c", "-o", tmp_path / "t", "-lm")
-    built = run(str(host.compiler()), *host.EXACT, *checks, "-I.", *sources, where=firmware("estimator")[0])
+    built = run(
+        str(host.compiler()), *host.EXACT, *SANITIZED, "-I.", *sources, where=firmware("estimator")[0]
+    )
     assert built.returncode == 0, built.stderr
     done = run(tmp_path / "t", where=firmware("estimator")[0])
     assert done.returncode == 0, done.stderr
@@ -132,11 +133,13 @@ def test_a_prefix_that_c_does_not_take_is_refused(prefix: str) -> None:
 
 
 @needs_compiler
-def test_the_command_writes_tells_and_does_not_replace(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.usefixtures("host_alone")
+def test_the_command_writes_to_a_folder_named_from_here_and_does_not_replace_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write_model(paper_model(8e-3), tmp_path / "m.toml")
-    command = ["export", "c", str(tmp_path / "m.toml"), "-o", str(tmp_path / "fw"), "--json"]
+    monkeypatch.chdir(tmp_path)
+    write_model(paper_model(8e-3), Path("m.toml"))
+    command = ["export", "c", "m.toml", "-o", "fw", "--json"]
     assert main(command) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["frames"] == 500
@@ -164,12 +167,3 @@ def test_stack_is_the_deepest_way_down() -> None:
     assert frames == {"top": 16, "left": 48, "right": 32}
     calls = {"top": frozenset({"left", "right"}), "right": frozenset({"left"})}
     assert deepest("top", calls, frames) == 16 + 32 + 48
-
-
-@needs_compiler
-def test_a_folder_named_from_here_is_measured_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    measured = write_export(Request(paper_model(8e-3), frames=50), Path("firmware")).measured
-    assert measured.host is not None
-    assert measured.host_run is not None
-    assert measured.host_run.passed

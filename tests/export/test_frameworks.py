@@ -6,31 +6,23 @@ what an export uses of them.
 
 import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from tests.export.firmware import run
 from vegrip.c99 import host
-from vegrip.export import Request, texts
 from vegrip.export.measure import STRICT
-from vegrip.model import paper_model
 
 STUBS = Path(__file__).parent / "stubs"
 KINDS = [("estimator", "double"), ("estimator", "float"), ("finger", "double"), ("finger", "float")]
 
 
 @pytest.fixture(scope="module", params=KINDS, ids=["-".join(kind) for kind in KINDS])
-def exported(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
-    """The files of an export, not measured."""
+def exported(request: pytest.FixtureRequest, unmeasured: Callable[[str, str], Path]) -> tuple[Path, str]:
     entry, precision = request.param
-    asked = Request(paper_model(8e-3), prefix="lh", frames=20, entry=entry, precision=precision)
-    files = texts.write(asked).files
-    folder = tmp_path_factory.mktemp("firmware")
-    for name, text in files.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text)
-    return folder, f"lh_{entry}"
+    return unmeasured(entry, precision), f"lh_{entry}"
 
 
 def properties(path: Path) -> dict[str, str]:
