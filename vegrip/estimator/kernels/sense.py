@@ -153,7 +153,7 @@ def feel_one(f: Floats, place: int, value: float) -> None:
 def sensed_slip(f: Floats) -> float:
     """Return whether it slips; NaN where that is not sensed or learned, or contradicts the slip speed."""
     slip, speed = f.state.slip, f.state.slip_speed
-    if not MU_LEARNED or not math.isfinite(slip) or (slip >= SLIDES and speed < LEAST_SLIDING_SPEED):
+    if not MU_LEARNED or not math.isfinite(slip) or (slip >= SLIDES and abs(speed) < LEAST_SLIDING_SPEED):
         return math.nan
     return slip
 

@@ -60,11 +60,12 @@ def prepare_friction(f: Floats, t: Wholes, g: Floats) -> None:
 def screen_slip(f: Floats, g: Floats, i: int) -> None:
     """Let the state have what is believed of slip.
 
-    What the load has shown to be wrong counts as not sensed, and a slide that is over as none.
+    What the load has shown to be wrong counts as not sensed, and a slide that is over as none. The sign of a
+    slip speed is its direction, which some sensors tell.
     """
-    f.shared.flag, f.shared.speed = f.state.slip, f.state.slip_speed
-    f.state.slip = present_slip(g, i, believed_flag(g, i, f.state.slip))
-    f.state.slip_speed = present_slip(g, i, believed_speed(g, i, f.state.slip_speed))
+    f.shared.flag, f.shared.speed = f.state.slip, abs(f.state.slip_speed)
+    f.state.slip = present_slip(g, i, believed_flag(g, i, f.shared.flag))
+    f.state.slip_speed = present_slip(g, i, believed_speed(g, i, f.shared.speed))
 
 
 def restore_slip(f: Floats, t: Wholes) -> None:
