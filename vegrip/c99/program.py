@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vegrip.c99 import literals
+from vegrip.c99 import literals, names
 from vegrip.c99.expressions import Value, number_of
 from vegrip.c99.functions import Body, Callees, Function
 from vegrip.c99.kinds import (
@@ -27,18 +27,6 @@ from vegrip.c99.kinds import (
     Struct,
     Table,
 )  # fmt: skip
-from vegrip.c99.names import (
-    Place,
-    RefusedError,
-    UntranslatableError,
-    broken,
-    comment,
-    joined,
-    local,
-    refused,
-    statements,
-    unknown_place,
-)
 from vegrip.c99.scopes import nodes_of
 from vegrip.python_text import parsed
 
@@ -67,7 +55,7 @@ def translate(
     entries: Mapping[str, tuple[Kind, ...]],
     *,
     prefix: str = "vg",
-    place: Place = unknown_place,
+    place: names.Place = names.unknown_place,
     notes: Mapping[str, str] | None = None,
     is_public: bool = True,
     outside: Mapping[str, Kind] | None = None,
@@ -114,7 +102,7 @@ class _Translator(Callees):
         text: str,
         entries: set[str],
         prefix: str,
-        place: Place,
+        place: names.Place,
         notes: Mapping[str, str],
         reals: RealType,
     ) -> None:
@@ -172,9 +160,9 @@ class _Translator(Callees):
         self.calling.append(set())
         try:
             body = writer.body()
-        except RefusedError as error:
-            number = statements(tree).index(writer.at) if writer.at is not None else 0
-            raise UntranslatableError(
+        except names.RefusedError as error:
+            number = names.statements(tree).index(writer.at) if writer.at is not None else 0
+            raise names.UntranslatableError(
                 f"{self.place(name, number)}: {error}; this line cannot be translated to C"
             ) from None
         self.under_way.pop()
@@ -187,15 +175,15 @@ class _Translator(Callees):
         name = self._free_name(tree.name, kinds)
         takes = [
             f"{'const ' if kind in ITEM_KIND and argument not in body.written else ''}"
-            f"{self.reals.spelled(kind)}{'' if kind.c.endswith('*') else ' '}{local(argument)}"
+            f"{self.reals.spelled(kind)}{'' if kind.c.endswith('*') else ' '}{names.local(argument)}"
             for argument, kind in zip(arguments, kinds, strict=True)
             if not isinstance(kind, Table)
         ]
         static = "" if tree.name in self.entries else "static "
         note = ast.get_docstring(tree) or self.notes.get(tree.name, "")
         lines = [
-            *(comment(note) if note else []),
-            *broken(f"{static}{self.reals.spelled(body.result)} {name}({', '.join(takes) or 'void'})"),
+            *(names.comment(note) if note else []),
+            *names.broken(f"{static}{self.reals.spelled(body.result)} {name}({', '.join(takes) or 'void'})"),
             "{",
             *body.lines,
             "}",
@@ -206,7 +194,7 @@ class _Translator(Callees):
     def _free_name(self, name: str, kinds: tuple[Kind, ...]) -> str:
         """Return a name in C; that of a repeated function says for what it is repeated."""
         tables = [kind.c.removeprefix(f"{self.prefix}_").lower() for kind in kinds if isinstance(kind, Table)]
-        wanted = found = "_".join([joined(self.prefix, name), *tables])
+        wanted = found = "_".join([names.joined(self.prefix, name), *tables])
         number = 1
         while found in self.taken:
             number += 1
@@ -218,13 +206,13 @@ class _Translator(Callees):
 
     def called(self, node: ast.Call, name: str, kinds: tuple[Kind, ...]) -> tuple[str, Kind]:
         if name in self.outside:
-            return joined(self.prefix, name), self.outside[name]
+            return names.joined(self.prefix, name), self.outside[name]
         if name not in self.trees:
-            raise refused(node, "calls what is not in this module")
+            raise names.refused(node, "calls what is not in this module")
         if name in self.under_way:
-            raise refused(node, "calls itself, in the end; recursion is not translated")
+            raise names.refused(node, "calls itself, in the end; recursion is not translated")
         if len(kinds) != len(self.trees[name].args.args):
-            raise refused(node, "every argument is given; there are no default values")
+            raise names.refused(node, "every argument is given; there are no default values")
         found = self.function(name, kinds)
         self.calling[-1].add(found.name)
         return found.name, found.result
@@ -248,7 +236,7 @@ class _Translator(Callees):
         return self.structs[fields]
 
     def helper(self, name: str) -> str:
-        c = joined(self.prefix, name)
+        c = names.joined(self.prefix, name)
         if name not in self.helpers:
             self.taken.add(c)
             self.helpers[name] = helper(name, c, self.reals)
@@ -260,9 +248,9 @@ class _Translator(Callees):
 
     def constant(self, node: ast.Name) -> Value:
         if node.id not in self.values:
-            raise refused(node, "is not known here")
+            raise names.refused(node, "is not known here")
         value = self.values[node.id]
-        c = joined(self.prefix.upper(), node.id)
+        c = names.joined(self.prefix.upper(), node.id)
         if isinstance(value, (bool, np.bool_)):
             self.constants[node.id] = f"#define {c} {'true' if value else 'false'}"
             return Value(c, BOOL, constant=bool(value))
@@ -278,10 +266,10 @@ class _Translator(Callees):
         try:
             kind, shape, text = literals.table(value, self.reals)
         except (ValueError, TypeError, OverflowError) as error:
-            raise refused(node, f"is neither number nor table ({error})") from None
+            raise names.refused(node, f"is neither number nor table ({error})") from None
         sizes = "".join(f"[{n}]" for n in shape)
         head = f"static const {self.reals.spelled(kind)} {c}{sizes}"
-        self.tables[node.id] = "\n".join(broken(f"{head} = {text};"))
+        self.tables[node.id] = "\n".join(names.broken(f"{head} = {text};"))
         return Value(c, Table(c, shape, kind))
 
 

@@ -6,17 +6,7 @@ from dataclasses import dataclass
 
 from canopen.objectdictionary import ObjectDictionary
 
-from vegrip.canopen.network import (
-    HEARTBEAT,
-    INITIALISING,
-    NMT,
-    OPERATIONAL,
-    SDO_ANSWER,
-    SDO_REQUEST,
-    START,
-    essentials,
-    wanted_value,
-)
+from vegrip.canopen import network
 
 ANSWER_TIMEOUT_NS = 500_000_000  # [ns] for an answer
 RETRIES = 3
@@ -154,8 +144,8 @@ class Sensor:
 
     def begin(self) -> None:
         self.difference, self.is_verified, self._told = "", False, None
-        asked = essentials(self._dictionary)
-        self._reader = SdoReader(asked, lambda data: self._send(SDO_REQUEST + self.node, data))
+        asked = network.essentials(self._dictionary)
+        self._reader = SdoReader(asked, lambda data: self._send(network.SDO_REQUEST + self.node, data))
 
     def answer(self, data: bytes, now: int) -> None:
         if self._reader is not None:
@@ -167,7 +157,7 @@ class Sensor:
             self._reader.serve(now)
             if self._reader.is_done:
                 self._compare(self._reader)
-        if self.is_verified and self._is_master and state not in (None, OPERATIONAL):
+        if self.is_verified and self._is_master and state not in (None, network.OPERATIONAL):
             self._start(now)
 
     def _compare(self, reader: SdoReader) -> None:
@@ -176,7 +166,7 @@ class Sensor:
             self.begin()  # silent: the heartbeat consumer says so; ask on
             return
         for (index, sub), value in reader.values.items():
-            wanted = wanted_value(self._dictionary, index, sub)
+            wanted = network.wanted_value(self._dictionary, index, sub)
             if value != wanted:
                 has = "does not exist" if value is None else f"is {value:#x}"
                 self.difference = f"object {index:04X}sub{sub} {has}, its EDS says {wanted:#x}"
@@ -186,7 +176,7 @@ class Sensor:
     def _start(self, now: int) -> None:
         if self._told is None or now - self._told >= RESTART_PERIOD_NS:
             self._told = now
-            self._send(NMT, bytes([START, self.node]))
+            self._send(network.NMT, bytes([network.START, self.node]))
 
 
 class Sensors:
@@ -224,11 +214,11 @@ class Sensors:
         sensor = self.all.get(node)
         if sensor is None or not data:
             return
-        if service == SDO_ANSWER:
+        if service == network.SDO_ANSWER:
             sensor.answer(data, now)
-        elif service == HEARTBEAT:
+        elif service == network.HEARTBEAT:
             state = data[0] & 0x7F
-            if self.consumer.take_heartbeat(node, state, now) or state == INITIALISING:
+            if self.consumer.take_heartbeat(node, state, now) or state == network.INITIALISING:
                 sensor.begin()
 
     def serve(self, now: int) -> list[int]:
@@ -240,6 +230,6 @@ class Sensors:
     @property
     def is_ready(self) -> bool:
         return all(
-            sensor.is_verified and self.consumer.state(node) == OPERATIONAL
+            sensor.is_verified and self.consumer.state(node) == network.OPERATIONAL
             for node, sensor in self.all.items()
         )

@@ -16,6 +16,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from vegrip import messages
 from vegrip.errors import UsageError, suggestion
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.estimator_protocol import Estimator
@@ -25,14 +26,6 @@ from vegrip.grip.joint_confidence import each_confidence
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.settings import ControlSettings, make_share
 from vegrip.grip.slip_table import derive_grip
-from vegrip.messages import (
-    ContactEstimate,
-    FingertipState,
-    ForceCommand,
-    Message,
-    ModelHealth,
-    SlipMargin,
-)
 from vegrip.model import ContactModel
 from vegrip.transport.codec.frame_codec import Line
 
@@ -90,7 +83,7 @@ class GripController:
         self.fingers: dict[str, GraspFinger] = {}
         self.reset()
 
-    def step(self, states: Iterable[FingertipState], now: int) -> list[ForceCommand]:
+    def step(self, states: Iterable[messages.FingertipState], now: int) -> list[messages.ForceCommand]:
         """Take the states that arrived at ``now`` [ns]; return the commands that are to be sent.
 
         One command for each finger of which a state came, and one for each whose last command would else
@@ -112,7 +105,7 @@ class GripController:
                 pass
         return commands
 
-    def contact(self, finger: str) -> ContactEstimate:
+    def contact(self, finger: str) -> messages.ContactEstimate:
         """Return what is known of the contact of ``finger``; not valid while its input is not trusted.
 
         Raises:
@@ -121,11 +114,11 @@ class GripController:
         """
         return self.friction.state_friction(self._finger_called(finger).contact(self._now))
 
-    def margin(self, finger: str) -> SlipMargin:
+    def margin(self, finger: str) -> messages.SlipMargin:
         """Return the slip margin of ``finger`` under its present load; errors as of :meth:`contact`."""
         return self._finger_called(finger).margin(self._now)
 
-    def health(self, finger: str) -> ModelHealth:
+    def health(self, finger: str) -> messages.ModelHealth:
         """Return whether the model explains what ``finger`` measures; errors as of :meth:`contact`."""
         return self.friction.name_suspect(self._finger_called(finger).health(self._now))
 
@@ -166,7 +159,7 @@ class GripController:
 
     # What a node calls one by one, because its states arrive one by one.
 
-    def answer(self, state: FingertipState, now: int) -> int:
+    def answer(self, state: messages.FingertipState, now: int) -> int:
         """Answer one state of a finger of this hand; return what was done, in bits."""
         finger = self.fingers[state.finger]
         if finger.is_whole:
@@ -174,11 +167,11 @@ class GripController:
         finger.sense(state, now)
         return finger.settle(now, self._share(finger))
 
-    def assimilate(self, state: FingertipState, now: int) -> bool:
+    def assimilate(self, state: messages.FingertipState, now: int) -> bool:
         """Take one state of a finger of this hand; return whether it is believed."""
         return self.fingers[state.finger].sense(state, now)
 
-    def commands(self, fingers: Iterable[str], now: int) -> list[ForceCommand]:
+    def commands(self, fingers: Iterable[str], now: int) -> list[messages.ForceCommand]:
         """Return the commands of those of the ``fingers`` that have had a state."""
         commands = []
         for finger in [self.fingers[name] for name in fingers]:
@@ -187,13 +180,13 @@ class GripController:
                 commands.append(finger.command())
         return commands
 
-    def watch(self, finger: str, now: int) -> list[ForceCommand]:
+    def watch(self, finger: str, now: int) -> list[messages.ForceCommand]:
         return self.commands([finger], now) if self.fingers[finger].watch(now) else []
 
-    def reports(self, finger: str, now: int) -> Iterator[Message]:
+    def reports(self, finger: str, now: int) -> Iterator[messages.Message]:
         return self.fingers[finger].reports(now)
 
-    def ride_out(self, now: int) -> list[ForceCommand]:
+    def ride_out(self, now: int) -> list[messages.ForceCommand]:
         """Renew commands without the estimators: hold, then ramp to the fail-safe grip."""
         return self.commands([name for name, finger in self.fingers.items() if finger.ride_out(now)], now)
 

@@ -17,19 +17,14 @@ from typing import Final
 
 import numpy as np
 
+from vegrip import messages
 from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator
 from vegrip.estimator.estimator import quantile
 from vegrip.estimator.learning import Learned
 from vegrip.estimator.memory import CHANNELS, FingerMemory
+from vegrip.grip import compiled
 from vegrip.grip.background_diagnosis import KeptStates
-from vegrip.grip.compiled import (
-    FingerKernels,
-    bound_step,
-    channels_of,
-    compile_now,
-    finger_module,
-)
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.layout import HISTORY_CHANNELS, FingerLayout
 from vegrip.grip.own_estimate import STAND_IN, OwnEstimate
@@ -38,19 +33,6 @@ from vegrip.grip.policies.policy import GripPolicy
 from vegrip.grip.rules import MARGIN, write_choice, write_rules
 from vegrip.grip.settings import ControlSettings, apply_policy, make_policy
 from vegrip.grip.wires import COMMAND_BYTES, REPORT_BYTES
-from vegrip.messages import (
-    Condition,
-    ContactEstimate,
-    Estimate,
-    FingertipState,
-    ForceCommand,
-    LearnedParameter,
-    Message,
-    ModelHealth,
-    Reason,
-    SlipMargin,
-    make_row,
-)
 from vegrip.model.native import ModuleC, bound_call
 from vegrip.transport.codec.frame_codec import Line
 from vegrip.types import Floats
@@ -71,20 +53,21 @@ NO_QUICKEST: Final = 1 << 62
 LARGEST_WHOLE: Final = (1 << 63) - 1
 """A counter or stamp beyond counts as this one."""
 
-DEGRADED: Final = int(Condition.DEGRADED)
-FIRST_QUANTITY: Final = FingertipState._fields.index("normal_force")  # type: ignore[attr-defined]
-CONDITIONS: Final = tuple(Condition)
-REASONS: Final = tuple(Reason(number) for number in range(len(Reason)))
+DEGRADED: Final = int(messages.Condition.DEGRADED)
+FIRST_QUANTITY: Final = messages.FingertipState._fields.index("normal_force")  # type: ignore[attr-defined]
+CONDITIONS: Final = tuple(messages.Condition)
+REASONS: Final = tuple(messages.Reason(number) for number in range(len(messages.Reason)))
 
 FRESH: Final[Mapping[str, float]] = {
     "GRIP_HELD": math.nan, "GRIP_ENVELOPE": math.nan, "GRIP_ELAPSED": -math.inf, "GRIP_PRESENT": -math.inf,
     "GRIP_MEDIAN": -math.inf, "GRIP_PROVEN": math.inf, "TRANSFER_FORCE": math.nan, "TRANSFER_LOAD": math.nan,
-    "TRANSFER_ARM": math.nan, "TURN_REASON": int(Reason.HOLD), "TURN_TOLD": -1, "TAKEN_BOUND": math.nan,
+    "TRANSFER_ARM": math.nan, "TURN_REASON": int(messages.Reason.HOLD), "TURN_TOLD": -1,
+    "TAKEN_BOUND": math.nan,
 }  # fmt: skip
 """What of a memory is not zero before the first state, besides :data:`UNHEARD`."""
 UNHEARD: Final[Mapping[str, float]] = {
-    "INPUT_CONDITION": int(Condition.MISSING), "INPUT_QUICKEST": NO_QUICKEST, "WATCH_NOISE_LAST": math.nan,
-    "WATCH_REPEAT_LIMIT": math.inf, "WATCH_LEVEL": math.nan,
+    "INPUT_CONDITION": int(messages.Condition.MISSING), "INPUT_QUICKEST": NO_QUICKEST,
+    "WATCH_NOISE_LAST": math.nan, "WATCH_REPEAT_LIMIT": math.inf, "WATCH_LEVEL": math.nan,
 }  # fmt: skip
 """The same of the input, as it is before the first state."""
 UNKNOWN_AT_FIRST: Final = ("REPEATED", "REPEATED_FORCE", "CONFIRMED")
@@ -167,7 +150,7 @@ class GraspFinger:
     def estimator(self) -> Estimator:
         return self._estimator
 
-    def replace_estimator(self, estimator: Estimator, module: FingerKernels | None = None) -> None:
+    def replace_estimator(self, estimator: Estimator, module: compiled.FingerKernels | None = None) -> None:
         """Go on with ``estimator``, which knows the past but for the very last samples.
 
         ``module`` is that of its step, if it has been compiled beside the loop (:meth:`module_of`).
@@ -188,7 +171,7 @@ class GraspFinger:
         else:
             self._bind_line()
 
-    def module_of(self, estimator: Estimator) -> FingerKernels:
+    def module_of(self, estimator: Estimator) -> compiled.FingerKernels:
         return self._module(estimator, self._layout_of(estimator))
 
     def _layout_of(self, estimator: Estimator) -> FingerLayout:
@@ -199,12 +182,12 @@ class GraspFinger:
             return FingerLayout(places, late)
         return FingerLayout(places, late, RECENT_STATES, True)
 
-    def _module(self, estimator: Estimator, layout: FingerLayout) -> FingerKernels:
+    def _module(self, estimator: Estimator, layout: FingerLayout) -> compiled.FingerKernels:
         found = estimator if isinstance(estimator, ContactEstimator) else STAND_IN
         ellipse = isinstance(found, ContactEstimator) and found.settings.surface == "ellipse"
-        return finger_module(found.model, layout, ellipse=ellipse, mode=self._mode)
+        return compiled.finger_module(found.model, layout, ellipse=ellipse, mode=self._mode)
 
-    def _build(self, estimator: Estimator, module: FingerKernels | None = None) -> None:
+    def _build(self, estimator: Estimator, module: compiled.FingerKernels | None = None) -> None:
         """Have a memory and calls for this estimator and the present wire; what is known moves there."""
         layout = self.layout = self._layout_of(estimator)
         self.module = module if module is not None else self._module(estimator, layout)
@@ -227,8 +210,8 @@ class GraspFinger:
         sizes = REPORT_BYTES if self.line is not None and self.line.report_ids else ()
         self.report_frames = tuple(np.zeros(size, dtype=np.uint8) for size in sizes)
         """Both frames of the last contact that was told by :meth:`tell`, and that of the slip margin."""
-        compile_now(self.module, self.layout, f, t, self.answer_frame)
-        self._step = bound_step(self.module, f, t, self._shared, self.answer_frame)
+        compiled.compile_now(self.module, self.layout, f, t, self.answer_frame)
+        self._step = compiled.bound_step(self.module, f, t, self._shared, self.answer_frame)
 
     def _bind(self) -> None:
         """Look up once what every state asks for."""
@@ -298,7 +281,7 @@ class GraspFinger:
         }
         return next((reason for reason, holds in reasons.items() if holds), "")
 
-    def answer(self, state: FingertipState, now: int) -> int:
+    def answer(self, state: messages.FingertipState, now: int) -> int:
         """Answer one state that arrived at ``now`` [ns]; return what was done, in bits."""
         self._put(state)
         seq, stamp = state.seq, state.stamp
@@ -311,7 +294,7 @@ class GraspFinger:
         self._values[:] = values
         self._message(seq, stamp, now)
 
-    def sense(self, state: FingertipState, now: int) -> bool:
+    def sense(self, state: messages.FingertipState, now: int) -> bool:
         """Take in one state and find what the finger needs; return whether the state is believed."""
         self._put(state)
         seq, stamp = _whole(state.seq), _whole(state.stamp)
@@ -365,7 +348,7 @@ class GraspFinger:
         """Note that a frame of this finger arrived broken at ``now`` [ns]."""
         self.memory["INPUT_CORRUPT"], self.memory["INPUT_IS_CORRUPT"] = now, 1
 
-    def _put(self, state: FingertipState) -> None:
+    def _put(self, state: messages.FingertipState) -> None:
         self._pack(self._bytes, 0, *state[FIRST_QUANTITY:])  # type: ignore[index]
 
     def _ask(self, policy: GripPolicy) -> None:
@@ -453,7 +436,7 @@ class GraspFinger:
         """What the finger needs [N], as the grasp knows it; NaN without a command."""
         return float(self._shared[self._place.number])
 
-    def command(self) -> ForceCommand:
+    def command(self) -> messages.ForceCommand:
         """Return the last command."""
         whole, real = self._wholes, self._reals
         (commanded, seq, reason), (held, adjustment) = self._turn, self._given
@@ -462,10 +445,10 @@ class GraspFinger:
             stamp, self.name, whole[seq], real[held], real[adjustment], REASONS[whole[reason]],
             stamp + self._lifetime,
         )  # fmt: skip
-        made: ForceCommand = make_row(ForceCommand, values)
+        made: messages.ForceCommand = messages.make_row(messages.ForceCommand, values)
         return made
 
-    def standing_command(self) -> ForceCommand:
+    def standing_command(self) -> messages.ForceCommand:
         """Return the last command; its adjustment is over, and its reason that of the need."""
         return replace(self.command(), adjustment=0.0, reason=REASONS[self.memory["TURN_REASON"]])
 
@@ -475,13 +458,13 @@ class GraspFinger:
     # what it felt
 
     @property
-    def condition(self) -> Condition:
+    def condition(self) -> messages.Condition:
         """Whether its input is believed."""
         return CONDITIONS[self._wholes[self._quiet[-1]]]
 
     @property
-    def faults(self) -> dict[Condition, int]:
-        counts = zip(Condition, self.memory.section("FAULTS").tolist(), strict=True)
+    def faults(self) -> dict[messages.Condition, int]:
+        counts = zip(messages.Condition, self.memory.section("FAULTS").tolist(), strict=True)
         return {condition: count for condition, count in counts if count}
 
     @property
@@ -492,7 +475,7 @@ class GraspFinger:
     @property
     def lost(self) -> frozenset[str]:
         """Channels that had been there and now are not."""
-        return channels_of(self.memory["INPUT_LOST"])
+        return compiled.channels_of(self.memory["INPUT_LOST"])
 
     @property
     def past(self) -> KeptStates:
@@ -512,9 +495,11 @@ class GraspFinger:
         force, displacement = self._felt
         return self._reals[force], self._reals[displacement]
 
-    def state(self) -> FingertipState:
+    def state(self) -> messages.FingertipState:
         stamp, seq = self._news
-        return FingertipState(self._wholes[stamp], self.name, self._wholes[seq], *self._state.tolist())
+        return messages.FingertipState(
+            self._wholes[stamp], self.name, self._wholes[seq], *self._state.tolist()
+        )
 
     def is_quiet(self, now: int) -> bool:
         """Return whether a tick has nothing to do: no silence, and no command to renew."""
@@ -530,23 +515,23 @@ class GraspFinger:
 
     # what it tells
 
-    def contact(self, now: int) -> ContactEstimate:
+    def contact(self, now: int) -> messages.ContactEstimate:
         """Return what is known of the contact at ``now`` [ns]; not valid while the input is not trusted."""
         contact = replace(
             self._estimator.contact_estimate(), finger=self.name, seq=self.memory["TURN_REPORTS"]
         )
         return contact if self._is_fresh else _untrusted_contact(contact, self._age(now))
 
-    def margin(self, now: int) -> SlipMargin:
+    def margin(self, now: int) -> messages.SlipMargin:
         """Return the slip margin at ``now`` [ns]; not valid while the input is not trusted."""
         return self._judged_margin(self._estimator.slip_margin(), now)
 
-    def health(self, now: int) -> ModelHealth:
+    def health(self, now: int) -> messages.ModelHealth:
         """Return whether the model explains what is measured, and the condition of the input."""
         health = self._estimator.health()
         return replace(health, stamp=now, finger=self.name, seq=self._healths, condition=self.condition)
 
-    def reports(self, now: int) -> Iterator[Message]:
+    def reports(self, now: int) -> Iterator[messages.Message]:
         """Yield what is due to be told: contact, margin, and less often the health of the model.
 
         A change of the condition is told at once.
@@ -577,7 +562,7 @@ class GraspFinger:
     def health_due(self, now: int) -> bool:
         return _due(self._healthy, now, self._settings.health_period)
 
-    def learned_messages(self, learned: Mapping[str, Learned], now: int) -> Iterator[Message]:
+    def learned_messages(self, learned: Mapping[str, Learned], now: int) -> Iterator[messages.Message]:
         """Yield what is learned, one message for each parameter, when that is due."""
         period = self._settings.learned_period
         if not _due(self._learned_at, now, period):
@@ -585,8 +570,8 @@ class GraspFinger:
         first = self._learned_at == -math.inf
         self._learned_at = now - self._phase * period * NS if first else now
         for symbol, one in learned.items():
-            filtered = Estimate(one.filtered, one.raw.std, one.valid, one.raw.age)
-            yield LearnedParameter(
+            filtered = messages.Estimate(one.filtered, one.raw.std, one.valid, one.raw.age)
+            yield messages.LearnedParameter(
                 now, self.name, self._learned_count, symbol, one.raw, filtered, one.excited
             )
             self._learned_count += 1
@@ -617,13 +602,13 @@ class GraspFinger:
         memory["TURN_HEALTH_DUE"] = math.ceil(health) if health > 0.0 else 0
         memory["TURN_REPORT_DUE"] = min(memory["TURN_CONTACT_DUE"], memory["TURN_HEALTH_DUE"])
 
-    def _judged_margin(self, margin: SlipMargin, now: int) -> SlipMargin:
+    def _judged_margin(self, margin: messages.SlipMargin, now: int) -> messages.SlipMargin:
         margin = replace(margin, finger=self.name, seq=self.memory["TURN_REPORTS"])
         return margin if self._is_fresh else _untrusted_margin(margin, self._age(now))
 
     @property
     def _is_fresh(self) -> bool:
-        return self.condition <= Condition.DEGRADED
+        return self.condition <= messages.Condition.DEGRADED
 
     def _age(self, now: int) -> float:
         memory = self.memory
@@ -638,7 +623,7 @@ def _due(last: float, now: int, period: float) -> bool:
     return now - last >= period * NS or now < last  # a clock that jumped back must not silence the reports
 
 
-def _untrusted_contact(contact: ContactEstimate, age: float) -> ContactEstimate:
+def _untrusted_contact(contact: messages.ContactEstimate, age: float) -> messages.ContactEstimate:
     return replace(
         contact,
         indentation=_untrusted(contact.indentation, age),
@@ -652,7 +637,7 @@ def _untrusted_contact(contact: ContactEstimate, age: float) -> ContactEstimate:
     )
 
 
-def _untrusted_margin(margin: SlipMargin, age: float) -> SlipMargin:
+def _untrusted_margin(margin: messages.SlipMargin, age: float) -> messages.SlipMargin:
     unknown = math.nan
     return replace(
         margin,
@@ -664,6 +649,6 @@ def _untrusted_margin(margin: SlipMargin, age: float) -> SlipMargin:
     )
 
 
-def _untrusted(estimate: Estimate, age: float) -> Estimate:
+def _untrusted(estimate: messages.Estimate, age: float) -> messages.Estimate:
     """Nothing is known of the present: any spread is possible."""
-    return Estimate(estimate.value, math.inf, valid=False, age=age)
+    return messages.Estimate(estimate.value, math.inf, valid=False, age=age)

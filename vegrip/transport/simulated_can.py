@@ -12,16 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from vegrip.clock import NS, Clock
 from vegrip.messages import Message
 from vegrip.transport.can_endpoint import InOrder
-from vegrip.transport.canbus.bus_events import (
-    NO_FAULTS,
-    BusError,
-    BusLoad,
-    ErrorState,
-    Event,
-    NodeFaults,
-    StateChange,
-    Transmission,
-)
+from vegrip.transport.canbus import bus_events
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
 from vegrip.transport.codec import CanCodec, Frame
@@ -42,7 +33,7 @@ class SimulatedCan:
         self.clock = clock
         self.model = BusModel(timing or BitTiming())
         self.errors: Counter[str] = Counter()  # error frames, by kind
-        self._load = BusLoad()
+        self._load = bus_events.BusLoad()
         self._endpoints: dict[int, SimulatedEndpoint] = {}
         self._numbers = itertools.count(1)
         self._order = itertools.count()
@@ -53,7 +44,7 @@ class SimulatedCan:
         codec: CanCodec,
         *,
         listen_only: bool = False,
-        faults: NodeFaults = NO_FAULTS,
+        faults: bus_events.NodeFaults = bus_events.NO_FAULTS,
         order_window: float = 0.0,
     ) -> "SimulatedEndpoint":
         """Return a new node on the bus; the arguments are those of the real one."""
@@ -106,20 +97,20 @@ class SimulatedCan:
         for event in self.model.advance(now):
             self._tell(event)
 
-    def _tell(self, event: Event) -> None:
-        if isinstance(event, StateChange):
+    def _tell(self, event: bus_events.Event) -> None:
+        if isinstance(event, bus_events.StateChange):
             if event.node in self._endpoints:
                 self._endpoints[event.node].learn(event)
             return
         self._load.carried(event.end, self.model.busy)
-        if isinstance(event, BusError):
+        if isinstance(event, bus_events.BusError):
             self.errors[event.kind.value] += 1
             for endpoint in self._endpoints.values():
                 endpoint.faults["error_frame"] += 1
         elif not event.is_lost:
             self._deliver(event)
 
-    def _deliver(self, sent: Transmission) -> None:
+    def _deliver(self, sent: bus_events.Transmission) -> None:
         frame = Frame(sent.frame.identifier, sent.frame.data, sent.frame.fd, sent.end)
         for node, endpoint in self._endpoints.items():
             if node not in (sent.node, sent.missed_by):
@@ -151,7 +142,7 @@ class SimulatedEndpoint(Endpoint):
         return bool(self._inbox)
 
     @property
-    def state(self) -> ErrorState:
+    def state(self) -> bus_events.ErrorState:
         return self._bus.model.state(self._node)
 
     @property
@@ -193,7 +184,7 @@ class SimulatedEndpoint(Endpoint):
         for time, sent in self.tamper(frame, now) if self.tamper else ((now, frame),):
             self._bus.send(time, self._node, sent)
 
-    def endure(self, faults: NodeFaults) -> None:
+    def endure(self, faults: bus_events.NodeFaults) -> None:
         self._bus.advance()
         self._bus.model.endure(self._node, faults, self._bus.clock.now())
 
@@ -201,9 +192,9 @@ class SimulatedEndpoint(Endpoint):
         self.heard += 1
         self._inbox.append(frame)
 
-    def learn(self, change: StateChange) -> None:
+    def learn(self, change: bus_events.StateChange) -> None:
         """Count a change of the error state."""
-        name = {ErrorState.OFF: "bus_off", ErrorState.PASSIVE: "error_passive"}
+        name = {bus_events.ErrorState.OFF: "bus_off", bus_events.ErrorState.PASSIVE: "error_passive"}
         self.faults[name.get(change.state, "bus_restarted")] += 1
         self.faults["unsent"] += change.dropped
 

@@ -14,16 +14,7 @@ from matplotlib.figure import Figure
 
 from vegrip.contact.coupling import exponent_after_creep, radius_ratio
 from vegrip.contact.limit_surface import reference
-from vegrip.contact.paper.tables import (
-    CANONICAL_K,
-    CREEP,
-    CURVE_TIMES,
-    K0,
-    RELAXATION,
-    crept_surface,
-    fit_power,
-    fit_radius,
-)
+from vegrip.contact.paper import tables
 from vegrip.contact.pressure import coefficient, coefficient_excess, pressure, pressure_after_step
 from vegrip.errors import UsageError
 from vegrip.types import Floats
@@ -73,12 +64,12 @@ def profiles() -> Figure:
 def relaxation() -> Figure:
     """Fig. 4: constant displacement; the force relaxes, eq. (16), the pressure keeps its shape, eq. (17)."""
     figure, (left, right) = panels(2)
-    left.plot(TIME, RELAXATION(TIME), color="black")
-    left.axhline(RELAXATION.equilibrium, color="grey", linewidth=0.8, linestyle="--")
+    left.plot(TIME, tables.RELAXATION(TIME), color="black")
+    left.axhline(tables.RELAXATION.equilibrium, color="grey", linewidth=0.8, linestyle="--")
     left.set(xlabel="$t$ [s]", ylabel="$N / N_e$", ylim=(0, 1.05), xlim=(0, 2))
     r = np.linspace(-1, 1, 401)
-    for t, colour in zip(CURVE_TIMES, shades(len(CURVE_TIMES)), strict=True):
-        p = pressure_after_step(np.abs(r), t, UNIT, 1.0, K0, RELAXATION)
+    for t, colour in zip(tables.CURVE_TIMES, shades(len(tables.CURVE_TIMES)), strict=True):
+        p = pressure_after_step(np.abs(r), t, UNIT, 1.0, tables.K0, tables.RELAXATION)
         right.plot(r, p, color=colour, label=seconds(t))
     _label(right, "$r / a$", r"$p / \bar p_0$")
     letter(left, "a")
@@ -90,18 +81,18 @@ def coupled_growth() -> Figure:
     """Fig. 5: constant load, the patch grows with ``k`` as eq. (25) couples them, ``k`` from 2 to 4."""
     figure, (ax,) = panels()
     exponents = np.array([2.0, 2.25, 2.5, 3.0, 3.5, 4.0])
-    _grow(ax, exponents, radius_ratio(exponents, K0), (f"$k = {k:g}$" for k in exponents))
+    _grow(ax, exponents, radius_ratio(exponents, tables.K0), (f"$k = {k:g}$" for k in exponents))
     return figure
 
 
 def creep() -> Figure:
     """Fig. 8: constant load, (a) the pressure flattens, eqs. (36), (22), (b) the radius grows, eq. (34)."""
     figure, (left, right) = panels(2)
-    h = CREEP(CURVE_TIMES)
-    k = exponent_after_creep(h, K0).k
-    _grow(left, k, np.sqrt(h), map(seconds, CURVE_TIMES))
-    right.plot(TIME, np.sqrt(CREEP(TIME)), color="black")
-    right.axhline(np.sqrt(CREEP.equilibrium), color="grey", linewidth=0.8, linestyle="--")
+    h = tables.CREEP(tables.CURVE_TIMES)
+    k = exponent_after_creep(h, tables.K0).k
+    _grow(left, k, np.sqrt(h), map(seconds, tables.CURVE_TIMES))
+    right.plot(TIME, np.sqrt(tables.CREEP(TIME)), color="black")
+    right.axhline(np.sqrt(tables.CREEP.equilibrium), color="grey", linewidth=0.8, linestyle="--")
     right.set(xlabel="$t$ [s]", ylabel="$a / a_0$", xlim=(0, 2), ylim=(1, 1.16))
     letter(left, "a")
     letter(right, "b")
@@ -127,7 +118,7 @@ FIT_COLOUR = "tab:red"
 def power_law() -> Figure:
     """Fig. 6: (a) ``ln(C_k - 1)`` is nearly straight in ``ln k``, eq. (37), (b) so eq. (38) fits ``C_k``."""
     figure, (left, right) = panels(2)
-    fit = fit_power()
+    fit = tables.fit_power()
     k, fine = np.linspace(1, 10, 37), np.linspace(1, 10, 400)
     left.plot(np.log(k), np.log(coefficient_excess(k)), label="eq. (4)", **POINTS)  # type: ignore[arg-type]
     left.plot(np.log(fine), np.log(fit.A) + fit.B * np.log(fine), color=FIT_COLOUR, label="eq. (37)")
@@ -153,9 +144,11 @@ def exponent() -> Figure:
     left.plot(k, coefficient(k), color="black")
     left.set(xlabel="$k$", ylabel="$C_k$", xlim=(1, 10), ylim=(0.9, 3.1))
     t = np.linspace(0, 2, 201)
-    h = CREEP(t)
-    right.plot(t, fit_power().exponent(h), color=FIT_COLOUR, label="eq. (40)")
-    right.plot(t, exponent_after_creep(h, K0).k, color="black", linestyle="--", label="eq. (4) inverted")
+    h = tables.CREEP(t)
+    right.plot(t, tables.fit_power().exponent(h), color=FIT_COLOUR, label="eq. (40)")
+    right.plot(
+        t, exponent_after_creep(h, tables.K0).k, color="black", linestyle="--", label="eq. (4) inverted"
+    )
     right.set(xlabel="$t$ [s]", ylabel="$k$", xlim=(0, 2), ylim=(1.9, 4.1))
     right.legend(fontsize=8, frameon=False, loc="lower right")
     letter(left, "a")
@@ -166,8 +159,8 @@ def exponent() -> Figure:
 def radius_fit() -> Figure:
     """Fig. 12: ``1 / sqrt(C_k)`` against the weighted least squares fit, eq. (64)."""
     figure, (ax,) = panels()
-    fit = fit_radius()
-    k = CANONICAL_K
+    fit = tables.fit_radius()
+    k = tables.CANONICAL_K
     ax.plot(k, 1 / np.sqrt(coefficient(k)), label=r"$1 / \sqrt{C_k}$, eq. (4)", **POINTS)  # type: ignore[arg-type]
     label = f"eq. (64), $1 - {fit.A:.3f}\\,e^{{-{fit.B:.3f} k}}$"
     ax.plot(k, fit.inverse_root(k), color=FIT_COLOUR, label=label)
@@ -182,9 +175,9 @@ DISTANCES = np.tan(np.linspace(0, 0.499 * np.pi, 120))  # of the COR, from pure 
 def constant_area() -> Figure:
     """Fig. 9: displacement held; the surface keeps its shape and shrinks with the force, eqs. (49), (50)."""
     figure, (ax,) = panels(height=3.8)
-    f, m = reference.point(K0, DISTANCES)
-    for t, colour in zip(CURVE_TIMES, shades(len(CURVE_TIMES)), strict=True):
-        g = float(RELAXATION(t))
+    f, m = reference.point(tables.K0, DISTANCES)
+    for t, colour in zip(tables.CURVE_TIMES, shades(len(tables.CURVE_TIMES)), strict=True):
+        g = float(tables.RELAXATION(t))
         ax.plot(g * f, g * m, color=colour, label=f"{seconds(t)}, $N = {g:.2f}\\,N_0$")
     _label_loads(ax, r"$f_t\,/\,(\mu N_0)$", r"$m_n\,/\,(\mu N_0 a)$")
     return figure
@@ -193,8 +186,8 @@ def constant_area() -> Figure:
 def constant_load() -> Figure:
     """Fig. 10: load held; force stays, torque grows with patch and profile, eqs. (51), (52)."""
     figure, (ax,) = panels(height=3.8)
-    for t, colour in zip(CURVE_TIMES, shades(len(CURVE_TIMES)), strict=True):
-        k, f, m = crept_surface(t, DISTANCES)
+    for t, colour in zip(tables.CURVE_TIMES, shades(len(tables.CURVE_TIMES)), strict=True):
+        k, f, m = tables.crept_surface(t, DISTANCES)
         ax.plot(f, m, color=colour, label=f"{seconds(t)}, $k = {k:.2f}$")
     _label_loads(ax, r"$f_t\,/\,(\mu N_0)$", r"$m_n\,/\,(\mu N_0 a_0)$")
     return figure

@@ -8,20 +8,8 @@ import numpy as np
 
 from vegrip.effects import effect
 from vegrip.errors import UsageError
-from vegrip.identification.diagnosis.candidate_fit import (
-    CandidateFit,
-    evaluate_candidate,
-    extend_problem,
-    held_out_groups,
-)
+from vegrip.identification.diagnosis import candidate_fit, score_tests
 from vegrip.identification.diagnosis.diagnosis import Diagnosis, diagnose
-from vegrip.identification.diagnosis.score_tests import (
-    Candidate,
-    Hint,
-    candidate_of,
-    screen_candidates,
-    why_unseen,
-)
 from vegrip.identification.diagnosis.search import drop_unneeded
 from vegrip.identification.fit.fitting import on_one_thread
 from vegrip.identification.fit.noise import Noise
@@ -82,7 +70,7 @@ def build_ladder(found: Diagnosis) -> list[Rung]:
 
 
 @on_one_thread
-def add_effect(name: str, start: Fit) -> tuple[Fit, CandidateFit]:
+def add_effect(name: str, start: Fit) -> tuple[Fit, candidate_fit.CandidateFit]:
     """Put the effect ``name`` into a fitted model and fit again; return that fit, and the model before.
 
     Raises:
@@ -94,21 +82,21 @@ def add_effect(name: str, start: Fit) -> tuple[Fit, CandidateFit]:
     problem, added = start.problem, effect(name)
     if added.name in {one.name for one in problem.model.effects}:
         raise UsageError(f"the model has {added.name} already; fit it with `vegrip fit --model`")
-    if reason := why_unseen(added, problem.measured):
+    if reason := score_tests.why_unseen(added, problem.measured):
         raise UsageError(f"this recording cannot show {added.name}: {reason}")
     problem.model.with_effect(added)
-    candidate = candidate_of(added, problem.model, problem.measured)
-    groups = held_out_groups(problem)
-    base = evaluate_candidate(problem, start.optimum, groups)
-    last = drop_unneeded(extend_problem(base, _hint(base, candidate), groups), groups)
+    candidate = score_tests.candidate_of(added, problem.model, problem.measured)
+    groups = candidate_fit.held_out_groups(problem)
+    base = candidate_fit.evaluate_candidate(problem, start.optimum, groups)
+    last = drop_unneeded(candidate_fit.extend_problem(base, _hint(base, candidate), groups), groups)
     return fit_of(last.problem, last.optimum), base
 
 
-def _hint(base: CandidateFit, candidate: Candidate) -> Hint:
-    hints = screen_candidates(base.problem, base.optimum, [candidate])
+def _hint(base: candidate_fit.CandidateFit, candidate: score_tests.Candidate) -> score_tests.Hint:
+    hints = score_tests.screen_candidates(base.problem, base.optimum, [candidate])
     if hints:
         return hints[0]
-    return Hint(candidate, 0.0, candidate.trials[0], 1.0, np.zeros(base.optimum.residual.size))
+    return score_tests.Hint(candidate, 0.0, candidate.trials[0], 1.0, np.zeros(base.optimum.residual.size))
 
 
 def draw_ladder(rungs: list[Rung], path: Path) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from vegrip.effects import effect
 from vegrip.errors import UsageError
 from vegrip.identification.diagnosis.diagnosis import Diagnosis
+from vegrip.identification.experiment import hypotheses
 from vegrip.identification.experiment.design_space import (
     MENU,
     Item,
@@ -18,16 +19,6 @@ from vegrip.identification.experiment.design_space import (
     RigLimits,
     complete_limits,
     limits_of,
-)
-from vegrip.identification.experiment.hypotheses import (
-    NO_EFFECT,
-    Hypotheses,
-    Separation,
-    chance_to_decide,
-    expected_separation,
-    measure_separation,
-    rate_of,
-    sensors_of,
 )
 from vegrip.identification.fit.preprocess import MIN_FIT_ROWS
 from vegrip.identification.fit.result import fit_of
@@ -52,7 +43,7 @@ class Planned:
     item: str
     amplitudes: Mapping[str, float]
     protocol: Protocol
-    separation: Separation
+    separation: hypotheses.Separation
     times: int = 1
     refitted: bool = False  # the separation is that of full refits, else linear
 
@@ -83,7 +74,7 @@ class Planned:
 class Design:
     """Experiments that were weighed for a contest, and the one to do."""
 
-    contest: Hypotheses  # the hypotheses to separate
+    contest: hypotheses.Hypotheses  # the hypotheses to separate
     limits: RigLimits  # of the rig
     depth: float  # greatest depth [m] that force and depth allow
     tried: tuple[Planned, ...]  # each item at its best, best first
@@ -104,9 +95,11 @@ class Design:
         if self.best is not None:
             nats, seconds = self.best.nats, self.best.whole.duration
             odds = f"expected to distinguish {between} by {nats:.0f} nats in {seconds:.0f} s"
-            return f"{self.best.item}: {odds} (decides with probability {chance_to_decide(nats):.2f})"
+            return (
+                f"{self.best.item}: {odds} (decides with probability {hypotheses.chance_to_decide(nats):.2f})"
+            )
         most = f" (at most {self.tried[0].nats:.1f} nats, {self.tried[0].item})" if self.tried else ""
-        told = [effect(n).experiment for n in self.contest.names if n != NO_EFFECT]
+        told = [effect(n).experiment for n in self.contest.names if n != hypotheses.NO_EFFECT]
         hints = "; ".join(dict.fromkeys(text for text in told if text))
         return (
             f"no experiment on the menu distinguishes {between} within these limits{most}; what may: {hints}"
@@ -121,7 +114,7 @@ class Design:
             "separates": self.best is not None,
             "advice": self.advice,
             "best": self.best.as_dict() if self.best is not None else None,
-            "chance": chance_to_decide(self.best.nats) if self.best is not None else 0.0,
+            "chance": hypotheses.chance_to_decide(self.best.nats) if self.best is not None else 0.0,
             "achieved": {" against ".join(pair): nats for pair, nats in self.achieved.items()},
             "items": [planned.as_dict() for planned in self.tried],
             "left_out": dict(self.left_out),
@@ -130,7 +123,7 @@ class Design:
 
 
 def design(
-    contest: Hypotheses,
+    contest: hypotheses.Hypotheses,
     limits: RigLimits,
     *,
     is_thorough: bool = True,
@@ -162,7 +155,7 @@ def design(
     def plan(job: tuple[Item, Rig, Mapping[str, float]]) -> Planned:
         item, own, amplitudes = job
         protocol = item.protocol(own, amplitudes)
-        return Planned(item.name, amplitudes, protocol, expected_separation(contest, protocol))
+        return Planned(item.name, amplitudes, protocol, hypotheses.expected_separation(contest, protocol))
 
     def score(one: Planned) -> float:
         return _score(one, limits)
@@ -181,7 +174,7 @@ def design(
     made = Design(contest, limits, rig.depth, tuple(tried), left_out)
     if is_thorough and made.best is not None:
         report("simulates the best one")
-        made = replace(made, achieved=measure_separation(contest, made.best.whole, seed=1))
+        made = replace(made, achieved=hypotheses.measure_separation(contest, made.best.whole, seed=1))
     return made
 
 
@@ -192,9 +185,11 @@ def _promising(scanned: list[Planned]) -> list[Planned]:
     return some or [scanned[0]]
 
 
-def _refitted(planned: Planned, contest: Hypotheses) -> Planned:
+def _refitted(planned: Planned, contest: hypotheses.Hypotheses) -> Planned:
     return replace(
-        planned, separation=expected_separation(contest, planned.protocol, refit=True), refitted=True
+        planned,
+        separation=hypotheses.expected_separation(contest, planned.protocol, refit=True),
+        refitted=True,
     )
 
 
@@ -204,7 +199,7 @@ def _one_each(ranked: list[Planned], scanned: list[Planned]) -> list[Planned]:
     return [found[name] for name in order]
 
 
-def rig_of(contest: Hypotheses, limits: RigLimits) -> Rig:
+def rig_of(contest: hypotheses.Hypotheses, limits: RigLimits) -> Rig:
     """Return what the menu is scaled to, its depth such that no contestant's force passes the limit.
 
     Raises:
@@ -219,7 +214,7 @@ def rig_of(contest: Hypotheses, limits: RigLimits) -> Rig:
     return replace(rig, depth=_depth_for(contest, rig, limits.force))
 
 
-def _depth_for(contest: Hypotheses, rig: Rig, force: float) -> float:
+def _depth_for(contest: hypotheses.Hypotheses, rig: Rig, force: float) -> float:
     """Return the greatest depth [m] at which the force of a fast press stays below ``force`` [N]."""
     low, high = 0.0, rig.depth
     if _force_at(contest, rig, high) <= force:
@@ -230,7 +225,7 @@ def _depth_for(contest: Hypotheses, rig: Rig, force: float) -> float:
     return low if low > 0.0 else high
 
 
-def _force_at(contest: Hypotheses, rig: Rig, depth: float) -> float:
+def _force_at(contest: hypotheses.Hypotheses, rig: Rig, depth: float) -> float:
     own = replace(rig, depth=depth)
     protocol = Protocol("press", (own.press(depth),), 0.0)
     exact = {"normal_force": 0.0, "displacement": 0.0}
@@ -240,7 +235,7 @@ def _force_at(contest: Hypotheses, rig: Rig, depth: float) -> float:
     )
 
 
-def suited_rig(item: Item, contest: Hypotheses, limits: RigLimits, rig: Rig) -> tuple[Rig, str]:
+def suited_rig(item: Item, contest: hypotheses.Hypotheses, limits: RigLimits, rig: Rig) -> tuple[Rig, str]:
     """Return the rig for an item, or why it cannot be done."""
     if not item.has_tangential_load:
         return rig, ""
@@ -259,7 +254,7 @@ def _score(planned: Planned, limits: RigLimits) -> float:
     return reached - DURATION_COST * planned.whole.duration / limits.duration
 
 
-def _polished(planned: Planned, contest: Hypotheses, limits: RigLimits, rig: Rig) -> Planned:
+def _polished(planned: Planned, contest: hypotheses.Hypotheses, limits: RigLimits, rig: Rig) -> Planned:
     item = next(item for item in MENU if item.name == planned.item)
     own, _ = suited_rig(item, contest, limits, rig)
     best = planned
@@ -287,7 +282,7 @@ def _often(planned: Planned, limits: RigLimits) -> Planned:
     return replace(planned, times=times)
 
 
-def hypotheses_after(found: Diagnosis) -> Hypotheses | None:
+def hypotheses_after(found: Diagnosis) -> hypotheses.Hypotheses | None:
     """Return the first set that ``found`` could not tell apart; None where there is none."""
     if not found.indistinguishable:
         return None
@@ -295,7 +290,7 @@ def hypotheses_after(found: Diagnosis) -> Hypotheses | None:
     fits = {one.candidate.name: one.fitted for one in found.search.contests[names[0]].tried}
     models = {name: fit_of(fits[name].problem, fits[name].optimum).model for name in names}
     measured = found.start.problem.measured
-    return Hypotheses(models, (), sensors_of(measured), rate_of(measured))
+    return hypotheses.Hypotheses(models, (), hypotheses.sensors_of(measured), hypotheses.rate_of(measured))
 
 
 def next_experiment(found: Diagnosis) -> dict[str, Any] | None:

@@ -14,16 +14,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vegrip.identification.fit import whitening
 from vegrip.identification.fit.preprocess import Measured
-from vegrip.identification.fit.whitening import (
-    Sensitivity,
-    Whitener,
-    by_position,
-    by_speed,
-    feels_speed,
-    follows,
-    has_play,
-)
 from vegrip.identification.recording import Recording
 from vegrip.model import BASE, ContactModel, Predictor
 from vegrip.model.channels import QUANTITIES
@@ -100,7 +92,7 @@ class Problem:
     laws: Zeros
     doubtful: NDArray[np.bool_]
     stiffness: Floats
-    whitener: Whitener
+    whitener: whitening.Whitener
     force_std: Floats
     slip_std: Floats
     slip_bias: Floats
@@ -277,7 +269,7 @@ class Problem:
         rise = (beyond[:, AT["elastic_force"]] - here[:, AT["elastic_force"]]) / h
         touching = here[:, AT["normal_force"]] - zeros[1] != 0.0
         self.stiffness = np.where(touching, np.maximum(rise, 0.0), 0.0)
-        self.whitener = Whitener(
+        self.whitener = whitening.Whitener(
             m.recording.t,
             m.first,
             m.motion,
@@ -292,23 +284,23 @@ class Problem:
         firm = np.fmin(m.force, here[:, AT["normal_force"]]) - zeros[1] > FIRM * self.force_std
         self.radius_std = np.where(self.doubtful | ~firm, np.inf, radius_std)[m.seen]
 
-    def _sensitivity(self, u: Floats) -> Sensitivity:
-        m, plain = self.measured, by_position(self.stiffness)
+    def _sensitivity(self, u: Floats) -> whitening.Sensitivity:
+        m, plain = self.measured, whitening.by_position(self.stiffness)
         tip, speed, bend = plain.follows, plain.speed, plain.bend
         noise = m.noise.displacement
-        if has_play(self.model) and noise > 0.0:
+        if whitening.has_play(self.model) and noise > 0.0:
 
             def indentation(moved: Floats) -> Floats:
                 return self._predict(u, moved)[:, AT["indentation"]]
 
-            tip = follows(indentation, m.first, m.motion.displacement, noise)
-        if feels_speed(self.model):
+            tip = whitening.follows(indentation, m.first, m.motion.displacement, noise)
+        if whitening.feels_speed(self.model):
 
             def force(at: Floats) -> Floats:
                 return self._predict(u, speed=at)[:, AT["normal_force"]]
 
-            speed, bend = by_speed(force, m.recording.t, m.first, m.motion)
-        return Sensitivity(self.stiffness, speed, tip, bend)
+            speed, bend = whitening.by_speed(force, m.recording.t, m.first, m.motion)
+        return whitening.Sensitivity(self.stiffness, speed, tip, bend)
 
     @property
     def log_scale(self) -> Floats:

@@ -33,6 +33,7 @@ from typing import Any, Final, Self
 
 import numpy as np
 
+from vegrip import messages
 from vegrip.clock import NS
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.channels import CHANNELS
@@ -40,32 +41,18 @@ from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.folder import toml_text
 from vegrip.identification.recording.report import MISSING, MissingStates, told
 from vegrip.identification.recording.table_file import BUFFERED_ROWS, TableFile
-from vegrip.messages import (
-    OF_NODES,
-    ContactEstimate,
-    DeviceReport,
-    Estimate,
-    FingertipState,
-    ForceCommand,
-    GraspStatus,
-    LearnedParameter,
-    Message,
-    ModelHealth,
-    NodeStatus,
-    SlipMargin,
-)
 from vegrip.whole_file import write_whole, writing
 
-FILE_OF_MESSAGE: Final[dict[type[Message], str]] = {
-    FingertipState: "recording.csv",
-    ContactEstimate: "contact.csv",
-    SlipMargin: "slip_margin.csv",
-    ForceCommand: "force_command.csv",
-    ModelHealth: "model_health.csv",
-    LearnedParameter: "learned.csv",
-    DeviceReport: "device.csv",
-    NodeStatus: "diagnostics.csv",
-    GraspStatus: "grasp.csv",
+FILE_OF_MESSAGE: Final[dict[type[messages.Message], str]] = {
+    messages.FingertipState: "recording.csv",
+    messages.ContactEstimate: "contact.csv",
+    messages.SlipMargin: "slip_margin.csv",
+    messages.ForceCommand: "force_command.csv",
+    messages.ModelHealth: "model_health.csv",
+    messages.LearnedParameter: "learned.csv",
+    messages.DeviceReport: "device.csv",
+    messages.NodeStatus: "diagnostics.csv",
+    messages.GraspStatus: "grasp.csv",
 }
 """Which file of a finger's folder a message goes to; diagnostics lie beside the fingers."""
 STATE_HEADER: Final = ",".join(("t", "episode", *CHANNELS))
@@ -81,9 +68,9 @@ FLUSH_PERIOD_S: Final = 1.0  # [s] between two flushes: the most that a power cu
 NICENESS: Final = 10  # of the writing thread: the loops of a hand on the same machine come first
 
 
-def csv_header(kind: type[Message]) -> str:
+def csv_header(kind: type[messages.Message]) -> str:
     """Return the first line of the file of ``kind``."""
-    if kind is FingertipState:
+    if kind is messages.FingertipState:
         return STATE_HEADER
     names = ["t"]
     for name, is_estimate in _FIELDS[kind]:
@@ -91,11 +78,11 @@ def csv_header(kind: type[Message]) -> str:
     return ",".join(names)
 
 
-def csv_row(message: Message, start: int) -> str:
+def csv_row(message: messages.Message, start: int) -> str:
     """Return ``message`` as a line without its end; ``start`` [ns] is the stamp of t = 0."""
     seconds, rest = divmod(message.stamp - start, NS)
     t = f"{seconds}.{rest:09d}" if seconds >= 0 else repr((message.stamp - start) / NS)
-    if isinstance(message, FingertipState):
+    if isinstance(message, messages.FingertipState):
         return ",".join((t, "0", *(exact_cell(getattr(message, name)) for name in CHANNELS)))
     cells = [t]
     for name, is_estimate in _FIELDS[type(message)]:
@@ -104,15 +91,15 @@ def csv_row(message: Message, start: int) -> str:
     return ",".join(cells)
 
 
-def _written(kind: type[Message]) -> tuple[tuple[str, bool], ...]:
+def _written(kind: type[messages.Message]) -> tuple[tuple[str, bool], ...]:
     known = [field for field in dataclasses.fields(kind) if field.name not in ("stamp", "finger")]
-    return tuple((field.name, isinstance(field.default, Estimate)) for field in known)
+    return tuple((field.name, isinstance(field.default, messages.Estimate)) for field in known)
 
 
 _FIELDS: Final = {kind: _written(kind) for kind in FILE_OF_MESSAGE}
 
 
-def _estimate(estimate: Estimate) -> list[str]:
+def _estimate(estimate: messages.Estimate) -> list[str]:
     return [_float(estimate.value), _float(estimate.std), str(int(estimate.valid)), _float(estimate.age)]
 
 
@@ -200,7 +187,7 @@ class RecordingWriter:
         """Let t = 0 be at ``stamp`` [ns]; without it, it is at the first message."""
         self._start = stamp
 
-    def write(self, message: Message) -> None:
+    def write(self, message: messages.Message) -> None:
         """Take one message; it reaches the disk with the next :meth:`flush`."""
         if self._start is None:
             self._start = message.stamp
@@ -210,7 +197,7 @@ class RecordingWriter:
                 self._refuse(f"more than {MOST_TABLES} tables, the rest")
                 return
             self._files[name] = self._new(name, message)
-        if isinstance(message, FingertipState):
+        if isinstance(message, messages.FingertipState):
             self.missing[_name(message.finger)].take(message)
         self._files[name].add(csv_row(message, self._start))
         self.rows[name] += 1
@@ -258,7 +245,7 @@ class RecordingWriter:
             self.folder.mkdir(parents=True, exist_ok=True)
             write_whole(self.folder / SESSION, f'began = "{self._began}"\n')
 
-    def _new(self, name: str, message: Message) -> TableFile:
+    def _new(self, name: str, message: messages.Message) -> TableFile:
         if name.endswith("/recording.csv"):
             about = name.replace(".csv", ".toml")
             self._descriptions[about] = self._about(name.partition("/")[0])
@@ -358,8 +345,8 @@ def _overwrite(path: Path, data: bytes) -> None:
         file.truncate()
 
 
-def _file(message: Message) -> str:
-    if isinstance(message, OF_NODES):
+def _file(message: messages.Message) -> str:
+    if isinstance(message, messages.OF_NODES):
         return FILE_OF_MESSAGE[type(message)]
     return f"{_name(message.finger)}/{FILE_OF_MESSAGE[type(message)]}"
 
@@ -376,7 +363,7 @@ class BackgroundWriter:
         self, writer: RecordingWriter, capacity: int = QUEUE_MESSAGES, period: float = LOOK_PERIOD_S
     ) -> None:
         self.writer = writer
-        self._queue: deque[Message] = deque(maxlen=capacity)
+        self._queue: deque[messages.Message] = deque(maxlen=capacity)
         self._offered = 0  # raised by the loop only
         self._taken = 0  # raised by the writing thread only
         self._period = period
@@ -389,7 +376,7 @@ class BackgroundWriter:
         """Messages that newer ones pushed out before they were written."""
         return max(self._offered - self._taken - len(self._queue), 0)
 
-    def offer(self, message: Message) -> None:
+    def offer(self, message: messages.Message) -> None:
         """Queue ``message``; never waits."""
         self._queue.append(message)
         self._offered += 1

@@ -4,19 +4,9 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 
+from vegrip import messages
 from vegrip.clock import NS
 from vegrip.jsonable import jsonable
-from vegrip.messages import (
-    OF_NODES,
-    Condition,
-    ContactEstimate,
-    FingertipState,
-    ForceCommand,
-    Message,
-    ModelHealth,
-    Reason,
-    SlipMargin,
-)
 from vegrip.runtime.monitor.rows import FRESH, FingerRow, NodeRow, Presence, Present
 
 LOG_LINES = 8
@@ -24,14 +14,14 @@ MOST_FINGERS = 64  # a sender of made-up names must not make the board grow
 MOST_NODES = 64
 BUSY, TOO_BUSY = 0.01, 0.1  # shares of late commands from which on a machine is called so
 CONSEQUENCE = 5.0  # [s] input that ceases so soon around the end of a node has ceased because of it
-CONDITION_STYLE = {Condition.OK: "green", Condition.DEGRADED: "yellow"}  # all others red
-ABSENT = (Condition.STALE, Condition.MISSING)
-MESSAGE_OF_TOPIC: dict[str, type[Message]] = {
-    "state": FingertipState,
-    "contact": ContactEstimate,
-    "margin": SlipMargin,
-    "command": ForceCommand,
-    "health": ModelHealth,
+CONDITION_STYLE = {messages.Condition.OK: "green", messages.Condition.DEGRADED: "yellow"}  # all others red
+ABSENT = (messages.Condition.STALE, messages.Condition.MISSING)
+MESSAGE_OF_TOPIC: dict[str, type[messages.Message]] = {
+    "state": messages.FingertipState,
+    "contact": messages.ContactEstimate,
+    "margin": messages.SlipMargin,
+    "command": messages.ForceCommand,
+    "health": messages.ModelHealth,
 }
 
 
@@ -69,7 +59,7 @@ class Board:
     def __post_init__(self) -> None:
         self.rows = {finger: FingerRow() for finger in self.fingers}
 
-    def receive(self, message: Message, now: int, node: str = "") -> None:
+    def receive(self, message: messages.Message, now: int, node: str = "") -> None:
         """Put ``message`` on the board.
 
         Args:
@@ -80,10 +70,10 @@ class Board:
         """
         kind = type(message).__name__
         self.counts[kind] = self.counts.get(kind, 0) + 1
-        speaker = message.node if isinstance(message, OF_NODES) else node
+        speaker = message.node if isinstance(message, messages.OF_NODES) else node
         if speaker and (row := self._node(speaker, now)) is not None:
             row.receive(message, now)
-        if isinstance(message, OF_NODES):
+        if isinstance(message, messages.OF_NODES):
             return
         if message.finger not in self.rows and len(self.rows) >= MOST_FINGERS:
             return
@@ -163,20 +153,20 @@ class Board:
             case Presence.RUNNING if not row.is_old:
                 self.say(f"{name} has started", now)
 
-    def _track(self, row: FingerRow, message: Message, now: int) -> None:
-        if isinstance(message, ForceCommand):
+    def _track(self, row: FingerRow, message: messages.Message, now: int) -> None:
+        if isinstance(message, messages.ForceCommand):
             self._track_slip(message, now)
-        elif isinstance(message, ModelHealth):
+        elif isinstance(message, messages.ModelHealth):
             self._track_condition(row, message.condition, now)
 
-    def _track_slip(self, command: ForceCommand, now: int) -> None:
-        if command.reason != Reason.SLIP:
+    def _track_slip(self, command: messages.ForceCommand, now: int) -> None:
+        if command.reason != messages.Reason.SLIP:
             self._slipping.discard(command.finger)
         elif command.finger not in self._slipping:
             self._slipping.add(command.finger)
             self.say(f"{command.finger}: slip detected, grip raised", now, "red")
 
-    def _track_condition(self, row: FingerRow, condition: Condition, now: int) -> None:
+    def _track_condition(self, row: FingerRow, condition: messages.Condition, now: int) -> None:
         """Note a change of condition; :meth:`refresh` tells it, several fingers in one line."""
         if condition is row.announced or (row.announced is None and condition in ABSENT):
             row.pending = None
@@ -187,7 +177,8 @@ class Board:
         due = {
             row.pending[0]
             for row in self.rows.values()
-            if row.pending and (row.pending[0] > Condition.MISSING or now - row.pending[1] > FRESH * NS)
+            if row.pending
+            and (row.pending[0] > messages.Condition.MISSING or now - row.pending[1] > FRESH * NS)
         }
         for condition in sorted(due):
             told = []
@@ -195,12 +186,12 @@ class Board:
                 if row.pending is None or row.pending[0] is not condition or not self._speaks(row.source):
                     continue
                 first, row.announced, row.pending = row.announced is None, condition, None
-                if not (first and condition is Condition.OK):
+                if not (first and condition is messages.Condition.OK):
                     told.append(finger)
             if told:
                 self._log_condition(told, condition, now)
 
-    def _log_condition(self, fingers: list[str], condition: Condition, now: int) -> None:
+    def _log_condition(self, fingers: list[str], condition: messages.Condition, now: int) -> None:
         names = "all fingers" if len(fingers) == len(self.rows) > 1 else ", ".join(fingers)
         if condition in ABSENT and self._ended is not None and now - self._ended[1] < CONSEQUENCE * NS:
             self.say(f"{names}: no input since {self._ended[0]} stopped", now)
@@ -211,7 +202,7 @@ class Board:
         return node not in self.nodes or self.nodes[node].presence is Presence.RUNNING
 
 
-def words(name: Condition | Reason) -> str:
+def words(name: messages.Condition | messages.Reason) -> str:
     return name.name.lower().replace("_", " ")
 
 

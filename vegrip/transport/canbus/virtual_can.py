@@ -20,22 +20,10 @@ import can
 from vegrip.clock import NS
 from vegrip.errors import VegripError
 from vegrip.host.folders import runtime_folder, socket_path
+from vegrip.transport.canbus import hub_wire
 from vegrip.transport.canbus.bus_events import BusLoad, ErrorState
 from vegrip.transport.canbus.bus_records import ACKNOWLEDGEMENT, FD
 from vegrip.transport.canbus.frame_time import FD_SIZES, KIND_FLAGS, BitTiming
-from vegrip.transport.canbus.hub_wire import (
-    MAX_GATHERED_BYTES,
-    MAX_PACKET_BYTES,
-    Delivery,
-    Pair,
-    make_greeting,
-    pack_filters,
-    pack_request,
-    pairs_of,
-    reported_state,
-    split_deliveries,
-    unpack_delivery,
-)
 
 HUB_TIMEOUT_S = 60.0  # [s] to find or start the hub; on a busy machine a start takes many seconds
 READ_AHEAD = (
@@ -108,7 +96,7 @@ class VegripBus(can.BusABC):
         self._listen_only, self._error_frames = listen_only, error_frames
         self._error_state = ErrorState.ACTIVE
         self._unheard = False  # a frame was not acknowledged, and none of another node has come since
-        self._read_ahead: deque[Delivery] = deque()
+        self._read_ahead: deque[hub_wire.Delivery] = deque()
         self._gathers = patience is not None
         self._packets: deque[bytes] = deque()  # deliveries that came in one packet
         self._next_number = 0
@@ -136,12 +124,12 @@ class VegripBus(can.BusABC):
     def _apply_filters(self, filters: can.typechecking.CanFilters | None) -> None:
         pairs = self._checked(filters)
         if pairs or self._filtered:
-            self._hand_over(pack_filters(pairs), time.monotonic() + HUB_TIMEOUT_S)
+            self._hand_over(hub_wire.pack_filters(pairs), time.monotonic() + HUB_TIMEOUT_S)
             self._filtered = bool(pairs)
 
-    def _checked(self, filters: can.typechecking.CanFilters | None) -> list[Pair]:
+    def _checked(self, filters: can.typechecking.CanFilters | None) -> list[hub_wire.Pair]:
         try:
-            return pairs_of(filters or ())
+            return hub_wire.pairs_of(filters or ())
         except (KeyError, TypeError, ValueError) as error:
             raise can.CanInitializationError(f"{self.channel_info}: {error}") from None
 
@@ -166,12 +154,12 @@ class VegripBus(can.BusABC):
         """
         now = time.monotonic_ns()
         try:
-            requests = [pack_request(now, *frame) for frame in frames]
+            requests = [hub_wire.pack_request(now, *frame) for frame in frames]
         except KeyError as error:
             raise can.CanOperationError(f"a frame cannot have {error} bytes of data") from None
         self.put_requests(b"".join(requests))
 
-    def take(self, deadline: float | None) -> Delivery | None:
+    def take(self, deadline: float | None) -> hub_wire.Delivery | None:
         """Return the next frame for this node, None when there is none until ``deadline`` [s, monotonic].
 
         What python-can's ``recv`` does, without ``can.Message`` and filters.
@@ -205,20 +193,20 @@ class VegripBus(can.BusABC):
         if timeout > 0.0 and not select.select(self._readable, (), (), timeout)[0]:
             return None
         try:
-            packet = self._socket.recv(MAX_GATHERED_BYTES)
+            packet = self._socket.recv(hub_wire.MAX_GATHERED_BYTES)
         except BlockingIOError:
             return None
         except OSError:
             raise self._gone() from None
         taken = look(packet, self._next_number) if packet else None
         if taken is None:
-            self._packets.extend(split_deliveries(packet))
+            self._packets.extend(hub_wire.split_deliveries(packet))
             return False
         self.overruns += taken.lost
         self._next_number = taken.expected
         self._load.carried(taken.end, taken.busy)
         if taken.size < len(packet):
-            self._packets.extend(split_deliveries(packet[taken.size :]))
+            self._packets.extend(hub_wire.split_deliveries(packet[taken.size :]))
         return True
 
     def put_requests(self, requests: bytes | bytearray | memoryview, deadline: float = 0.0) -> None:
@@ -248,7 +236,7 @@ class VegripBus(can.BusABC):
         packets: list[bytes] = []
         try:
             while len(packets) < MOST_PACKETS_AT_ONCE:
-                packets.append(self._socket.recv(MAX_GATHERED_BYTES))
+                packets.append(self._socket.recv(hub_wire.MAX_GATHERED_BYTES))
                 if not packets[-1]:
                     break
             else:
@@ -263,7 +251,7 @@ class VegripBus(can.BusABC):
     def put_back(self, deliveries: bytes) -> None:
         """Take back what :meth:`take_packets` has given."""
         if deliveries:
-            self._packets.extend(split_deliveries(deliveries))
+            self._packets.extend(hub_wire.split_deliveries(deliveries))
 
     def count_deliveries(self, first: int, count: int, end: int, busy: int) -> None:
         """Count deliveries in a row from number ``first``; ``end`` [ns] and ``busy`` [ns] of the last."""
@@ -297,10 +285,12 @@ class VegripBus(can.BusABC):
                 self._read_ahead.append(delivery)
                 more = len(self._read_ahead) < READ_AHEAD
 
-    def _look(self) -> tuple[Delivery | None, bool]:
+    def _look(self) -> tuple[hub_wire.Delivery | None, bool]:
         """Return the next frame if it is there and for us, and whether there was anything."""
         try:
-            packet = self._packets.popleft() if self._packets else self._socket.recv(MAX_GATHERED_BYTES)
+            packet = (
+                self._packets.popleft() if self._packets else self._socket.recv(hub_wire.MAX_GATHERED_BYTES)
+            )
         except BlockingIOError:
             return None, False
         except OSError:
@@ -308,9 +298,9 @@ class VegripBus(can.BusABC):
         if not packet:
             raise self._gone()
         if self._gathers and not self._packets:
-            packet, *rest = split_deliveries(packet)
+            packet, *rest = hub_wire.split_deliveries(packet)
             self._packets.extend(rest)
-        delivery = unpack_delivery(packet)
+        delivery = hub_wire.unpack_delivery(packet)
         return delivery if delivery is not None and self._is_for_us(delivery) else None, True
 
     def _hand_over(self, packet: bytes | bytearray | memoryview, deadline: float) -> None:
@@ -342,7 +332,7 @@ class VegripBus(can.BusABC):
         delivery = self.take(None if timeout is None else time.monotonic() + timeout)
         return (None, False) if delivery is None else (self._message(delivery), delivery.is_error)
 
-    def _is_for_us(self, delivery: Delivery) -> bool:
+    def _is_for_us(self, delivery: hub_wire.Delivery) -> bool:
         self._count(delivery.number, delivery.end, delivery.busy)
         if delivery.is_error:
             self._learn(delivery)
@@ -358,13 +348,13 @@ class VegripBus(can.BusABC):
         self._next_number = (number + 1) & 0xFFFFFFFF
         self._load.carried(end, busy)
 
-    def _learn(self, error: Delivery) -> None:
+    def _learn(self, error: hub_wire.Delivery) -> None:
         self._unheard = self._unheard or bool(error.identifier & ACKNOWLEDGEMENT)
         self.error_counters = error.data[6], error.data[7]
-        told = reported_state(error.identifier, error.data)
+        told = hub_wire.reported_state(error.identifier, error.data)
         self._error_state = self._error_state if told is None else told
 
-    def _message(self, delivery: Delivery) -> can.Message:
+    def _message(self, delivery: hub_wire.Delivery) -> can.Message:
         frame = delivery.frame
         return can.Message(
             timestamp=delivery.end / NS + self._epoch,
@@ -391,7 +381,9 @@ class VegripBus(can.BusABC):
         switches, is_passive = msg.bitrate_switch, msg.error_state_indicator
         flags = KIND_FLAGS[msg.is_extended_id, msg.is_remote_frame, msg.is_fd, switches, is_passive]
         data = b"" if msg.is_remote_frame else bytes(msg.data)
-        return pack_request(time.monotonic_ns(), msg.arbitration_id, data, flags, FD_SIZES.index(msg.dlc))
+        return hub_wire.pack_request(
+            time.monotonic_ns(), msg.arbitration_id, data, flags, FD_SIZES.index(msg.dlc)
+        )
 
     def _wait_for_packet(self, deadline: float | None) -> bool:
         remaining = None if deadline is None else deadline - time.monotonic()
@@ -436,7 +428,7 @@ def _join(
     rates = {"bitrate": bitrate, "data_bitrate": data_bitrate}
     asked = {name: rate for name, rate in rates.items() if rate is not None}
     try:
-        greeting = make_greeting({"timing": asked, "must_match_rates": bool(asked), **character})
+        greeting = hub_wire.make_greeting({"timing": asked, "must_match_rates": bool(asked), **character})
         path = socket_path("can", f"{channel}.bus")
     except VegripError as error:
         raise can.CanInitializationError(str(error)) from None
@@ -456,7 +448,7 @@ def _greet(path: Path, greeting: bytes) -> tuple[socket.socket, dict[str, Any]]:
         try:
             connection.connect(str(path))
             connection.send(greeting)
-            if answer := connection.recv(MAX_PACKET_BYTES):
+            if answer := connection.recv(hub_wire.MAX_PACKET_BYTES):
                 connection.setblocking(False)
                 return connection, json.loads(answer)
         except (ConnectionError, FileNotFoundError):

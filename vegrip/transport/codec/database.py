@@ -17,20 +17,9 @@ from cantools.database.can import Database
 from cantools.database.can import Message as DbcMessage
 
 from vegrip.errors import ConfigError
+from vegrip.transport.codec import signals
 from vegrip.transport.codec.protection import CAN_PROFILES, COUNTER_MODULUS, Profile
 from vegrip.transport.codec.schema import Field, MessageSchema, message_set, read_proto
-from vegrip.transport.codec.signals import (
-    MAKERS,
-    Cells,
-    Converter,
-    Place,
-    Raw,
-    belongs,
-    converter,
-    field_text,
-    plan,
-    value_text,
-)
 
 HEADER = ("crc", "counter", "seq", "version", "last", "time")
 
@@ -42,8 +31,8 @@ class Slot:
     name: str
     field: Field
     text: str  # of its value in a message ``m``
-    convert: Converter
-    place: Place
+    convert: signals.Converter
+    place: signals.Place
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,20 +46,20 @@ class Part:
     fd: bool
     profile: Profile
     packer: struct.Struct
-    counter: Place
+    counter: signals.Place
     modulus: int
-    version: Place
+    version: signals.Place
     version_modulus: int
-    last: Place | None
-    time: Place | None
+    last: signals.Place | None
+    time: signals.Place | None
     slots: tuple[Slot, ...]
     offset: int  # cells of the parts before this one
     cells: int
 
     @property
-    def absent(self) -> Cells:
+    def absent(self) -> signals.Cells:
         """The cells of a part that was not sent: nothing measured."""
-        row: list[Raw] = [0] * self.cells
+        row: list[signals.Raw] = [0] * self.cells
         for slot in self.slots:
             slot.place.put(row, slot.convert.absent)
         return tuple(row)
@@ -158,7 +147,7 @@ def _layout(schema: MessageSchema, fd: bool, messages: list[DbcMessage]) -> Layo
 
 
 def _part(schema: MessageSchema, message: DbcMessage, offset: int) -> Part:
-    packer, places = plan(message)
+    packer, places = signals.plan(message)
     counter = places["seq" if message.is_fd else "counter"]
     names = tuple(name for name in places if name not in HEADER)
     return Part(
@@ -182,20 +171,20 @@ def _part(schema: MessageSchema, message: DbcMessage, offset: int) -> Part:
 
 
 def _slot(
-    schema: MessageSchema, message: DbcMessage, name: str, names: tuple[str, ...], place: Place
+    schema: MessageSchema, message: DbcMessage, name: str, names: tuple[str, ...], place: signals.Place
 ) -> Slot:
-    field = next((f for f in schema.fields if belongs(f, name)), None)
+    field = next((f for f in schema.fields if signals.belongs(f, name)), None)
     if field is None:
         raise ConfigError(
             f"fingertip.dbc: {message.name}.{name} belongs to no field of {schema.cls.__name__}"
         )
     signal = message.get_signal_by_name(name)
-    return Slot(name, field, value_text(field, name, names), converter(field, signal), place)
+    return Slot(name, field, signals.value_text(field, name, names), signals.converter(field, signal), place)
 
 
 def _reading(schema: MessageSchema, parts: list[Part]) -> tuple[list[str], dict[str, Any]]:
     lines, values = list[str](), list[str]()
-    scope: dict[str, Any] = dict(MAKERS)
+    scope: dict[str, Any] = dict(signals.MAKERS)
     for field in schema.fields:
         if field.name in ("stamp", schema.owner, "seq"):
             continue
@@ -209,7 +198,7 @@ def _reading(schema: MessageSchema, parts: list[Part]) -> tuple[list[str], dict[
             raise ConfigError(f"fingertip.dbc: no signal carries {schema.cls.__name__}.{field.name}")
         if not texts:
             scope[f"d{len(values)}"] = _default(schema.cls, field.name)
-        values.append(field_text(field, texts) if texts else f"d{len(values)}()")
+        values.append(signals.field_text(field, texts) if texts else f"d{len(values)}()")
     return [*lines, f" values = ({', '.join(values)},)"], scope
 
 

@@ -14,18 +14,9 @@ from typing import Final
 
 from vegrip.errors import ConfigError, suggestion
 from vegrip.identification.recording.channels import CHANNELS as MEASURED
+from vegrip.transport.mapped import schema
 from vegrip.transport.mapped.database import Database, ForeignMessage, Signal, expanded, read_dbc
 from vegrip.transport.mapped.packets import packet_database
-from vegrip.transport.mapped.schema import (
-    POLAR,
-    REPORTED,
-    FingerMap,
-    HandMap,
-    MessageMap,
-    SourceMap,
-    TaxelMap,
-    read_map,
-)
 from vegrip.transport.mapped.units import SI, conversion, in_si, worth
 
 UNITY: Final = 1e-12
@@ -85,7 +76,7 @@ class FingerPlan:
         given = set(self.channels)
         if self.torque is not None:
             given.add("torque_z")
-        if given >= POLAR:
+        if given >= schema.POLAR:
             given.update(VECTORS[0][:2])
         if self.rotation:
             given = _turned(given, self.rotation)
@@ -96,11 +87,11 @@ class FingerPlan:
 class Plan:
     """A hand."""
 
-    hand: HandMap
+    hand: schema.HandMap
     database: Database
     slots: tuple[Slot, ...]
     fingers: tuple[FingerPlan, ...]
-    protection: Mapping[str, MessageMap] = field(default_factory=dict)
+    protection: Mapping[str, schema.MessageMap] = field(default_factory=dict)
     feedback: Mapping[str, int] = field(default_factory=dict)  # finger -> slot of its position, in its unit
 
     @property
@@ -114,7 +105,7 @@ VECTORS: Final = (
 )
 
 
-def make_plan(hand: HandMap, database: Database, fingers: tuple[str, ...]) -> Plan:
+def make_plan(hand: schema.HandMap, database: Database, fingers: tuple[str, ...]) -> Plan:
     """Return what ``hand`` means for the ``fingers`` of a configuration.
 
     Raises:
@@ -160,14 +151,14 @@ def find_signal(database: Database, name: str, where: str) -> tuple[ForeignMessa
 
 
 class _Maker:
-    def __init__(self, hand: HandMap, database: Database) -> None:
+    def __init__(self, hand: schema.HandMap, database: Database) -> None:
         self.slots: list[Slot] = []
         self.feedback: dict[str, int] = {}
         self._hand = hand
         self._database = database
         self._owner: dict[str, tuple[str, str]] = {}  # signal -> finger and what it is for
 
-    def finger(self, name: str, mapped: FingerMap) -> FingerPlan:
+    def finger(self, name: str, mapped: schema.FingerMap) -> FingerPlan:
         where = f"{self._hand.path} [fingers.{name}"
         channels = {
             key: self._channel(name, key, source, f"{where}.{key}]")
@@ -186,11 +177,11 @@ class _Maker:
             slot = self._slot(command.feedback, 1.0, 0.0, f"{where}.command]", raw=command.raw)
             self.feedback[name] = slot
         trigger, chosen = self._trigger(mapped.trigger, channels, f"{where}]")
-        given = set(channels) | set(VECTORS[0][:2] if channels.keys() >= POLAR else ())
+        given = set(channels) | set(VECTORS[0][:2] if channels.keys() >= schema.POLAR else ())
         _check_rotated(mapped.rotation, given, f"{where}]")
         return FingerPlan(name, channels, torque, mapped.rotation, trigger, chosen, mapped.max_age)
 
-    def _channel(self, finger: str, name: str, source: SourceMap, where: str) -> ChannelPlan:
+    def _channel(self, finger: str, name: str, source: schema.SourceMap, where: str) -> ChannelPlan:
         if source.stated:
             value = in_si(source.stated, SI[name], where)
             return ChannelPlan((), constant=value, stated=True, gated=False)
@@ -203,11 +194,11 @@ class _Maker:
             self._slot(each, scale * weight, 0.0, where, raw=source.raw, invalid=source.invalid)
             for each, weight in zip(source.names, weights, strict=True)
         ]
-        gated = not source.zero_is_measured and name not in ("tangential_direction", *REPORTED)
+        gated = not source.zero_is_measured and name not in ("tangential_direction", *schema.REPORTED)
         return ChannelPlan(tuple(slots), offset, _table(name, source, where), source.above, gated=gated)
 
     def _taxels(
-        self, finger: str, taxels: TaxelMap, channels: dict[str, ChannelPlan], where: str
+        self, finger: str, taxels: schema.TaxelMap, channels: dict[str, ChannelPlan], where: str
     ) -> TaxelPlan | None:
         groups = {
             "normal_force": taxels.normal,
@@ -298,7 +289,7 @@ class _Maker:
         return message, tuple(of_it) if dot else ()
 
 
-def _to_si(name: str, source: SourceMap, unit: str, where: str) -> tuple[float, float]:
+def _to_si(name: str, source: schema.SourceMap, unit: str, where: str) -> tuple[float, float]:
     """Return scale and offset from the signal to the channel, or to the first column of its table."""
     if not source.gain and (source.table or (source.raw and not source.unit) or not math.isnan(source.above)):
         scale, offset = 1.0, 0.0
@@ -308,13 +299,13 @@ def _to_si(name: str, source: SourceMap, unit: str, where: str) -> tuple[float, 
     return scale * source.scale, scale * (source.offset - source.zero) + offset
 
 
-def _table(name: str, source: SourceMap, where: str) -> tuple[tuple[float, float], ...]:
+def _table(name: str, source: schema.SourceMap, where: str) -> tuple[tuple[float, float], ...]:
     scale, offset = conversion(source.table_unit, SI[name], f"{where}: 'table_unit'")
     return tuple((float(x), float(y) * scale + offset) for x, y in source.table)
 
 
 def _check_polar(given: set[str], where: str) -> None:
-    if given & POLAR and (not given >= POLAR or given & set(VECTORS[0][:2])):
+    if given & schema.POLAR and (not given >= schema.POLAR or given & set(VECTORS[0][:2])):
         raise ConfigError(
             f"{where}: a tangential force is either tangential_magnitude and tangential_direction, or x and y"
         )
@@ -344,7 +335,7 @@ def _turned(given: set[str], rotation: tuple[tuple[float, ...], ...]) -> set[str
     return result
 
 
-def _check_protection(hand: HandMap, database: Database, name: str, spec: MessageMap) -> None:
+def _check_protection(hand: schema.HandMap, database: Database, name: str, spec: schema.MessageMap) -> None:
     where = f"{hand.path} [messages.{name}]"
     if hand.format:
         if spec.checksum.kind != "none":
@@ -359,7 +350,7 @@ def _check_protection(hand: HandMap, database: Database, name: str, spec: Messag
         find_signal(database, f"{name}.{spec.counter}", f"{where}: 'counter'")
 
 
-def read_database(hand: HandMap) -> Database:
+def read_database(hand: schema.HandMap) -> Database:
     """Read the database of ``hand``; a network has none.
 
     Raises:
@@ -409,5 +400,5 @@ def open_plan(path: Path | str, fingers: tuple[str, ...] | None = None) -> Plan:
         ConfigError: the map or its database cannot be used; says why and what to do.
 
     """
-    hand = read_map(path)
+    hand = schema.read_map(path)
     return make_plan(hand, read_database(hand), tuple(hand.fingers) if fingers is None else fingers)

@@ -13,16 +13,8 @@ from typing import Final
 import numpy as np
 
 from vegrip.errors import InputError
+from vegrip.transport.mapped import drafts
 from vegrip.transport.mapped.database import Database
-from vegrip.transport.mapped.drafts import (
-    BY_USER,
-    Draft,
-    FingerDraft,
-    Setting,
-    apply_settings,
-    factor,
-    is_of_unknown_unit,
-)
 from vegrip.transport.mapped.proposal import Proposal, option_of, signals_of
 from vegrip.transport.mapped.traffic import Trace, rate_of
 from vegrip.transport.mapped.units import SI
@@ -47,7 +39,7 @@ def learn(
     heard: Mapping[str, Trace],
     windows: Mapping[str, Window],
     database: Database,
-    settings: Sequence[Setting] = (),
+    settings: Sequence[drafts.Setting] = (),
 ) -> None:
     """Set zeros, signs and noise in ``proposal`` where ``settings`` do not, and say what was found."""
     fingers = [_Finger(name, f, heard, windows, database, proposal) for name, f in proposal.fingers.items()]
@@ -59,7 +51,7 @@ def learn(
             "second; --rest A..B says another"
         )
     _inherit_places(proposal)
-    apply_settings(proposal.fingers, settings)
+    drafts.apply_settings(proposal.fingers, settings)
     for finger in fingers:
         finger.learn()
     _inherit(proposal)
@@ -79,7 +71,7 @@ class _Finger:
     def __init__(
         self,
         name: str,
-        finger: FingerDraft,
+        finger: drafts.FingerDraft,
         heard: Mapping[str, Trace],
         windows: Mapping[str, Window],
         database: Database,
@@ -153,21 +145,21 @@ class _Finger:
         above = float(f"{level + SLIP_LEVEL * (highest - level):.4g}")
         draft.set("above", above, f"its rest is at most {level:g}, its largest {highest:g}")
 
-    def _draft(self, channel: str) -> Draft | None:
+    def _draft(self, channel: str) -> drafts.Draft | None:
         """The draft of a channel that is one signal, heard, and linear; a table or a threshold is not."""
         draft = self.finger.channels.get(channel)
         if draft is None or draft.signal not in self.heard:
             return None
         return None if "table" in draft.keys or "above" in draft.keys else draft
 
-    def _trace(self, draft: Draft) -> Trace:
+    def _trace(self, draft: drafts.Draft) -> Trace:
         trace, keys = self.heard[draft.signal], draft.keys
         values = trace.raw if keys.get("raw") else trace.value
         return Trace(
             trace.t, values * float(keys.get("scale", 1.0)) + float(keys.get("offset", 0.0)), trace.raw
         )
 
-    def _resolution(self, draft: Draft) -> float:
+    def _resolution(self, draft: drafts.Draft) -> float:
         step = 1.0 if draft.keys.get("raw") else _step(self.database, draft.signal)
         return step * abs(float(draft.keys.get("scale", 1.0)))
 
@@ -184,19 +176,23 @@ class _Finger:
         noise = max(float(np.std(still)), _step(self.database, signal))
         return peak if abs(peak) > MIN_RESPONSE_STD * noise else 0.0
 
-    def _candidates(self) -> dict[str, Draft]:
+    def _candidates(self) -> dict[str, drafts.Draft]:
         found = {d.signal: d for c in FORCES if (d := self._draft(c)) is not None}
         for one in self.finger.others:
             if one.name in self.heard:
-                found[one.name] = Draft({"signal": one.name, "unit": self.database.signal(one.name).unit})
+                found[one.name] = drafts.Draft(
+                    {"signal": one.name, "unit": self.database.signal(one.name).unit}
+                )
         return found
 
-    def _strengths(self, candidates: Mapping[str, Draft], window: Window) -> dict[str, float]:
+    def _strengths(self, candidates: Mapping[str, drafts.Draft], window: Window) -> dict[str, float]:
         """How far each goes in ``window``: in newtons, or where a unit does not tell, in steps of noise."""
-        comparable = not any(is_of_unknown_unit("normal_force", draft) for draft in candidates.values())
+        comparable = not any(
+            drafts.is_of_unknown_unit("normal_force", draft) for draft in candidates.values()
+        )
         return {
             signal: abs(self._response(signal, window))
-            * (abs(factor("normal_force", draft)) if comparable else 1.0 / self._spread(signal))
+            * (abs(drafts.factor("normal_force", draft)) if comparable else 1.0 / self._spread(signal))
             for signal, draft in candidates.items()
         }
 
@@ -221,7 +217,7 @@ class _Finger:
         if best and "tangential_force_y" not in self.finger.channels and len(left) == 1:
             self._swap("tangential_force_y", left[0], "the force that is left; its sign is not known")
 
-    def _place(self, channel: str, candidates: Mapping[str, Draft], window: Window, why: str) -> str:
+    def _place(self, channel: str, candidates: Mapping[str, drafts.Draft], window: Window, why: str) -> str:
         """Give ``channel`` the signal that moves most in ``window``; return its signal, "" if none moves."""
         strength = self._strengths(candidates, window)
         best = max(strength, key=lambda signal: strength[signal], default="")
@@ -241,11 +237,11 @@ class _Finger:
         before = next((c for c in FORCES if c in channels and channels[c].signal == signal), None)
         replaced = channels.get(channel)
         unit = self._candidates()[signal].keys.get("unit", "")
-        channels[channel] = Draft({"signal": signal, "unit": unit}, {"signal": why})
+        channels[channel] = drafts.Draft({"signal": signal, "unit": unit}, {"signal": why})
         if before is not None and before != channel:
             del channels[before]
             if replaced is not None:
-                channels[before] = Draft(dict(replaced.keys), {"signal": f"{signal} is the {channel}"})
+                channels[before] = drafts.Draft(dict(replaced.keys), {"signal": f"{signal} is the {channel}"})
         self.proposal.learned.append(f"{self.name}: {signal} is {channel}: {why}")
 
     def _zero(self, channel: str) -> None:
@@ -270,13 +266,13 @@ class _Finger:
         least = self._resolution(draft) / math.sqrt(12.0)
         times = self._states_per_value(draft.signal)
         late = self._lateness(draft, spread) if times > 1.0 else 0.0
-        size = math.hypot(max(spread, least), late) * abs(factor(channel, draft)) * math.sqrt(times)
+        size = math.hypot(max(spread, least), late) * abs(drafts.factor(channel, draft)) * math.sqrt(times)
         why = f"[{SI[channel]}] standard deviation at rest"
         if times > 1.0:
             why += f", and what a held value was late by, times the root of its {times:.3g} states"
         draft.set("noise", float(f"{size:.3g}"), why)
 
-    def _lateness(self, draft: Draft, spread: float) -> float:
+    def _lateness(self, draft: drafts.Draft, spread: float) -> float:
         """Return the rms error of a value that stands until the next one comes, while the fingertip moves.
 
         A value that changes by ``d`` until the next one is off by 0 to ``d``, evenly: ``d / sqrt(3)`` rms.
@@ -316,7 +312,7 @@ class _Finger:
         if response:
             self._turn(draft, response, why)
 
-    def _turn(self, draft: Draft, response: float, why: str) -> None:
+    def _turn(self, draft: drafts.Draft, response: float, why: str) -> None:
         if draft.is_set_by_user("sign"):
             return
         turned = draft.keys.get("sign", 1) * (1 if response > 0.0 else -1)
@@ -325,7 +321,7 @@ class _Finger:
             draft.set("sign", -1, why)
         draft.notes.setdefault("seen", why)
 
-    def _slope(self, normal: Draft, displacement: Draft, *, signed: bool) -> float:
+    def _slope(self, normal: drafts.Draft, displacement: drafts.Draft, *, signed: bool) -> float:
         """Return d(normal force)/d(displacement) in SI where the finger presses, 0 when it does not."""
         force, depth = self._si("normal_force", normal), self._si("displacement", displacement)
         t = self.heard[normal.signal].t
@@ -341,8 +337,8 @@ class _Finger:
         covariance = float(np.cov(force[pressing], at[pressing])[0, 1])
         return covariance / float(np.var(at[pressing])) if signed or covariance > 0.0 else 0.0
 
-    def _si(self, channel: str, draft: Draft) -> Floats:
-        return (self._trace(draft).value - float(draft.keys.get("zero", 0.0))) * factor(channel, draft)
+    def _si(self, channel: str, draft: drafts.Draft) -> Floats:
+        return (self._trace(draft).value - float(draft.keys.get("zero", 0.0))) * drafts.factor(channel, draft)
 
     def _touch(self) -> None:
         """Indentation counts from the first touch: where the normal force leaves its noise."""
@@ -381,7 +377,7 @@ class _Finger:
         still = self._si("displacement", displacement)[(t >= first) & (t <= last)]
         in_air, left_out = float(np.median(still)) if still.size else 0.0, ""
         clear = MIN_RESPONSE_STD * float(displacement.keys.get("noise", 0.0))
-        if in_air > clear and BY_USER not in displacement.notes.values():
+        if in_air > clear and drafts.BY_USER not in displacement.notes.values():
             left_out = f", and it is left out: in the air it says {1e3 * in_air:.3g} mm"
             del self.finger.channels["displacement"]
         self.proposal.doubts.append(
@@ -395,7 +391,7 @@ class _Finger:
         if normal is None:
             return
         force = self._si("normal_force", normal)
-        if is_of_unknown_unit("normal_force", normal):
+        if drafts.is_of_unknown_unit("normal_force", normal):
             return  # said elsewhere
         highest = float(np.percentile(force, 99.9))
         if highest > LARGEST_FORCE:
@@ -404,7 +400,7 @@ class _Finger:
                 f"its unit is not {normal.keys.get('unit') or 'SI'}: "
                 f"--set fingers.{self.name}.normal_force.unit=mN"
             )
-        if displacement is not None and not is_of_unknown_unit("displacement", displacement):
+        if displacement is not None and not drafts.is_of_unknown_unit("displacement", displacement):
             slope = self._slope(normal, displacement, signed=False)
             if slope and not STIFFNESS[0] <= slope <= STIFFNESS[1]:
                 self.proposal.implausible.append(
@@ -423,7 +419,7 @@ class _Finger:
         pressed = force > 0.2 * highest
         for channel in FORCES[1:]:
             draft = self._draft(channel)
-            if draft is None or is_of_unknown_unit(channel, draft) or highest <= 0.0:
+            if draft is None or drafts.is_of_unknown_unit(channel, draft) or highest <= 0.0:
                 continue
             shear = np.interp(t, self.heard[draft.signal].t, self._si(channel, draft))
             ratio = float(np.median(np.abs(shear[pressed]) / force[pressed]))
@@ -436,7 +432,7 @@ class _Finger:
 
 def _inherit(proposal: Proposal) -> None:
     """Give the signs that one finger showed to the others of its make that did not show their own."""
-    shown: dict[tuple[str, str], tuple[str, Draft]] = {}
+    shown: dict[tuple[str, str], tuple[str, drafts.Draft]] = {}
     for name, finger in proposal.fingers.items():
         for channel, draft in finger.channels.items():
             if "seen" in draft.notes:
@@ -454,21 +450,21 @@ def _inherit_places(proposal: Proposal) -> None:
     shown = {
         name
         for name, f in proposal.fingers.items()
-        if "placed" in f.channels.get("normal_force", Draft({})).notes
+        if "placed" in f.channels.get("normal_force", drafts.Draft({})).notes
     }
     for name, finger in proposal.fingers.items():
         if name in shown or not shown:
             continue
         model = proposal.fingers[min(shown)]
         own = {d.signal: d for c, d in finger.channels.items() if c in FORCES}
-        own |= {one.name: Draft({"signal": one.name}, {"signal": one.why}) for one in finger.others}
+        own |= {one.name: drafts.Draft({"signal": one.name}, {"signal": one.why}) for one in finger.others}
         places = {
             c: s if (s := finger.alike.get(d.signal, "")) in own else ""
             for c, d in model.channels.items()
             if c in FORCES
         }
         if not all(places.values()) or all(
-            finger.channels.get(c, Draft({})).signal == s for c, s in places.items()
+            finger.channels.get(c, drafts.Draft({})).signal == s for c, s in places.items()
         ):
             continue
         for channel in [c for c, d in finger.channels.items() if c in FORCES and d.signal in places.values()]:
@@ -476,13 +472,13 @@ def _inherit_places(proposal: Proposal) -> None:
         for channel, signal in places.items():
             draft = own[signal]
             draft.keys.setdefault("unit", model.channels[channel].keys.get("unit", ""))
-            finger.channels[channel] = Draft(
+            finger.channels[channel] = drafts.Draft(
                 dict(draft.keys), {**draft.notes, "signal": f"as at {min(shown)}, which showed it"}
             )
         proposal.learned.append(f"{name}: the forces are placed as at {min(shown)}")
 
 
-def _quietest(finger: FingerDraft, heard: Mapping[str, Trace]) -> Window | None:
+def _quietest(finger: drafts.FingerDraft, heard: Mapping[str, Trace]) -> Window | None:
     """Return the first second in which the forces of a finger hardly change, None without traffic.
 
     A hold is as quiet as a rest; what is logged begins with a rest more often than with a hold.

@@ -9,22 +9,10 @@ from typing import Any
 from starlette.routing import Route
 
 from vegrip.errors import UsageError
+from vegrip.web import markup
 from vegrip.web.axes import Axes, extent
 from vegrip.web.figures import bar
 from vegrip.web.job_page import Actions, JobPage, job_routes
-from vegrip.web.markup import (
-    Markup,
-    attributes,
-    button,
-    choice,
-    entry,
-    form,
-    huge_error,
-    section,
-    spread,
-    table,
-    unit_name,
-)
 from vegrip.web.server import serve
 
 Told = Mapping[str, Any]
@@ -60,15 +48,15 @@ def body(told: Told | None, *, node: str, is_busy: bool) -> str:
 
 
 def _begin(*, is_busy: bool) -> str:
-    radius = entry("radius", "radius", is_busy=is_busy, id="radius", value="9 mm", size=8)
-    force = entry("greatest normal force [N]", "force", is_busy=is_busy, id="force", value=5, size=5)
-    seed = entry("on a virtual fingertip, number", "seed", is_busy=is_busy, id="seed", value=3, size=4)
-    return section(
+    radius = markup.entry("radius", "radius", is_busy=is_busy, id="radius", value="9 mm", size=8)
+    force = markup.entry("greatest normal force [N]", "force", is_busy=is_busy, id="force", value=5, size=5)
+    seed = markup.entry("on a virtual fingertip, number", "seed", is_busy=is_busy, id="seed", value=3, size=4)
+    return markup.section(
         "a new fingertip",
-        form("begin", "begin", radius, force, is_busy=is_busy, kind="main"),
+        markup.form("begin", "begin", radius, force, is_busy=is_busy, kind="main"),
         "<p>Four kinds of trials lead to a model: press, hold, slide, twist. A rig does them from a file of "
         "motion, a person by the words; each is recorded and taken here.</p>",
-    ) + section("or see it done", form("practise", "do all trials", seed, is_busy=is_busy))
+    ) + markup.section("or see it done", markup.form("practise", "do all trials", seed, is_busy=is_busy))
 
 
 def _path(told: Told) -> str:
@@ -92,9 +80,9 @@ def _next(told: Told, node: str, *, is_busy: bool) -> str:
     trial = told["next"]
     if trial is None:
         lead = f'<p class="lead">{escape(told["why"])}</p>'
-        return section("what is next", lead, "<p>End the calibration below.</p>")
+        return markup.section("what is next", lead, "<p>End the calibration below.</p>")
     words = "".join(f"<li>{escape(one)}</li>" for one in trial["words"])
-    return section(
+    return markup.section(
         f"next: {trial['kind']}",
         f'<p class="lead">{escape(trial["name"])}, {trial["duration"]:.0f} s</p>',
         f'<p class="soft">{escape(told["why"])}</p><figure>{draw_motion(trial["motion"])}</figure>',
@@ -126,17 +114,21 @@ def draw_motion(motion: Mapping[str, Sequence[Any]]) -> str:
 
 
 def _taking(asked: str, *, is_busy: bool) -> str:
-    kinds = "".join(f"<option{attributes(selected=kind == asked)}>{kind}</option>" for kind in TRIAL_KINDS)
-    folder = entry("its recording", "recording", is_busy=is_busy, id="trial-recording", placeholder="folder")
-    kind = choice("of a", "kind", kinds, is_busy=is_busy, id="kind")
-    return form("take", "take", folder, kind, is_busy=is_busy, kind="main")
+    kinds = "".join(
+        f"<option{markup.attributes(selected=kind == asked)}>{kind}</option>" for kind in TRIAL_KINDS
+    )
+    folder = markup.entry(
+        "its recording", "recording", is_busy=is_busy, id="trial-recording", placeholder="folder"
+    )
+    kind = markup.choice("of a", "kind", kinds, is_busy=is_busy, id="kind")
+    return markup.form("take", "take", folder, kind, is_busy=is_busy, kind="main")
 
 
 def _recording(node: str, *, is_busy: bool) -> str:
     given = {"id": "node", "value": node or "grasp_force", "size": 14}
-    source = entry("or record it now from node", "node", is_busy=is_busy, **given)
-    finger = entry("finger", "finger", is_busy=is_busy, value="index", size=7)
-    return form("record", "record", source, finger, is_busy=is_busy)
+    source = markup.entry("or record it now from node", "node", is_busy=is_busy, **given)
+    finger = markup.entry("finger", "finger", is_busy=is_busy, value="index", size=7)
+    return markup.form("record", "record", source, finger, is_busy=is_busy)
 
 
 def _ended(told: Told) -> str:
@@ -145,35 +137,39 @@ def _ended(told: Told) -> str:
     more = ""
     if told["next"] is not None:
         more = f"<p>{escape(told['why'])}: a further {escape(told['next']['kind'])} would show it.</p>"
-    return section(
+    return markup.section(
         "the model",
-        huge_error(ended["error"]),
+        markup.huge_error(ended["error"]),
         f"<p>the paper's model{escape(f' with {added}' if added else '')}: "
         f'<b id="verdict">{escape(ended["verdict"])}</b></p>',
         f"<p>Written: <code>{escape(told['model'])}</code>, <code>{escape(told['report'])}</code></p>{more}",
-        f"<p>{button('go on with further trials', 'look', is_busy=False)}</p>",
+        f"<p>{markup.button('go on with further trials', 'look', is_busy=False)}</p>",
     )
 
 
 def _known(told: Told) -> str:
     known = told["ended"]["parameters"] if told["ended"] is not None else told["parameters"]
     if not known:
-        return section("what is known", "<p>Nothing yet.</p>")
+        return markup.section("what is known", "<p>Nothing yet.</p>")
     rows = [
         (
             symbol,
             f"{one['value']:.4g}",
-            unit_name(one["unit"]),
-            spread(one, "std"),
-            spread(one, "goal"),
-            Markup(bar(min(one["goal"] / one["std"], 1.0) if one["std"] else 1.0, is_bad=not one["known"])),
-            Markup('<span class="ok">known</span>' if one["known"] else '<span class="bad">not yet</span>'),
+            markup.unit_name(one["unit"]),
+            markup.spread(one, "std"),
+            markup.spread(one, "goal"),
+            markup.Markup(
+                bar(min(one["goal"] / one["std"], 1.0) if one["std"] else 1.0, is_bad=not one["known"])
+            ),
+            markup.Markup(
+                '<span class="ok">known</span>' if one["known"] else '<span class="bad">not yet</span>'
+            ),
         )
         for symbol, one in known.items()
     ]
     misfit = f'<p class="warn">{escape(told["misfit"])}</p>' if told["misfit"] else ""
     head = ("", "value", "unit", "std", "target", "", "")
-    return section("what is known", table(head, rows, numbers=(1, 3, 4)), misfit)
+    return markup.section("what is known", markup.table(head, rows, numbers=(1, 3, 4)), misfit)
 
 
 def _trials(told: Told, *, is_busy: bool) -> str:
@@ -184,29 +180,29 @@ def _trials(told: Told, *, is_busy: bool) -> str:
             i,
             one["kind"],
             one["name"],
-            Markup(_problems(one["problems"])),
-            Markup(button("drop", "drop", is_busy=is_busy, data_number=i)),
+            markup.Markup(_problems(one["problems"])),
+            markup.Markup(markup.button("drop", "drop", is_busy=is_busy, data_number=i)),
         )
         for i, one in enumerate(told["trials"], 1)
     ]
     head = ("no.", "kind", "motion", "what it lacks", "")
-    return section("trials", table(head, rows, numbers=(0,), identifier="trials"))
+    return markup.section("trials", markup.table(head, rows, numbers=(0,), identifier="trials"))
 
 
-def _problems(problems: Sequence[str]) -> Markup:
+def _problems(problems: Sequence[str]) -> markup.Markup:
     if not problems:
-        return Markup('<span class="ok">good</span>')
-    return Markup(f'<span class="bad">record again: {escape("; ".join(problems))}</span>')
+        return markup.Markup('<span class="ok">good</span>')
+    return markup.Markup(f'<span class="bad">record again: {escape("; ".join(problems))}</span>')
 
 
 def _finish(told: Told, *, is_busy: bool) -> str:
     if not told["trials"] or told["ended"] is not None:
         return ""
     main = "main" if told["next"] is None else ""
-    return section(
+    return markup.section(
         "the end",
         "<p>Looks for effects that the model lacks, and writes model and report.</p>",
-        f"<p>{button('end the calibration', 'end', is_busy=is_busy, class_=main, id='end')}</p>",
+        f"<p>{markup.button('end the calibration', 'end', is_busy=is_busy, class_=main, id='end')}</p>",
     )
 
 

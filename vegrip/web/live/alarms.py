@@ -7,55 +7,46 @@ import math
 from dataclasses import dataclass, field
 from enum import Enum
 
+from vegrip import messages
 from vegrip.clock import NS
-from vegrip.messages import (
-    BEYOND_FIT,
-    KNOWN,
-    PROBED,
-    Condition,
-    Lifecycle,
-    ModelHealth,
-    Reason,
-    SlipMargin,
-)
 from vegrip.runtime.monitor.board import Board, words
 from vegrip.runtime.monitor.rows import FingerRow, Presence
 
 REASONS = {
-    Reason.HOLD: "holds: the force suffices",
-    Reason.RAISE: "raises: the margin is below its target",
-    Reason.LOWER: "lowers: less force suffices",
-    Reason.SLIP: "raises: slip is felt",
-    Reason.FORECAST: "raises: the relaxing contact would slip soon",
-    Reason.RATE_LIMIT: "changes as fast as the limit allows",
-    Reason.MIN_LIMIT: "at the least force allowed",
-    Reason.MAX_LIMIT: "at the largest force allowed",
-    Reason.INPUT_HOLD: "holds the last safe force: bad input",
-    Reason.FAIL_SAFE: "goes to the fail-safe grip: bad input for long",
-    Reason.UNTRUSTED: "never below the last safe force: the estimate is not valid",
-    Reason.INACTIVE: "no control: the node is not active",
+    messages.Reason.HOLD: "holds: the force suffices",
+    messages.Reason.RAISE: "raises: the margin is below its target",
+    messages.Reason.LOWER: "lowers: less force suffices",
+    messages.Reason.SLIP: "raises: slip is felt",
+    messages.Reason.FORECAST: "raises: the relaxing contact would slip soon",
+    messages.Reason.RATE_LIMIT: "changes as fast as the limit allows",
+    messages.Reason.MIN_LIMIT: "at the least force allowed",
+    messages.Reason.MAX_LIMIT: "at the largest force allowed",
+    messages.Reason.INPUT_HOLD: "holds the last safe force: bad input",
+    messages.Reason.FAIL_SAFE: "goes to the fail-safe grip: bad input for long",
+    messages.Reason.UNTRUSTED: "never below the last safe force: the estimate is not valid",
+    messages.Reason.INACTIVE: "no control: the node is not active",
 }
 CONDITIONS = {
-    Condition.OK: "input ok",
-    Condition.DEGRADED: "a channel is missing",
-    Condition.STALE: "no input of late",
-    Condition.MISSING: "no input yet",
-    Condition.OUT_OF_RANGE: "input out of range",
-    Condition.FROZEN: "input frozen",
-    Condition.REPLAYED: "input replayed",
-    Condition.CORRUPT: "input corrupt",
+    messages.Condition.OK: "input ok",
+    messages.Condition.DEGRADED: "a channel is missing",
+    messages.Condition.STALE: "no input of late",
+    messages.Condition.MISSING: "no input yet",
+    messages.Condition.OUT_OF_RANGE: "input out of range",
+    messages.Condition.FROZEN: "input frozen",
+    messages.Condition.REPLAYED: "input replayed",
+    messages.Condition.CORRUPT: "input corrupt",
 }
 
 FRICTION = {
-    PROBED: "probing friction: let go of slowly on purpose",
-    KNOWN: "friction is known: held with little more than the least force on purpose",
+    messages.PROBED: "probing friction: let go of slowly on purpose",
+    messages.KNOWN: "friction is known: held with little more than the least force on purpose",
 }
 """What is done on purpose, by :attr:`vegrip.messages.ModelHealth.friction`."""
 
 
-def health_in_words(health: ModelHealth) -> str:
+def health_in_words(health: messages.ModelHealth) -> str:
     """Return whether the model explains what is measured, where it fails, and what it may lack."""
-    if health.regime == BEYOND_FIT:
+    if health.regime == messages.BEYOND_FIT:
         return f"{health.channel.replace('_', ' ')} is beyond the range over which the model was fitted"
     if health.consistent:
         return "the model explains what is measured"
@@ -127,7 +118,7 @@ def alarms_of(board: Board, now: int) -> list[Alarm]:
     """Return what is wrong at ``now`` [ns]."""
     found = []
     for name, node in board.nodes.items():
-        has_run = node.status is not None and node.status.state is not Lifecycle.FINALIZED
+        has_run = node.status is not None and node.status.state is not messages.Lifecycle.FINALIZED
         if node.presence is Presence.SILENT or (node.presence is Presence.GONE and has_run):
             said = "says nothing" if node.presence is Presence.SILENT else f"has died ({node.failure})"
             found.append(Alarm(f"node {name}", Level.BAD, f"{name} {said}; the last numbers are old"))
@@ -143,14 +134,14 @@ def _of_finger(name: str, row: FingerRow, now: int) -> list[Alarm]:
     said = row.now(now)
     margin, command, contact, health = said.margin, said.command, said.contact, said.health
     found = []
-    if health is not None and health.condition > Condition.DEGRADED:
+    if health is not None and health.condition > messages.Condition.DEGRADED:
         text = CONDITIONS[health.condition]
         found.append(Alarm(f"input {name}", Level.BAD, text, name, text))
-    if command is not None and command.reason is Reason.SLIP:
+    if command is not None and command.reason is messages.Reason.SLIP:
         found.append(Alarm(f"slip {name}", Level.BAD, "slip is felt, the grip is raised", name, "slips"))
     if contact is not None and contact.in_contact and margin is not None and not said.lets_go:
         found += _of_margin(name, margin)
-    if command is not None and command.reason in (Reason.MAX_LIMIT, Reason.FAIL_SAFE):
+    if command is not None and command.reason in (messages.Reason.MAX_LIMIT, messages.Reason.FAIL_SAFE):
         found.append(Alarm(f"limit {name}", Level.WARN, REASONS[command.reason], name, words(command.reason)))
     if health is not None and health.channel and not health.consistent:
         found.append(Alarm(f"health {name}", Level.WARN, health_in_words(health), name, "misfit"))
@@ -167,7 +158,7 @@ def states_of(board: Board, now: int) -> list[Alarm]:
     return found
 
 
-def _of_margin(name: str, margin: SlipMargin) -> list[Alarm]:
+def _of_margin(name: str, margin: messages.SlipMargin) -> list[Alarm]:
     if margin.margin.valid and margin.lower_bound < 0.0:
         text = "may be slipping: the lower bound of the margin is below zero"
         return [Alarm(f"bound {name}", Level.BAD, text, name, "may slip")]

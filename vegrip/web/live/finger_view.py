@@ -7,19 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from vegrip import messages
 from vegrip.contact.limit_surface.reference import point
 from vegrip.contact.pressure import peak_pressure
 from vegrip.effects import effect, names
-from vegrip.messages import (
-    Condition,
-    ContactEstimate,
-    Estimate,
-    FingertipState,
-    ForceCommand,
-    LearnedParameter,
-    ModelHealth,
-    SlipMargin,
-)
 from vegrip.runtime.monitor.rows import FingerRow
 from vegrip.web.live.alarms import CONDITIONS, REASONS, health_in_words
 
@@ -48,7 +39,7 @@ def _units() -> dict[str, str]:
 
 
 def finger_view(
-    row: FingerRow, now: int, *, wanted: float | None, learned: dict[str, LearnedParameter]
+    row: FingerRow, now: int, *, wanted: float | None, learned: dict[str, messages.LearnedParameter]
 ) -> dict[str, Any]:
     """Return the finger as it is at ``now`` [ns].
 
@@ -79,11 +70,11 @@ def finite(value: float, digits: int = 4) -> float | None:
     return float(f"{value:.{digits}g}") if math.isfinite(value) else None
 
 
-def _estimate(estimate: Estimate) -> dict[str, Any]:
+def _estimate(estimate: messages.Estimate) -> dict[str, Any]:
     return {"value": finite(estimate.value), "std": finite(estimate.std, 3), "valid": estimate.valid}
 
 
-def _margin(margin: SlipMargin | None, wanted: float | None) -> dict[str, Any] | None:
+def _margin(margin: messages.SlipMargin | None, wanted: float | None) -> dict[str, Any] | None:
     if margin is None:
         return None
     return _estimate(margin.margin) | {
@@ -98,7 +89,7 @@ def _margin(margin: SlipMargin | None, wanted: float | None) -> dict[str, Any] |
     }
 
 
-def _command(command: ForceCommand | None) -> dict[str, Any] | None:
+def _command(command: messages.ForceCommand | None) -> dict[str, Any] | None:
     if command is None:
         return None
     return {
@@ -109,21 +100,23 @@ def _command(command: ForceCommand | None) -> dict[str, Any] | None:
     }
 
 
-def _contact(contact: ContactEstimate | None) -> dict[str, Any] | None:
+def _contact(contact: messages.ContactEstimate | None) -> dict[str, Any] | None:
     if contact is None:
         return None
     shown = {name: _estimate(getattr(contact, name)) for name in SHOWN}
     return {**shown, "peak_pressure": _peak_pressure(contact)}  # [Pa]
 
 
-def _peak_pressure(contact: ContactEstimate) -> float | None:
+def _peak_pressure(contact: messages.ContactEstimate) -> float | None:
     N, a, k = (e.value for e in (contact.normal_force, contact.contact_radius, contact.pressure_exponent))
     if not (contact.in_contact and N > 0.0 and a > 0.0 and k >= 1.0 and math.isfinite(N * a * k)):
         return None
     return finite(float(peak_pressure(N, a, k)))
 
 
-def _surface(contact: ContactEstimate | None, margin: SlipMargin | None) -> dict[str, Any] | None:
+def _surface(
+    contact: messages.ContactEstimate | None, margin: messages.SlipMargin | None
+) -> dict[str, Any] | None:
     """Return the limit surface: normalised curve, its size, and how much of it one can be sure of."""
     if contact is None or not contact.in_contact:
         return None
@@ -138,7 +131,7 @@ def _surface(contact: ContactEstimate | None, margin: SlipMargin | None) -> dict
     }
 
 
-def _sure(limit: Estimate, margin: SlipMargin | None) -> float:
+def _sure(limit: messages.Estimate, margin: messages.SlipMargin | None) -> float:
     """Return the share of the limit surface that holds at the confidence of the margin.
 
     The margin is 1 - |load|/limit and its bound 1 - |load|/(sure limit), so their loads give the share; with
@@ -151,7 +144,7 @@ def _sure(limit: Estimate, margin: SlipMargin | None) -> float:
     return math.exp(-away * limit.std / limit.value) if math.isfinite(limit.std) else 0.0
 
 
-def _load(state: FingertipState | None) -> dict[str, Any] | None:
+def _load(state: messages.FingertipState | None) -> dict[str, Any] | None:
     if state is None or (math.isnan(state.tangential_force_x) and math.isnan(state.tangential_force_y)):
         return None
     x, y = (0.0 if math.isnan(v) else v for v in (state.tangential_force_x, state.tangential_force_y))
@@ -159,13 +152,13 @@ def _load(state: FingertipState | None) -> dict[str, Any] | None:
     return {"force": finite(math.hypot(x, y)), "torque": finite(torque)}
 
 
-def _health(health: ModelHealth | None) -> dict[str, Any]:
+def _health(health: messages.ModelHealth | None) -> dict[str, Any]:
     if health is None:
         return {"condition": "unknown", "level": "unknown", "input": "", "words": "", "nis": None}
-    level = "ok" if health.condition is Condition.OK else "bad"
+    level = "ok" if health.condition is messages.Condition.OK else "bad"
     return {
         "condition": health.condition.name.lower(),
-        "level": "warn" if health.condition is Condition.DEGRADED else level,
+        "level": "warn" if health.condition is messages.Condition.DEGRADED else level,
         "input": CONDITIONS[health.condition],
         "words": health_in_words(health),
         "consistent": health.consistent,
@@ -177,7 +170,7 @@ def _health(health: ModelHealth | None) -> dict[str, Any]:
     }
 
 
-def _learned(one: LearnedParameter) -> dict[str, Any]:
+def _learned(one: messages.LearnedParameter) -> dict[str, Any]:
     return {
         "symbol": one.symbol,
         "unit": _units().get(one.symbol, ""),

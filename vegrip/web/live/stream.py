@@ -12,18 +12,10 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, Response, StreamingResponse
 from starlette.routing import Route
 
+from vegrip import messages
 from vegrip.clock import NS
 from vegrip.errors import DeviceError, VegripError
 from vegrip.jsonable import jsonable
-from vegrip.messages import (
-    ContactEstimate,
-    FingertipState,
-    ForceCommand,
-    LearnedParameter,
-    Message,
-    ModelHealth,
-    SlipMargin,
-)
 from vegrip.runtime.monitor.board import Board
 from vegrip.runtime.monitor.watch import Watch
 from vegrip.runtime.registry import CONFIGURING_MAY_TAKE, ask, find_node, running_nodes
@@ -70,8 +62,8 @@ def _set_state(told: dict[str, Any]) -> Any:
     return ask(find_node(told["node"]), "set_state", CONFIGURING_MAY_TAKE, target=told["target"])
 
 
-EVERY_ONE = (SlipMargin, LearnedParameter)
-NEWEST_ONLY = (ContactEstimate, ForceCommand, FingertipState, ModelHealth)
+EVERY_ONE = (messages.SlipMargin, messages.LearnedParameter)
+NEWEST_ONLY = (messages.ContactEstimate, messages.ForceCommand, messages.FingertipState, messages.ModelHealth)
 """One of these in 40 ms is as much as a screen shows; each that is sent costs the node time."""
 ASK_PERIOD = 2.0  # [s] between two questions for the wanted margins
 ASK_PATIENCE = 0.5  # [s]
@@ -184,7 +176,7 @@ class FedPage(EventLog):
         self._thread.join()
         self._listener.close()
 
-    def receive(self, message: Message, now: int, node: str) -> None:
+    def receive(self, message: messages.Message, now: int, node: str) -> None:
         """Take a message that came at ``now`` [ns]; dropped while no page looks."""
         if now / NS - self._looked < LOOKED_AT_S:
             self.view.receive(message, now, node)

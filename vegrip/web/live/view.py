@@ -11,15 +11,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
+from vegrip import messages
 from vegrip.clock import NS
-from vegrip.messages import (
-    ContactEstimate,
-    FingertipState,
-    ForceCommand,
-    LearnedParameter,
-    Message,
-    SlipMargin,
-)
 from vegrip.runtime.monitor.board import MOST_FINGERS, Board
 from vegrip.runtime.monitor.rows import NodeRow, Presence, Present
 from vegrip.web.live.alarms import Alarm, Alarms, Level, alarms_of, states_of
@@ -89,13 +82,15 @@ class LiveView:
 
     board: Board
     columns: dict[str, Columns] = field(default_factory=dict)
-    _learned: dict[str, dict[str, LearnedParameter]] = field(default_factory=dict)
+    _learned: dict[str, dict[str, messages.LearnedParameter]] = field(default_factory=dict)
     _alarms: Alarms = field(default_factory=Alarms)
     _states: Alarms = field(default_factory=Alarms)
 
-    def receive(self, message: Message, now: int, node: str = "") -> None:
+    def receive(self, message: messages.Message, now: int, node: str = "") -> None:
         """Take a message that came at ``now`` [ns] from ``node``."""
-        if isinstance(message, FingertipState):  # what a node received is no sign of life of that node
+        if isinstance(
+            message, messages.FingertipState
+        ):  # what a node received is no sign of life of that node
             if (row := self.board.rows.get(message.finger)) is not None:
                 row.put(message, now)
             return
@@ -103,7 +98,7 @@ class LiveView:
         finger = getattr(message, "finger", "")
         if finger not in self.board.rows:
             return
-        if isinstance(message, LearnedParameter):
+        if isinstance(message, messages.LearnedParameter):
             learned = self._learned.setdefault(finger, {})
             if message.symbol in learned or len(learned) < MOST_LEARNED:
                 learned[message.symbol] = message
@@ -151,13 +146,13 @@ class LiveView:
         return node in self.board.nodes and self.board.nodes[node].presence is Presence.RUNNING
 
     @staticmethod
-    def _track(columns: Columns, message: Message) -> None:
-        if isinstance(message, SlipMargin):
+    def _track(columns: Columns, message: messages.Message) -> None:
+        if isinstance(message, messages.SlipMargin):
             columns.add("margin", message.margin.value)
             columns.add("bound", message.lower_bound)
-        elif isinstance(message, ForceCommand):
+        elif isinstance(message, messages.ForceCommand):
             columns.add("command", message.normal_force)
-        elif isinstance(message, ContactEstimate):
+        elif isinstance(message, messages.ContactEstimate):
             for name in BANDS:
                 estimate = getattr(message, name)
                 columns.add(name, estimate.value, estimate.std)
