@@ -41,17 +41,22 @@ CONTACT_TIMES_S = (0.3, 1.5)  # [s] in contact
 
 
 class Weighted(Problem):
-    """A problem near one of its optima: residuals count with positive ``weights`` (rows,).
+    """A problem whose residuals count with positive ``weights`` (rows,)."""
 
-    Derivatives are those of the optimum, so that a step costs one run of the model.
-    """
-
-    def __init__(self, problem: Problem, optimum: Optimum, weights: Floats) -> None:
+    def __init__(self, problem: Problem, weights: Floats) -> None:
         self.__dict__.update(problem.__dict__)
-        self._weights, self._jacobian = weights, optimum.jacobian * weights[:, None]
+        self._weights = weights
 
     def white(self, raw: tuple[Floats, Floats, Floats]) -> Floats:
         return super().white(raw) * self._weights
+
+
+class Nearby(Weighted):
+    """The same near an ``optimum``, with the derivatives there: a step costs one run of the model."""
+
+    def __init__(self, problem: Problem, weights: Floats, optimum: Optimum) -> None:
+        super().__init__(problem, weights)
+        self._jacobian = optimum.jacobian * weights[:, None]
 
     def jacobian(self, *_: object) -> Floats:
         return self._jacobian
@@ -85,7 +90,7 @@ def _foretold(optimum: Optimum, A: Floats, rows: Mask) -> float:
 
 def _fitted(problem: Problem, optimum: Optimum, rows: Mask) -> float:
     weights = np.where(rows, math.sqrt(1.0 - HELD_OUT), 1.0)
-    found = refine_optimum(Weighted(problem, optimum, weights), optimum.u, REFIT_STEPS)
+    found = refine_optimum(Nearby(problem, weights, optimum), optimum.u, REFIT_STEPS)
     return -0.5 * float(np.sum((found.residual[rows] / weights[rows]) ** 2))
 
 
