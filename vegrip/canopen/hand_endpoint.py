@@ -69,12 +69,7 @@ class HandEndpoint(CanopenEndpoint):
         self.network.subscribe(SYNC, self._on_sync)
 
     def claim(self) -> None:
-        """Make sure that no other node has our node-IDs, and appear on the bus.
-
-        Raises:
-            DeviceError: another node has one of them.
-
-        """
+        """Make sure that no other node has our node-IDs, and appear on the bus."""
         claim(tuple(self.devices), self.put, self.can.next_frame, self.now)
         for device in self.devices.values():
             device.boot()

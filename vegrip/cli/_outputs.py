@@ -187,12 +187,7 @@ def claim_recording(folder: Path, *, force: bool) -> None:
 
 
 def require_writable(folder: Path) -> None:
-    """Refuse a folder that can neither be made nor written.
-
-    Raises:
-        InputError: says why.
-
-    """
+    """Refuse a folder that can neither be made nor written."""
     is_there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     try:
         with tempfile.TemporaryFile(dir=is_there):

@@ -78,12 +78,7 @@ def estimator_factory(
 
 
 def models_of(parameters: GraspParameters, fingers: tuple[str, ...], where: str) -> list[ContactModel]:
-    """Return the model of each finger.
-
-    Raises:
-        VegripError: a model file cannot be used.
-
-    """
+    """Return the model of each finger."""
     return [_model(_tip(parameters, finger, where)) for finger in fingers]
 
 

@@ -61,13 +61,7 @@ def read_model(path: Path | str) -> ContactModel:
 
 
 def parse_model(text: str) -> ContactModel:
-    """Return the model whose file has this ``text``: the inverse of :func:`model_text`.
-
-    Raises:
-        ConfigError: as :func:`read_model`.
-        ModelError: as :func:`read_model`.
-
-    """
+    """Return the model whose file has this ``text``: the inverse of :func:`model_text`."""
     try:
         return _built(parse_toml(text), "the model")
     except ValueError as error:

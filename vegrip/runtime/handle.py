@@ -50,12 +50,7 @@ class NodeHandle:
         }
 
     def set_parameter(self, name: str, value: Any) -> None:
-        """Set one parameter, checked.
-
-        Raises:
-            VegripError: with the reason.
-
-        """
+        """Set one parameter, checked."""
         node = self._runner.managed.node
         running = self.state in (Lifecycle.INACTIVE, Lifecycle.ACTIVE)
         node.parameters = with_value(node.parameters, name, value, running, self._runner.full_name)

@@ -58,12 +58,7 @@ def is_local(address: str) -> bool:
 
 
 def check_reach(address: str, encrypted: bool) -> None:
-    """Refuse an address that others can reach without keys.
-
-    Raises:
-        ConfigError: with the remedy.
-
-    """
+    """Refuse an address that others can reach without keys."""
     if encrypted or is_local(address):
         return
     if address.startswith("ipc://"):

@@ -122,12 +122,7 @@ def open_endpoint(
 
 
 def check_settings(table: Mapping[str, Any], where: str) -> None:
-    """Check a ``[transport]`` table of a kind of :data:`SETTINGS` without opening anything.
-
-    Raises:
-        ConfigError: unknown keys, values out of bounds.
-
-    """
+    """Check a ``[transport]`` table of a kind of :data:`SETTINGS` without opening anything."""
     module, _, name = SETTINGS[table.get("kind", "can")].partition(":")
     settings = build(getattr(importlib.import_module(module), name), table, where)
     if isinstance(settings, ZmqSettings) and settings.curve:
@@ -211,12 +206,7 @@ MAPPED = "vegrip.transport.mapped.endpoints"
 
 
 def settings_of_map(path: Path) -> dict[str, Any]:
-    """Return the parameters of a grip controller that follow from the map of a hand.
-
-    Raises:
-        ConfigError: the map cannot be used.
-
-    """
+    """Return the parameters of a grip controller that follow from the map of a hand."""
     found: dict[str, Any] = importlib.import_module(MAPPED).settings_of(path)
     return found
 

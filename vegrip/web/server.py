@@ -146,12 +146,7 @@ def guarded(routes: Sequence[BaseRoute], listener: socket.socket) -> tuple[Guard
 
 
 def listening(port: int) -> socket.socket:
-    """Return a socket that listens on loopback.
-
-    Raises:
-        DeviceError: the port is in use.
-
-    """
+    """Return a socket that listens on loopback."""
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:

@@ -212,12 +212,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
 
 
 def save_all(folder: Path) -> list[Path]:
-    """Draw every figure as PNG into ``folder``, which is made when it is missing; return the files.
-
-    Raises:
-        UsageError: the folder cannot be written.
-
-    """
+    """Draw every figure as PNG into ``folder``, which is made when it is missing; return the files."""
     files = [folder / f"{name}.png" for name in FIGURES]
     try:
         folder.mkdir(parents=True, exist_ok=True)

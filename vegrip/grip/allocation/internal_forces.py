@@ -120,12 +120,7 @@ def grasp_map(contacts: tuple[ContactPlace, ...]) -> Floats:
 
 
 def contacts_of(table: Mapping[str, Any], where: str) -> dict[str, ContactPlace]:
-    """Read the contacts of a configuration: name -> {place, normal}.
-
-    Raises:
-        ConfigError: names the entry that is wrong.
-
-    """
+    """Read the contacts of a configuration: name -> {place, normal}."""
     return {
         name: build(ContactPlace, dict(entry), f"{where}.contacts.{name}") for name, entry in table.items()
     }

@@ -209,12 +209,7 @@ def usual_limits(given: RigLimits, radius: float) -> RigLimits:
 
 
 def save(calibration: Calibration) -> None:
-    """Write the state; a reader sees the old one or the new one.
-
-    Raises:
-        InputError: the folder cannot be written.
-
-    """
+    """Write the state; a reader sees the old one or the new one."""
     told = {
         "version": VERSION,
         "radius": calibration.radius,
@@ -228,12 +223,7 @@ def save(calibration: Calibration) -> None:
 
 
 def load(folder: Path) -> Calibration | None:
-    """Read the calibration in ``folder``, None where there is none.
-
-    Raises:
-        InputError: it cannot be read.
-
-    """
+    """Read the calibration in ``folder``, None where there is none."""
     file = folder / CALIBRATION_FILE
     if not file.is_file():
         return None

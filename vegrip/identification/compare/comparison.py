@@ -107,10 +107,6 @@ def compare(
     """Compare ``model`` with ``recording``; only the zeros of the sensors are fitted.
 
     Without a model the paper's is fitted first.
-
-    Raises:
-        RecordingError: the recording lacks what a comparison needs; says what.
-
     """
     problem, found = solve(recording, model, noise=noise, zeros=zeros, report=report, symbols=())
     return Comparison(problem, found.u, fitted=model is None)

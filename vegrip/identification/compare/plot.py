@@ -31,13 +31,7 @@ def drawn_time(recording: Recording) -> Floats:
 
 
 def draw_comparison(comparison: Comparison, folder: Path, name: str = "model") -> list[Path]:
-    """Draw one picture per channel into ``folder``; return the files. ``name`` is that of the model.
-
-    Raises:
-        UsageError: matplotlib is not installed.
-        InputError: the picture cannot be written.
-
-    """
+    """Draw one picture per channel into ``folder``; return the files. ``name`` is that of the model."""
     folder.mkdir(parents=True, exist_ok=True)
     features = comparison.features
     files = []

@@ -115,10 +115,6 @@ def draw_diagnosis(found: Diagnosis, folder: Path, start: str) -> list[Path]:
         folder: is made.
         start: what the model that was given is called.
 
-    Raises:
-        UsageError: matplotlib is not installed.
-        InputError: the picture cannot be written.
-
     """
     folder.mkdir(parents=True, exist_ok=True)
     problem, u = found.search.first.problem, found.search.first.optimum.u

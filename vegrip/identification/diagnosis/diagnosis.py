@@ -293,10 +293,6 @@ def diagnose(
     The model is refitted first: a wrong stiffness is no missing effect. ``most`` limits how many effects are
     named together, ``threads`` how many candidates are fitted at a time. Where nothing explains the
     recording, each episode is tried with laws of its own: several places or specimens may have been pressed.
-
-    Raises:
-        RecordingError: the recording lacks what a fit needs; says what.
-
     """
 
     def started(laws: Zeros) -> Fit:

@@ -100,13 +100,7 @@ def _hint(base: candidate_fit.CandidateFit, candidate: score_tests.Candidate) ->
 
 
 def draw_ladder(rungs: list[Rung], path: Path) -> None:
-    """Draw the ladder.
-
-    Raises:
-        UsageError: matplotlib is not installed.
-        InputError: the picture cannot be written.
-
-    """
+    """Draw the ladder."""
     figure, (axis,) = new_figure(size=(7, 4))
     names = ["start", *(f"+ {rung.effect}" for rung in rungs[1:])]
     axis.semilogy(names, [rung.error for rung in rungs], "o-", label="training")

@@ -41,13 +41,7 @@ def curve(found: Draft, most: int) -> dict[str, Any]:
 
 
 def draw_draft(found: Draft, path: Path) -> None:
-    """Draw the law that was taken.
-
-    Raises:
-        UsageError: matplotlib is not installed.
-        InputError: the picture cannot be written.
-
-    """
+    """Draw the law that was taken."""
     shown = curve(found, DRAWN)
     q, left, law, low, high = shown["columns"].values()
     figure, (axis,) = new_figure(size=(7.5, 4.5))

@@ -223,10 +223,6 @@ def draft(
     """Draft a law for what ``model`` (the paper's when not given) leaves of ``recording``.
 
     ``name`` is that of the effect.
-
-    Raises:
-        RecordingError: the recording lacks what a fit needs; says what.
-
     """
     start = fit(recording, model, noise=noise, zeros=zeros, report=report)
     refuse_unusable(recording, start.problem.measured)

@@ -42,12 +42,7 @@ class RigLimits:
 
 
 def read_limits(path: Path) -> RigLimits:
-    """Read a file with keys of :class:`RigLimits`.
-
-    Raises:
-        ConfigError: not readable, or a key or value that cannot be.
-
-    """
+    """Read a file with keys of :class:`RigLimits`."""
     return build(RigLimits, read_toml(path), str(path))
 
 

@@ -43,10 +43,6 @@ def find_recordings(folder: Path) -> list[Found]:
     recorder writes it). Else the hand is the folder right below the one that is looked through, the pad the
     name of the fingertip, and the date that of the file, which is marked as such. A recording that lies right
     below that folder and says neither may be of any pad: it is not put together with others.
-
-    Raises:
-        RecordingError: there is no such folder, or no recording in it.
-
     """
     paths = sorted(path.parent for path in existing_folder(folder).rglob(TOML))
     if not paths:
@@ -174,12 +170,7 @@ class Ledger:
         return self._known.get(self._key(found))
 
     def add(self, found: Found, row: Row) -> None:
-        """Write a row down at once, unless only the machine kept the recording from being examined.
-
-        Raises:
-            InputError: it cannot be written.
-
-        """
+        """Write a row down at once, unless only the machine kept the recording from being examined."""
         if row.is_machine_failure:
             return
         self._known[self._key(found)] = row

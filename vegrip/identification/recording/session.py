@@ -27,12 +27,7 @@ OURS: Final = tuple(dict.fromkeys((*MARKS, *FILE_OF_MESSAGE.values())))
 
 
 def finger_folders(folder: Path) -> list[Path]:
-    """Return the folders that hold a recording: ``folder`` itself, or those of a session in it.
-
-    Raises:
-        RecordingError: there is none.
-
-    """
+    """Return the folders that hold a recording: ``folder`` itself, or those of a session in it."""
     if (folder / TOML).exists():
         return [folder]
     found = sorted(path.parent for path in existing_folder(folder).glob(f"*/{TOML}"))
@@ -42,12 +37,7 @@ def finger_folders(folder: Path) -> list[Path]:
 
 
 def read_fingers(folder: Path | str, *, announce: bool = True) -> dict[str, Recording]:
-    """Return the recordings in ``folder`` by finger: of a session, or the one that it is itself.
-
-    Raises:
-        RecordingError: there is none, or one of them cannot be read.
-
-    """
+    """Return the recordings in ``folder`` by finger: of a session, or the one that it is itself."""
     found = [read_recording(place, announce=announce) for place in finger_folders(Path(folder))]
     return {recording.fingertip.name: recording for recording in found}
 
@@ -59,12 +49,7 @@ def merge_states(fingers: Mapping[str, Recording], start: int = 0) -> Iterator[F
 
 
 def read_output(path: Path | str) -> dict[str, NDArray[Any]]:
-    """Read a table of outputs, such as ``slip_margin.csv``, by column: float64, or text where it is text.
-
-    Raises:
-        RecordingError: missing or damaged.
-
-    """
+    """Read a table of outputs, such as ``slip_margin.csv``, by column: float64, or text where it is text."""
     path = Path(path)
     layout = Layout(sealed=True)
     report = LoadReport()
@@ -85,12 +70,7 @@ def is_run(folder: Path) -> bool:
 
 
 def summarise_run(folder: Path) -> dict[str, Any]:
-    """Return the run in ``folder`` as JSON has it.
-
-    Raises:
-        RecordingError: it holds no output of a node, or cannot be read.
-
-    """
+    """Return the run in ``folder`` as JSON has it."""
     try:
         about = read_toml(folder / SESSION)
     except ConfigError as error:
@@ -212,10 +192,6 @@ def replaced(folder: Path) -> Iterator[None]:
     """Set the recording in ``folder`` aside while another is written, and put it back if that fails.
 
     Nothing else in the folder is touched.
-
-    Raises:
-        RecordingError: a file cannot be moved.
-
     """
     if not holds_recording(folder):
         yield

@@ -44,9 +44,6 @@ def find_layout(
         skip: lines before the header; below 0: found.
         section: the line above each table, in a file of several; empty: it is one.
 
-    Raises:
-        RecordingError: the file cannot be read.
-
     """
     head = _head(path)
     encoding, mark = _encoding(head)

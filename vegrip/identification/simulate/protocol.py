@@ -167,12 +167,7 @@ def _number(value: Any, what: str, low: float) -> float:
 
 
 def write_protocol(protocol: Protocol, path: Path | str, comment: str = "") -> None:
-    """Write ``protocol``; :func:`read_protocol` gives the same back. ``comment`` goes to the top.
-
-    Raises:
-        ConfigError: it cannot be written.
-
-    """
+    """Write ``protocol``; :func:`read_protocol` gives the same back. ``comment`` goes to the top."""
     lines = [f"# {line}".rstrip() for line in comment.splitlines()]
     lines += ["# SI units: s, m, N, m/s, rad/s, Hz.", f"name = {toml_value(protocol.name)}"]
     lines += [f"pause = {protocol.pause!r}  # [s] between episodes, out of contact"]

@@ -304,13 +304,7 @@ def _check(sensors: Mapping[str, float]) -> None:
 
 
 def draw_simulation(protocol: Protocol, models: dict[str, ContactModel], path: Path) -> None:
-    """Draw ``protocol`` with the forces that ``models`` (by name) answer, and how they differ.
-
-    Raises:
-        UsageError: matplotlib is not installed.
-        InputError: the picture cannot be written.
-
-    """
+    """Draw ``protocol`` with the forces that ``models`` (by name) answer, and how they differ."""
     exact = dict.fromkeys(DEFAULT_NOISE, 0.0)
     found = {name: simulate(model, protocol, sensors=exact) for name, model in models.items()}
     one = next(iter(found.values()))

@@ -37,13 +37,7 @@ def read_told(folder: Path) -> Told:
 
 
 def draw_replay(folder: Path, picture: Path, title: str) -> None:
-    """Draw the finger recorded in ``folder`` of a session to ``picture``.
-
-    Raises:
-        UsageError: matplotlib is not installed.
-        InputError: the picture cannot be written.
-
-    """
+    """Draw the finger recorded in ``folder`` of a session to ``picture``."""
     told = read_told(folder)
     panels: list[Callable[[Any, Told], None]] = [_force, _error, _depth, _radius, _nis]
     if np.any(~np.isnan(told.margin.get("margin", np.array([np.nan])))):

@@ -73,12 +73,7 @@ class Greeting:
 
 
 def make_greeting(table: Mapping[str, Any]) -> bytes:
-    """Return the packet that says ``table``, without what is None.
-
-    Raises:
-        ConfigError: it would be refused.
-
-    """
+    """Return the packet that says ``table``, without what is None."""
     given = {name: value for name, value in table.items() if value is not None}
     return json.dumps(asdict(build(Greeting, given, "virtual CAN bus"))).encode()
 

@@ -179,13 +179,7 @@ def _faults(
 
 
 def open_mapped_can(table: CanSettings, hand: Hand) -> Endpoint:
-    """Open a hand of another make on a CAN bus.
-
-    Raises:
-        ConfigError: its map cannot be used.
-        DeviceError: the bus cannot be opened.
-
-    """
+    """Open a hand of another make on a CAN bus."""
     plan = open_plan(table.map, hand.fingers)
     if plan.hand.format:
         raise ConfigError(f"{table.map}: is for ZeroMQ; on CAN a map has a database = '...'")
@@ -195,13 +189,7 @@ def open_mapped_can(table: CanSettings, hand: Hand) -> Endpoint:
 
 
 def open_mapped_zmq(table: ZmqSettings, hand: Hand, keys: Keys | None) -> Endpoint:
-    """Open a hand of another make on a network.
-
-    Raises:
-        ConfigError: its map, or an address, cannot be used.
-        DeviceError: an address is in use.
-
-    """
+    """Open a hand of another make on a network."""
     plan = open_plan(table.map, hand.fingers)
     if not plan.hand.format:
         raise ConfigError(
@@ -211,10 +199,5 @@ def open_mapped_zmq(table: ZmqSettings, hand: Hand, keys: Keys | None) -> Endpoi
 
 
 def settings_of(path: Path) -> dict[str, Any]:
-    """Return the parameters of the grip controller that follow from the map at ``path``.
-
-    Raises:
-        ConfigError: the map cannot be used.
-
-    """
+    """Return the parameters of the grip controller that follow from the map at ``path``."""
     return settings(open_plan(path))

@@ -484,13 +484,7 @@ def _is_read(plan: Plan, packet: str) -> bool:
 
 
 def open_link(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
-    """Open the devices of a hand on lines of their own.
-
-    Raises:
-        ConfigError: its map, or an address, cannot be used.
-        DeviceError: a device cannot be opened.
-
-    """
+    """Open the devices of a hand on lines of their own."""
     settings = build(LinkSettings, table, where)
     if not settings.map:
         raise ConfigError(

@@ -351,12 +351,7 @@ def _check_protection(hand: schema.HandMap, database: Database, name: str, spec:
 
 
 def read_database(hand: schema.HandMap) -> Database:
-    """Read the database of ``hand``; a network has none.
-
-    Raises:
-        ConfigError: no such file, or none that can be read.
-
-    """
+    """Read the database of ``hand``; a network has none."""
     if hand.packets:
         return packet_database(hand.packets, str(hand.path), hand.device.offset)
     if hand.database is None:
@@ -369,12 +364,7 @@ def read_database(hand: schema.HandMap) -> Database:
 
 
 def read_frames(path: Path, nodes: Mapping[str, int]) -> Database:
-    """Read the database at ``path``, an .eds for ``nodes``.
-
-    Raises:
-        ConfigError: as of :func:`read_database`.
-
-    """
+    """Read the database at ``path``, an .eds for ``nodes``."""
     if path.suffix.lower() != ".eds":
         return read_dbc(path)
     from vegrip.transport.mapped.canopen_nodes import read_eds  # noqa: PLC0415 (a CANopen hand only)
@@ -394,11 +384,6 @@ def _descriptors(path: Path) -> Database:
 
 
 def open_plan(path: Path | str, fingers: tuple[str, ...] | None = None) -> Plan:
-    """Return the plan of the map at ``path``, for ``fingers`` or all that it has.
-
-    Raises:
-        ConfigError: the map or its database cannot be used; says why and what to do.
-
-    """
+    """Return the plan of the map at ``path``, for ``fingers`` or all that it has."""
     hand = schema.read_map(path)
     return make_plan(hand, read_database(hand), tuple(hand.fingers) if fingers is None else fingers)

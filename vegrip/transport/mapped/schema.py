@@ -225,23 +225,13 @@ class _Top:
 
 
 def read_map(path: Path | str) -> HandMap:
-    """Read the map of a hand; what it names in the database is looked up later.
-
-    Raises:
-        ConfigError: no such file, not TOML, or a key or value that cannot be.
-
-    """
+    """Read the map of a hand; what it names in the database is looked up later."""
     path = Path(path)
     return parse_map(read_toml(path), path)
 
 
 def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
-    """Return the map in ``table``; ``path`` names it in complaints and is where the database is looked for.
-
-    Raises:
-        ConfigError: a key or value that cannot be.
-
-    """
+    """Return the map in ``table``; ``path`` names it in complaints, and its folder has the database."""
     top = build(_Top, table, str(path))
     if top.format == "protobuf" and not top.database:
         raise ConfigError(

@@ -95,12 +95,7 @@ def quantity(text: str, what: str) -> tuple[float, str]:
 
 
 def worth(unit: str, gain: str, wanted: str, what: str) -> tuple[float, float]:
-    """Return scale and offset from ``unit`` to ``wanted``; a ``gain`` ('2.5 N/A') leads to another quantity.
-
-    Raises:
-        ConfigError: no such unit, or one of another quantity.
-
-    """
+    """Return scale and offset from ``unit`` to ``wanted``; a ``gain`` ('2.5 N/A') leads elsewhere."""
     if not gain:
         return conversion(unit, wanted, f"{what}: 'unit'")
     number, per = quantity(gain, f"{what}: 'gain'")
@@ -109,12 +104,7 @@ def worth(unit: str, gain: str, wanted: str, what: str) -> tuple[float, float]:
 
 
 def in_si(text: str, wanted: str, what: str) -> float:
-    """Return the value of ``text`` ('1.5 N') in the SI unit ``wanted``.
-
-    Raises:
-        ConfigError: no number, no such unit, or one of another quantity.
-
-    """
+    """Return the value of ``text`` ('1.5 N') in the SI unit ``wanted``."""
     number, unit = quantity(text, what)
     scale, offset = conversion(unit, wanted, what)
     return number * scale + offset

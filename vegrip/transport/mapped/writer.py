@@ -41,13 +41,7 @@ class Known:
 
 
 def draw_up(known: Known, target: Path) -> tuple[Proposal, Plan, str]:
-    """Return what is proposed of a hand, what it means, and the text of its map, to be written to ``target``.
-
-    Raises:
-        InputError: nothing in the database looks like a fingertip, or nothing of it was heard.
-        ConfigError: the map that follows cannot be used.
-
-    """
+    """Return what is proposed of a hand, its plan, and the text of its map, to be written to ``target``."""
     database, traffic = known.database, known.traffic
     heard = traces(traffic, database) if traffic is not None else {}
     proposal = propose(database, heard, traffic, known.names, known.nodes, known.said)
@@ -74,12 +68,7 @@ def draw_up(known: Known, target: Path) -> tuple[Proposal, Plan, str]:
 
 
 def checked(text: str, path: Path, settings: Sequence[Setting]) -> tuple[Plan, str]:
-    """Read the text of a map back as a node will; ``settings`` go over it.
-
-    Raises:
-        ConfigError: it cannot be used.
-
-    """
+    """Read the text of a map back as a node will; ``settings`` go over it."""
     text = changed_text(text, settings)
     hand = parse_map(parse_toml(text), path)
     plan = make_plan(hand, read_database(hand), tuple(hand.fingers))

@@ -231,36 +231,21 @@ class Calibrator(JobPage):
             self._start("judging what there is")
 
     def begin(self, radius: str, force: str = "") -> None:
-        """Begin with a fingertip.
-
-        Raises:
-            UsageError: no radius.
-
-        """
+        """Begin with a fingertip."""
         if not radius.strip():
             raise UsageError("state the radius of the fingertip, e.g. 9 mm")
         limit = ["--normal-force", force.strip()] if force.strip() else []
         self._start("planning the first trial", "--radius", radius.strip(), *limit)
 
     def take(self, recording: str, kind: str = "") -> None:
-        """Take the recording of a trial.
-
-        Raises:
-            UsageError: no folder.
-
-        """
+        """Take the recording of a trial."""
         if not recording.strip():
             raise UsageError("give the folder of the recording")
         chosen = ["--kind", kind] if kind else []
         self._start("looking at the recording", "--take", recording.strip(), *chosen)
 
     def record(self, node: str, finger: str) -> None:
-        """Record the next trial from a running node.
-
-        Raises:
-            UsageError: no node.
-
-        """
+        """Record the next trial from a running node."""
         if not node.strip():
             raise UsageError("name the running node, e.g. grasp_force")
         self.node = node.strip()
@@ -314,12 +299,7 @@ def routes(calibrator: Calibrator) -> list[Route]:
 
 
 def run(folder: Path, node: str, port: int, announce: Callable[[str], None], *, opens: bool = False) -> None:
-    """Guide a calibration on a page.
-
-    Raises:
-        DeviceError: the port is in use.
-
-    """
+    """Guide a calibration on a page."""
     with closing(Calibrator(folder, node)) as calibrator:
         calibrator.refresh()
         serve(routes(calibrator), port, announce, opens=opens)

@@ -135,12 +135,7 @@ class Controller(JobPage):
             self._changed()
 
     def compare_with_file(self, name: str) -> None:
-        """Show the model of a file beside the one that is looked at.
-
-        Raises:
-            UsageError: no name, or no such file.
-
-        """
+        """Show the model of a file beside the one that is looked at."""
         with self._lock:
             if not name or not Path(name).is_file():
                 raise UsageError(f"there is no model file {name!r}")
@@ -229,13 +224,7 @@ class Controller(JobPage):
             super().stop()
 
     def write_model(self, name: str) -> None:
-        """Copy the model that is looked at to a file of that name.
-
-        Raises:
-            UsageError: the name is none, or is taken.
-            InputError: it cannot be written.
-
-        """
+        """Copy the model that is looked at to a file of that name."""
         with self._lock:
             rung, path = self._standing(), Path(name)
             if not name or path.suffix != ".toml":
@@ -247,12 +236,7 @@ class Controller(JobPage):
             self._say(f"saved as {path}", f"cp {shlex.quote(self._path(rung.model))} {shlex.quote(name)}")
 
     def use_in_node(self, node: str) -> None:
-        """Let a running node go on with the model that is looked at.
-
-        Raises:
-            VegripError: no such node, or it refuses the model.
-
-        """
+        """Let a running node go on with the model that is looked at."""
         with self._lock:
             file = (self.folder / self._standing().model).resolve()
         ask(find_node(node), "set_parameter", name="tip.model", value=str(file))

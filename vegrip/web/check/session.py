@@ -72,12 +72,7 @@ class Session:
         self.current = len(self.rungs) - 1
 
     def undo(self) -> None:
-        """Look at the model before the last effect; the one with it is kept.
-
-        Raises:
-            UsageError: there is none before.
-
-        """
+        """Look at the model before the last effect; the one with it is kept."""
         rung = self.rung
         if rung is None or rung.parent is None:
             raise UsageError("this is the model that the check began with; there is no step to undo")

@@ -132,12 +132,7 @@ class WantedMargins:
 
 
 def run(port: int, announce: Callable[[str], None], *, opens: bool = False) -> None:
-    """Hear all nodes of this machine, those that come later as well, and serve the page that shows them.
-
-    Raises:
-        DeviceError: the port is in use.
-
-    """
+    """Hear all nodes of this machine, those that come later as well, and serve the page that shows them."""
     with closing(Stream()) as stream:
         stream.start()
         serve(routes(stream.log), port, announce, opens=opens)
