@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
-from typing import Any, Protocol, cast
+from typing import Any, cast
 
 from vegrip.clock import WallClock
 from vegrip.demo.product import CopyingEndpoint
@@ -113,16 +113,6 @@ class RunStatistics:
     rest: Any  # what the node itself has to tell
 
 
-class Reporting(Protocol):
-    """A node that reports to its parent process."""
-
-    def news(self) -> Any:
-        """Return what is new; called from another thread than the loop's."""
-
-    def rest(self) -> Any:
-        """Return what there is to tell at the end."""
-
-
 def serve(pipe: Connection, job: Job) -> None:
     """Run ``job``; the main function of the child."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
@@ -173,7 +163,7 @@ def _report(pipe: Connection, runner: Runner, over: threading.Event) -> None:
                 pipe.recv()
                 runner.stop()
             elif hasattr(node, "news"):
-                pipe.send(("news", cast("Reporting", node).news()))
+                pipe.send(("news", cast("Any", node).news()))
     except (EOFError, OSError):
         runner.stop()
 
@@ -189,7 +179,7 @@ def _run_statistics(runner: Runner) -> RunStatistics:
         latency_p99=latency.percentile(0.99) / 1e3,
         latency_max=latency.maximum / 1e3,
         rejected=dict(runner.status.rejected) if runner.status is not None else {},
-        rest=cast("Reporting", node).rest() if hasattr(node, "rest") else None,
+        rest=cast("Any", node).rest() if hasattr(node, "rest") else None,
     )
 
 

@@ -11,7 +11,7 @@ import logging
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -163,24 +163,8 @@ def _middle_of_first_air(touching: Flags) -> int:
     return int(starts[chosen] + ends[chosen]) // 2
 
 
-class MisfitDiagnoser(Protocol):
-    """What the node asks of a search for the cause of a misfit."""
-
-    def note(self, finger: str, state: FingertipState, touching: bool) -> None:
-        """Keep ``state`` for a diagnosis."""
-
-    def note_kept(self, kept: KeptStates) -> None:
-        """Keep what the compiled step kept."""
-
-    def annotate(self, health: ModelHealth) -> ModelHealth:
-        """Return ``health`` with the suspect, as far as one is known."""
-
-    def forget(self, finger: str) -> None:
-        """Begin anew: the finger has another model."""
-
-
 class NoDiagnosis:
-    """No search for the cause: health is reported as it is."""
+    """No search for the cause of a misfit: health is reported as it is."""
 
     def note(self, finger: str, state: FingertipState, touching: bool) -> None:
         """Keep nothing."""
@@ -195,7 +179,7 @@ class NoDiagnosis:
         """Nothing is known."""
 
 
-class BackgroundDiagnosis:
+class BackgroundDiagnosis(NoDiagnosis):
     """Diagnoses the misfit of one finger at a time, in another process.
 
     Args:

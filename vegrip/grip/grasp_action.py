@@ -9,12 +9,13 @@ known (no tangential force is measured) force alone decides, and the reason says
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Protocol
+from typing import Final
 
 from vegrip.clock import NS
 from vegrip.config import parameter
+from vegrip.grip.finger import GraspFinger
 from vegrip.grip.safety.limits import MAX_FORCE_N, LimitSettings
-from vegrip.messages import Condition, ContactEstimate, GraspPhase, GraspStatus, SlipMargin
+from vegrip.messages import Condition, GraspPhase, GraspStatus
 
 LOOK_PERIOD: Final = NS // 50  # [ns] between two looks at the fingers
 STATUS_PERIOD: Final = NS  # [ns] between two messages of one phase
@@ -45,27 +46,6 @@ class ReleaseGoal:
 
     rate: float = parameter(10.0, unit="N/s", low=0.1, high=1e3, doc="by which the force falls")
     timeout: float = parameter(5.0, unit="s", low=0.1, high=600.0, doc="then the result is what there is")
-
-
-class Finger(Protocol):
-    """What is asked of a finger."""
-
-    @property
-    def condition(self) -> Condition:
-        """Return the condition of its input."""
-
-    @property
-    def held(self) -> float:
-        """Return the last command [N]."""
-
-    def felt(self) -> tuple[float, float]:
-        """Return normal force [N] and displacement [m]."""
-
-    def contact(self, now: int) -> ContactEstimate:
-        """Return the contact."""
-
-    def margin(self, now: int) -> SlipMargin:
-        """Return the slip margin."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +90,7 @@ class GraspAction:
         self._begin(GraspPhase.CLOSING, goal)
         self._most = goal.max_force
 
-    def release(self, goal: ReleaseGoal, fingers: Mapping[str, Finger]) -> None:
+    def release(self, goal: ReleaseGoal, fingers: Mapping[str, GraspFinger]) -> None:
         self._begin(GraspPhase.RELEASING, goal)
         self._most = max((finger.held for finger in fingers.values() if finger.held >= 0.0), default=0.0)
 
@@ -122,7 +102,7 @@ class GraspAction:
             least = max(least, self._goal.force)
         return replace(stated, min_force=min(least, most), max_force=most)
 
-    def look(self, fingers: Mapping[str, Finger], now: int) -> bool:
+    def look(self, fingers: Mapping[str, GraspFinger], now: int) -> bool:
         """Look at the fingers, when that is due; whether the limits may be others now."""
         if self.phase is GraspPhase.NONE or now < self._look_due:
             return False
@@ -204,7 +184,7 @@ class GraspAction:
         return "" if len(look.touching) >= self._fewest else f"{len(look.touching)} fingers touch"
 
 
-def _look(fingers: Mapping[str, Finger], now: int, most: float) -> _Look:
+def _look(fingers: Mapping[str, GraspFinger], now: int, most: float) -> _Look:
     touching, faults, soft, bounds = [], [], [], {}
     largest, is_limited = 0.0, False
     for name, finger in fingers.items():

@@ -5,7 +5,6 @@ import logging
 import threading
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Protocol
 
 from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator, EstimatorSettings, Learner, SensorNoise
@@ -15,27 +14,6 @@ from vegrip.model import ContactModel
 
 KEPT_EVERY = 10 * NS
 """[ns] between two writings of what is learned: so much a node that is killed forgets."""
-
-
-class LearnedStore(Protocol):
-    """What the node asks of the store of what its fingers learn."""
-
-    def observe(self, finger: str, now: int) -> Mapping[str, Learned]:
-        """Take note of what the estimator of ``finger`` has learned at ``now`` [ns]; return it by symbol."""
-
-    def save(self) -> None:
-        """Put it where the next run finds it."""
-
-
-class NoStore:
-    """Nothing is stored."""
-
-    def observe(self, finger: str, now: int) -> Mapping[str, Learned]:  # noqa: ARG002
-        """Take no note."""
-        return {}
-
-    def save(self) -> None:
-        """Keep nothing."""
 
 
 class InMemory:

@@ -11,7 +11,7 @@ import numpy as np
 
 from vegrip.config import build
 from vegrip.errors import ConfigError, UsageError
-from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
+from vegrip.grip.background_diagnosis import NoDiagnosis
 from vegrip.grip.compiled_rows import CompiledBatch, CompiledPackets, PacketAnswer, join
 from vegrip.grip.controller import GripController
 from vegrip.grip.drive_log import DriveLog
@@ -20,7 +20,7 @@ from vegrip.grip.finger import GraspFinger
 from vegrip.grip.frame_path import PATHS, FramePath
 from vegrip.grip.grasp_action import GraspAction, GraspGoal, ReleaseGoal
 from vegrip.grip.known_objects import KnownObjects, ObjectFriction
-from vegrip.grip.learned_store import LearnedStore, NoStore
+from vegrip.grip.learned_store import InMemory
 from vegrip.grip.model_swap import ModelSwap
 from vegrip.grip.settings import ControlSettings, make_share
 from vegrip.grip.slip_table import describe_derived
@@ -68,9 +68,9 @@ class GraspForce(NodeBase):
         fingers: Sequence[str],
         make_estimator: Callable[[str], Estimator],
         settings: ControlSettings,
-        learned_store: LearnedStore | None = None,
+        learned_store: InMemory | None = None,
         model_swap: ModelSwap | None = None,
-        diagnoser: MisfitDiagnoser | None = None,
+        diagnoser: NoDiagnosis | None = None,
     ) -> None:
         self.controller: GripController | None = None
         """What grips; None until the node is configured."""
@@ -83,7 +83,7 @@ class GraspForce(NodeBase):
         self.packets: CompiledPackets | None = None
         super().__init__(name, settings)
         self._make_estimator = make_estimator
-        self._learned_store = learned_store or NoStore()
+        self._learned_store = learned_store or InMemory()
         self._model_swap = model_swap
         self.diagnoser = diagnoser or NoDiagnosis()
         self._active = False

@@ -10,7 +10,6 @@ import signal
 import subprocess
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
 
 from vegrip.clock import NS, Clock
 from vegrip.errors import DeviceError
@@ -43,22 +42,7 @@ EXIT_LOST = DeviceError.exit_code  # of a node that could not keep what it was g
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
-class Process(Protocol):
-    """What the launcher needs of :class:`subprocess.Popen`."""
-
-    def poll(self) -> int | None:
-        """Return the exit code, None while it runs."""
-
-    def terminate(self) -> None:
-        """Ask it to end."""
-
-    def kill(self) -> None:
-        """End it."""
-
-    def wait(self, timeout: float | None = None) -> int:
-        """Wait for its end."""
-
-
+Process = subprocess.Popen[str]
 Start = Callable[[], Process]
 
 

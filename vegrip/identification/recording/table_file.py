@@ -5,20 +5,10 @@ import io
 import os
 from collections import deque
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 BUFFERED_ROWS: Final = 50_000
 """Rows kept while the disk refuses them: a hundred seconds of a finger at 500 Hz, some 5 MB."""
-
-
-class Raw(Protocol):
-    """The unbuffered file underneath."""
-
-    def write(self, data: bytes, /) -> int | None:
-        """Write some of ``data``; return how much."""
-
-    def close(self) -> None:
-        """Close the file."""
 
 
 class TableFile:
@@ -31,7 +21,7 @@ class TableFile:
         self._path = path
         self._header = header
         self._waiting: deque[str] = deque()
-        self._file: Raw | None = None
+        self._file: io.FileIO | None = None
         self._headed = False
         self._torn = False  # the last write ended within a line
         self._place: tuple[int, int] | None = None  # device and inode of the file
@@ -71,7 +61,7 @@ class TableFile:
             self._file.close()
             self._file = None
 
-    def _open(self) -> Raw:
+    def _open(self) -> io.FileIO:
         self._path.parent.mkdir(parents=True, exist_ok=True)
         if self._is_remade:  # never into a file that another program has put in its place
             return io.FileIO(
