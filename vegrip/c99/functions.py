@@ -38,14 +38,7 @@ class Body:
 
 
 class Function:
-    """Writes a function for arguments of given kinds.
-
-    Args:
-        module: what it finds outside.
-        tree: its text.
-        kinds: of its arguments, in order.
-
-    """
+    """Writes a function for arguments of given kinds."""
 
     def __init__(self, module: "Callees", tree: ast.FunctionDef, kinds: tuple[Kind, ...]) -> None:
         self.module, self.tree = module, tree

@@ -27,10 +27,6 @@ class Scopes:
 
     A variable that begins anew in several blocks has a home in each; a variable without a home is declared
     at the top of the function.
-
-    Args:
-        tree: the function.
-
     """
 
     def __init__(self, tree: ast.FunctionDef) -> None:

@@ -114,7 +114,6 @@ class CanopenEndpoint(Endpoint):
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        """What went wrong so far, by name."""
         malformed = {"malformed": self.network.malformed} if self.network.malformed else {}
         jumps = {"clock_jump": self._clock.jumps} if self._clock.jumps else {}
         return {**self.can.rejected, **self.faults, **malformed, **jumps}

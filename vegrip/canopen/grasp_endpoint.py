@@ -219,7 +219,6 @@ class GraspEndpoint(CanopenEndpoint):
 
     @property
     def due(self) -> int:
-        """When to serve next [ns]."""
         return min(self.network.due, self._look_at)
 
     def service(self, frame: Frame) -> None:

@@ -28,12 +28,7 @@ TAKEN = "is there already; give another name, or --force to replace it"
 
 
 class Outputs:
-    """The files and folders of one call; used with ``with``, which ends the command with the exit code.
-
-    Args:
-        force: replace what is there already.
-
-    """
+    """The files and folders of one call; used with ``with``, which ends the command with the exit code."""
 
     def __init__(self, *, force: bool) -> None:
         self._force = force

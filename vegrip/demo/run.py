@@ -44,14 +44,7 @@ HOLD_REASONS = (Reason.INPUT_HOLD, Reason.FAIL_SAFE)
 
 
 class FrameRecorder:
-    """Keeps the frames of one hand, and writes what they say when it is closed.
-
-    Args:
-        writer: of the recording.
-        channel: name of the bus.
-        fingers: of the hand, in the order of the bus.
-
-    """
+    """Keeps the frames of one hand, and writes what they say when it is closed."""
 
     def __init__(self, writer: RecordingWriter, channel: str, fingers: Sequence[str]) -> None:
         self.commands = 0
@@ -327,12 +320,7 @@ def _play(
 
 @dataclass
 class CoreCount:
-    """What programs take of the processor.
-
-    Args:
-        programs: name to number of the process.
-
-    """
+    """What programs take of the processor."""
 
     programs: dict[str, int]
     _looks: list[tuple[float, dict[str, float]]] = field(default_factory=list)  # the first and the last

@@ -49,12 +49,7 @@ class Learned:
 
 
 class Learner:
-    """Watches what one estimator learns; call :meth:`look` some times a second.
-
-    Args:
-        estimator: the one to watch; its model is the prior.
-
-    """
+    """Watches what one estimator learns; call :meth:`look` some times a second."""
 
     def __init__(self, estimator: ContactEstimator) -> None:
         self.estimator = estimator

@@ -145,12 +145,7 @@ class SampleLayout:
 
 
 class FingerMemory:
-    """Real numbers ``f``, whole numbers ``t``, and every one of them by its name.
-
-    Args:
-        layout: the names.
-
-    """
+    """Real numbers ``f``, whole numbers ``t``, and every one of them by its name."""
 
     def __init__(self, layout: SampleLayout) -> None:
         self.layout = layout

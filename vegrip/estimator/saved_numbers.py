@@ -72,13 +72,7 @@ class Span:
 
 
 class SavedNumbers:
-    """The numbers that are saved of an estimator, in their order.
-
-    Args:
-        model: of the fingertip.
-        layout: of the memory.
-
-    """
+    """The numbers that are saved of an estimator, in their order."""
 
     def __init__(self, model: ContactModel, layout: Layout) -> None:
         self._model, self._layout = model, layout
