@@ -24,12 +24,7 @@ def describe_lag(lag: float, grip: GripSettings) -> str:
 
 
 class DriveLog:
-    """Says what is measured of each drive once it is known, and again when it changes.
-
-    Args:
-        node: whose log it is.
-
-    """
+    """Says what is measured of each drive once it is known, and again when it changes."""
 
     def __init__(self, node: str) -> None:
         self._logger = logging.getLogger(f"vegrip.{node}")

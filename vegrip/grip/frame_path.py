@@ -36,14 +36,7 @@ Guard = Callable[[Callable[..., Answered | None]], Callable[..., Any]]
 
 
 class FramePath:
-    """Answers the frames of states of one node, one by one.
-
-    Args:
-        node: that answers.
-        endpoint: that brings frames.
-        loop: both are of.
-
-    """
+    """Answers the frames of states of one node, one by one."""
 
     def __init__(self, node: "GraspForce", endpoint: Any, loop: OfLoop) -> None:
         self.frames = 0
@@ -156,7 +149,6 @@ class PacketPath(FramePath):
     """Answers packets of states, and frames where they come one by one."""
 
     def look(self, guard: Guard | None) -> None:
-        """As :meth:`FramePath.look`."""
         super().look(guard)
         looks = guard is not None and self._node.packets is not None
         self._endpoint.intercept_packet = guard(self.answer_packet) if guard is not None and looks else None
@@ -181,7 +173,6 @@ class BatchPath(FramePath):
     """Answers the rows of batches of states."""
 
     def look(self, guard: Guard | None) -> None:
-        """As :meth:`FramePath.look`."""
         self._endpoint.intercept_batch = (
             guard(self.answer_batch) if guard is not None and self._fingers else None
         )

@@ -66,14 +66,7 @@ class _Look:
 
 
 class GraspAction:
-    """The grasp of one hand.
-
-    Args:
-        node: name of the node.
-        fingers: of the hand.
-        thumb: finger that must touch, where the hand has it.
-
-    """
+    """The grasp of one hand."""
 
     def __init__(self, node: str, fingers: Sequence[str], thumb: str = "") -> None:
         self.phase = GraspPhase.NONE

@@ -99,7 +99,6 @@ class FingerLayout(SampleLayout):
     is_shared: bool = False
 
     def real_sections(self) -> Iterator[tuple[str, tuple[str, ...], int]]:
-        """Yield name, names within and length of the sections of real numbers."""
         yield from super().real_sections()
         yield from named_sections(REALS)
         if self.is_shared:

@@ -70,7 +70,6 @@ class OnDisk(InMemory):
         return learned
 
     def save(self) -> None:
-        """Write what is valid."""
         with self._one_at_a_time:
             for finger, learner in tuple(self.learners.items()):
                 save(learner, self._file(finger, learner.model))

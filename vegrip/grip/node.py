@@ -178,7 +178,6 @@ class GraspForce(NodeBase):
         self.run_compiled(self._lines, self._kernel_mode)
 
     def activate(self) -> None:
-        """Begin afresh, except after a fault of this node: then the grip is taken over as it is."""
         self.leave_lines()
         if not self._is_at_fault:
             self._action = GraspAction(self.name, self._names, self._parameters.thumb)
@@ -192,7 +191,6 @@ class GraspForce(NodeBase):
         self._active, self._is_at_fault = True, False
 
     def deactivate(self) -> None:
-        """Command no more."""
         self.leave_lines()
         self._active = False
         self._worn = True

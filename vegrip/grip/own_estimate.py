@@ -35,15 +35,7 @@ STAND_IN: Final = _StandIn(paper_model(8e-3), layout_of(paper_model(8e-3)))
 
 
 class OwnEstimate:
-    """What the step is told of the contact of one finger.
-
-    Args:
-        estimator: that knows it.
-        memory: of the finger.
-        shared: what the fingers of the grasp share.
-        number: of the finger.
-
-    """
+    """What the step is told of the contact of one finger."""
 
     def __init__(self, estimator: Estimator, memory: NamedNumbers, shared: Floats, number: int) -> None:
         self._estimator, self._memory, self._shared, self._number = estimator, memory, shared, number

@@ -156,10 +156,6 @@ class SideTask:
     it has begun, as ``threading.Thread.start`` does, and the thread raises its priority first: it will have
     the interpreter's lock. A program that it starts begins with its priority, since the thread holds the lock
     until that runs; :func:`vegrip.runtime.background.run_behind` lowers it.
-
-    Args:
-        work: to be done; given ``arguments``.
-
     """
 
     def __init__(self, work: Callable[..., object], *arguments: object) -> None:

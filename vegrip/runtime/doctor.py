@@ -266,13 +266,7 @@ def _ip() -> str | None:
 
 
 def examine(root: Path = Path("/"), recordings: Path = Path()) -> list[Finding]:
-    """Return what was found; takes about half a second, changes nothing.
-
-    Args:
-        root: where the kernel's files are.
-        recordings: folder that recordings go to.
-
-    """
+    """Return what was found; takes about half a second, changes nothing."""
     return [
         kernel(root),
         clock_source(root),

@@ -165,7 +165,6 @@ class CanEndpoint(Endpoint):
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        """What went wrong so far, by name."""
         seen = {}
         if isinstance(self._bus, VegripBus):
             seen = {"overrun": self._bus.overruns, "fd_refused": self._bus.fd_refused}
@@ -176,7 +175,6 @@ class CanEndpoint(Endpoint):
 
     @property
     def clock(self) -> ClockEstimate | None:
-        """The clock of the hand against ours, None when it is not estimated."""
         return None if self._clock is None else self._clock.estimate()
 
     def select(self, kinds: Collection[type[Message]]) -> None:
@@ -216,7 +214,6 @@ class CanEndpoint(Endpoint):
         return messages
 
     def line(self, finger: str) -> Line | None:
-        """Return how states and commands of ``finger`` travel; None: not by single frames."""
         if not isinstance(self._codec, CanCodec) or self._order is not None or self._clock is not None:
             return None
         return self._codec.line(finger)

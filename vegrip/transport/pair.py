@@ -34,7 +34,6 @@ class PairEndpoint(Endpoint):
         return self._rejected
 
     def receive(self, timeout: float) -> Sequence[Message]:
-        """Wait up to ``timeout`` [s] for a message, then take what is there."""
         messages = self._drain()
         if not messages and timeout > 0.0:
             messages = self._wait(timeout)

@@ -147,7 +147,6 @@ class SimulatedEndpoint(Endpoint):
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        """What went wrong so far, by the names of :class:`~vegrip.transport.can_endpoint.CanEndpoint`."""
         ordered = self._order.faults if self._order is not None else {}
         return {**self._codec.rejected, **self.faults, **losses(self._codec), **ordered}
 
@@ -169,7 +168,6 @@ class SimulatedEndpoint(Endpoint):
             self.put(frame, now)
 
     def line(self, finger: str) -> Line | None:
-        """Return how states and commands of ``finger`` travel; None: not by single frames."""
         return None if self._order is not None else self._codec.line(finger)
 
     def send_frame(self, frame: Frame) -> None:

@@ -81,7 +81,6 @@ class ZmqEndpoint(Endpoint):
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        """What went wrong so far, by name."""
         self._look(time.monotonic())
         refused = self._handshakes.refused() if self._handshakes is not None else {}
         more = {"cut_off": sum(each.cut_off for each in self._subscriptions), "crowded": self._codec.crowded}
@@ -259,7 +258,6 @@ class BatchEndpoint(ZmqEndpoint):
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        """What went wrong so far, by name."""
         found = dict(super().rejected)
         clipped = {"clipped": sum(self.batches.clipped.values()), "lost": self.batches.lost}
         for name, count in [*self.batches.rejected.items(), *clipped.items()]:
@@ -292,7 +290,6 @@ class BatchEndpoint(ZmqEndpoint):
             self._put_off.append((topic.encode(), payload))
 
     def flush(self) -> None:
-        """Publish what was gathered."""
         for kind, frames in self._gathered.items():
             if frames:
                 self.send_batch(kind, bytes(self.batches.pack(kind, list(frames.values()))))

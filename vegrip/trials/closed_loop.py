@@ -159,14 +159,7 @@ class Course:
 
 
 class Loop:
-    """Steps a hand and its controller against each other.
-
-    Args:
-        hand: the virtual hand, with its disturbances.
-        grip: that grips with it.
-        spoil: what is wrong with its sensors.
-
-    """
+    """Steps a hand and its controller against each other."""
 
     def __init__(self, hand: VirtualHand, grip: GripController, spoil: Spoil | None = None) -> None:
         self.hand, self.grip, self._spoil = hand, grip, spoil
@@ -222,13 +215,7 @@ class Loop:
 
 
 class NodeLoop(Loop):
-    """The loop with the node of the bus, which hears messages and answers by messages.
-
-    Args:
-        hand: the virtual hand, with its disturbances.
-        node: configured and activated here.
-
-    """
+    """The loop with the node of the bus, which hears messages and answers by messages."""
 
     def __init__(self, hand: VirtualHand, node: GraspForce) -> None:
         node.configure()
@@ -238,7 +225,6 @@ class NodeLoop(Loop):
         super().__init__(hand, node.controller)
 
     def answer(self, samples: Sequence[HandSample], now: int) -> None:
-        """Let the node answer what came at ``now`` [ns]."""
         for sample in samples:
             for state in sample.states(self.hand.fingers):
                 self.take(self.node.on_message(state, now))

@@ -23,13 +23,7 @@ def least_force(
 
 
 class KnownContact:
-    """The contact of one finger of a simulated hand, as it is.
-
-    Args:
-        hand: that feels it.
-        finger: of the hand.
-
-    """
+    """The contact of one finger of a simulated hand, as it is."""
 
     def __init__(self, hand: VirtualHand, finger: str) -> None:
         self._hand, self._finger, self._number = hand, finger, hand.fingers.index(finger)

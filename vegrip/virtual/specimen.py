@@ -103,7 +103,6 @@ class Specimen(Fingertips):
 
     @property
     def contact_radius(self) -> Floats:
-        """Contact radius [m], zero out of contact."""
         x = float(self.indentation[0])
         for indented in self._indented:  # a dented surface touches less
             x = indented(x)
@@ -115,7 +114,6 @@ class Specimen(Fingertips):
 
     @property
     def pressure_exponent(self) -> Floats:
-        """Pressure exponent k [-]."""
         x, fresh = float(self.indentation[0]), float(self.elastic_indentation(self.reference)[0])
         creep = max(x / fresh, 1.0) if fresh > 0.0 else 1.0
         k = float(profile.exponent(self.records["C_fresh"] / creep)[0])

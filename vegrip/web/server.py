@@ -47,12 +47,6 @@ class Guard:
     that is open in the browser. So a page is given only to who shows the key in its address, once; the
     browser then keeps it in a cookie that no other site can send. A request under another name than loopback
     is refused, so that a name made to point here (DNS rebinding) brings nothing.
-
-    Args:
-        app: what is guarded.
-        key: of this server.
-        port: that it listens on.
-
     """
 
     def __init__(self, app: ASGIApp, key: str, port: int) -> None:

@@ -108,14 +108,7 @@ class _Side:
 
 
 def draw_diagnosis(found: Diagnosis, folder: Path, start: str) -> list[Path]:
-    """Draw one picture per channel into ``folder``; return the files.
-
-    Args:
-        found: the diagnosis.
-        folder: is made.
-        start: what the model that was given is called.
-
-    """
+    """Draw one picture per channel into ``folder``; return the files."""
     folder.mkdir(parents=True, exist_ok=True)
     problem, u = found.search.first.problem, found.search.first.optimum.u
     values = features_of(problem, problem.table(u)).values

@@ -76,13 +76,7 @@ def _write_lines(data: Bytes, rows: NDArray[np.int64], channel: Bytes, text: Byt
 
 
 class FrameLog:
-    """A file of frames.
-
-    Args:
-        path: of the file, ``.log``; is made.
-        channel: name of the bus.
-
-    """
+    """A file of frames."""
 
     def __init__(self, path: Path, channel: str) -> None:
         self.path = path

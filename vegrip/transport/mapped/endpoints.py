@@ -47,7 +47,6 @@ class MappedCanEndpoint(CanEndpoint):
 
     @property
     def sentences(self) -> Sequence[str]:
-        """What the owner of the hand must know before it grips."""
         return price(self._mapped.plan)
 
     @property
@@ -81,7 +80,6 @@ class MappedCanEndpoint(CanEndpoint):
             self.send_frame(frame)
 
     def zero(self) -> bool:
-        """Have the hand take its zero; whether its map has a command for that."""
         return self._mapped.dialogue is not None and self._mapped.dialogue.zero()
 
     def close(self) -> None:
@@ -125,7 +123,6 @@ class MappedZmqEndpoint(ZmqEndpoint):
 
     @property
     def sentences(self) -> Sequence[str]:
-        """What the owner of the hand must know before it grips."""
         return price(self._mapped.plan)
 
     @property

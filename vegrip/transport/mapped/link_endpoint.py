@@ -389,12 +389,10 @@ class MappedLinkEndpoint(Endpoint):
 
     @property
     def sentences(self) -> Sequence[str]:
-        """What the owner of the hand must know before it grips."""
         return price(self._codec.plan)
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        """What went wrong so far, by name."""
         held = {"command_held": self._codec.encoder.held}
         found = {**self._codec.rejected, **self._faults, **losses(self._codec), **held}
         return {name: count for name, count in found.items() if count}
@@ -438,7 +436,6 @@ class MappedLinkEndpoint(Endpoint):
             self._send_frame(frame, now)
 
     def zero(self) -> bool:
-        """Have the devices take their zeros; whether the map has a command for that."""
         asked = [device.dialogue.zero() for device in self._devices]
         return any(asked)
 

@@ -265,7 +265,6 @@ class Calibrator(JobPage):
         return Path(found) if found and Path(found).is_file() else None
 
     def shown(self) -> dict[str, Any]:
-        """Return ``name``, ``level``, ``verdict`` and ``body`` of the page."""
         level, name = standing(self.told)
         html = body(self.told, node=self.node, is_busy=self.job is not None)
         return {"name": self.folder.resolve().name, "level": level, "verdict": name, "body": html}

@@ -70,7 +70,6 @@ class Controller(JobPage):
         self._queue: list[Step] = []
 
     def shown(self) -> dict[str, Any]:
-        """Return ``name``, ``level``, ``verdict`` and ``body`` of the page."""
         rung = self.session.rung
         level, name, _ = verdict(rung) if rung is not None else ("unknown", "fitting", "")
         is_busy = self.job is not None
