@@ -15,13 +15,14 @@ from typing import Any
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
+from validation.controllers.node_loop import NodeLoop
 from vegrip.clock import NS
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import estimator_factory
 from vegrip.messages import Lifecycle, Message, NodeStatus
 from vegrip.runtime.monitor import Board
 from vegrip.trials.candidates import demonstrated_parameters
-from vegrip.trials.closed_loop import NodeLoop, Scenario
+from vegrip.trials.closed_loop import Scenario
 from vegrip.virtual import Disturbance, HandSettings
 from vegrip.virtual.disturbance import AddedMass, Wetting
 from vegrip.web.live.stream import FedPage

@@ -9,10 +9,10 @@ import pytest
 from vegrip.nodes import grasp_force
 from vegrip.nodes.virtual_hand import VirtualHandNode, build
 
+from validation.controllers.node_loop import NodeLoop
 from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState, ForceCommand, Message, ModelHealth, Reason
 from vegrip.runtime import NodeContext
-from vegrip.trials.closed_loop import NodeLoop
 
 TICK = 2_000_000  # [ns]
 START = 10**12

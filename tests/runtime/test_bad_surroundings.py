@@ -10,6 +10,7 @@ import time
 
 import pytest
 
+from validation.faults.simulated_can import SimulatedCan
 from vegrip.cli import main
 from vegrip.clock import SimulatedClock, WallClock
 from vegrip.errors import DeviceError
@@ -23,7 +24,6 @@ from vegrip.transport.codec import CanCodec
 from vegrip.transport.curve import Curve, Keys
 from vegrip.transport.key_files import make_keys, trust_key
 from vegrip.transport.open import Hand, open_endpoint
-from vegrip.transport.simulated_can import SimulatedCan
 
 FINGERS = ("thumb", "index")
 pytestmark = pytest.mark.usefixtures("runtime")

@@ -12,6 +12,7 @@ import zmq
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.pair import pair
 from vegrip.cli import main
 from vegrip.clock import WallClock
 from vegrip.config import parameter
@@ -33,7 +34,6 @@ from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.runtime.telemetry import Telemetry
 from vegrip.runtime.telemetry_socket import TelemetryReader, TelemetrySocket
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
-from vegrip.transport.pair import pair
 from vegrip.transport.sender_clock import ClockEstimate
 
 

@@ -6,12 +6,12 @@ from itertools import pairwise
 
 import pytest
 
+from tests.pair import pair
 from vegrip.clock import NS, SimulatedClock
 from vegrip.errors import UsageError
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, ModelHealth, NodeStatus, Reason
 from vegrip.runtime import NodeBase
 from vegrip.runtime.runner import LoopSettings, Runner
-from vegrip.transport.pair import pair
 
 MS = 1_000_000
 

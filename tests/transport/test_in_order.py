@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from validation.faults.simulated_can import SimulatedCan
 from vegrip.clock import SimulatedClock
 from vegrip.messages import FingertipState, NodeStatus
 from vegrip.transport.can_endpoint import InOrder
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.codec.sequence import Sequence
 from vegrip.transport.sender_clock import SenderClock
-from vegrip.transport.simulated_can import SimulatedCan
 
 MS = 1_000_000
 WINDOW = 10 * MS

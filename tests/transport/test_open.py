@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
+from tests.pair import PairEndpoint, pair
 from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState
 from vegrip.transport import open as opening
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.open import Hand, open_endpoint
-from vegrip.transport.pair import PairEndpoint, pair
 
 OTHERS: list[PairEndpoint] = []
 

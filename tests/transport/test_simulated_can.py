@@ -2,12 +2,12 @@
 
 import pytest
 
+from validation.faults.simulated_can import SimulatedCan
 from vegrip.clock import SimulatedClock
 from vegrip.messages import FingertipState
 from vegrip.transport.canbus.bus_events import ErrorState, NodeFaults
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame, frame_duration
 from vegrip.transport.codec import CanCodec
-from vegrip.transport.simulated_can import SimulatedCan
 
 FINGERS = ("thumb", "index")
 MS = 1_000_000

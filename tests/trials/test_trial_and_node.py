@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from validation.controllers.comparison import Trial, run_course
+from validation.controllers.node_loop import NodeLoop
 from vegrip.trials.candidates import KNOBS, make_node, parameters
-from vegrip.trials.closed_loop import Course, Loop, NodeLoop, Scenario, grip_of, run_grip
+from vegrip.trials.closed_loop import Course, Loop, Scenario, grip_of, run_grip
 from vegrip.virtual import VirtualHand
 
 TRIALS = [

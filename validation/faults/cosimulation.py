@@ -6,10 +6,10 @@ frame ends; how long its computer takes is not simulated, except by :meth:`Cosim
 
 from dataclasses import dataclass
 
+from validation.faults.simulated_can import SimulatedCan, SimulatedEndpoint
 from vegrip.clock import NS, SimulatedClock
 from vegrip.runtime.node import Node
 from vegrip.runtime.runner import LoopSettings, Runner
-from vegrip.transport.simulated_can import SimulatedCan, SimulatedEndpoint
 
 
 @dataclass

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from validation.faults.cosimulation import Participant
+from validation.faults.simulated_can import SimulatedEndpoint
 from validation.faults.testbed import Scene
 from vegrip.transport.canbus.bus_events import NO_FAULTS, NodeFaults
-from vegrip.transport.simulated_can import SimulatedEndpoint
 
 
 @dataclass

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from vegrip.nodes.virtual_hand import AskedForce, Parameters, VirtualHandNode
 
 from validation.faults.cosimulation import Cosimulation, Participant
+from validation.faults.simulated_can import SimulatedCan, SimulatedEndpoint
 from vegrip.clock import NS, SimulatedClock
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters
@@ -20,7 +21,6 @@ from vegrip.messages import Condition, FingertipState, Message
 from vegrip.runtime import NodeBase
 from vegrip.runtime.runner import LoopSettings
 from vegrip.transport.codec import CanCodec
-from vegrip.transport.simulated_can import SimulatedCan, SimulatedEndpoint
 from vegrip.trials.candidates import demo_parameters, make_node
 from vegrip.trials.closed_loop import GRASPS
 from vegrip.virtual import HandSettings

@@ -46,7 +46,6 @@ def is_text(node: ast.stmt) -> bool:
 
 
 def unknown_place(function: str, number: int) -> str:
-    """Say where a statement stands when only the generated text is known."""
     return f"{function}, statement {number + 1}"
 
 

@@ -126,7 +126,6 @@ class Device:
         return int.from_bytes(self.local.get_data(index, sub), "little")
 
     def store(self, index: int, sub: int, data: bytes) -> None:
-        """Set an entry that others may only read."""
         self.local.data_store.setdefault(index, {})[sub] = data
 
     def _on_nmt(self, _: int, data: bytes, __: float) -> None:

@@ -190,7 +190,6 @@ class GraspEndpoint(CanopenEndpoint):
         self._describe(fingers)
 
     def claim(self) -> None:
-        """Make sure that no other node has our node-ID."""
         claim((self.device.id,), self.put, self.can.next_frame, self.now)
 
     def supervise(self, node: NodeHandle, *, autostart: bool) -> None:

@@ -126,7 +126,6 @@ def _estimators(request: Request) -> Callable[[str], ContactEstimator]:
 
 
 def _memory(one: GraspFinger, meetings: tuple[Meeting, ...]) -> NDArray[np.float64]:
-    """Return the real numbers after all, worked out by plain Python."""
     module, f, t = one.module, one.memory.f, one.memory.t
     needs, frame = np.full(one.memory["SETUP_FINGERS"], np.nan), np.zeros(64, dtype=np.uint8)
     for meeting in meetings:

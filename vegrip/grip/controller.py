@@ -227,7 +227,6 @@ class GripController:
 
     @property
     def wanted_known(self) -> Wanted:
-        """The same of a finger whose friction is known."""
         return self.settings.grip.wanted_margin, self.settings.grip.known_probability
 
     def _share(self, finger: GraspFinger) -> float:

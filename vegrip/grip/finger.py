@@ -44,8 +44,6 @@ RENEWAL: Final = 0.25
 """Part of its lifetime after which a command is renewed: three of them may get lost."""
 RECENT_STATES: Final = 2000
 """States kept for a successor: four seconds at 500 Hz, some relaxation times and mostly the first touch."""
-MOST_LATE: Final = RECENT_STATES // 2
-"""Samples an estimator may go back."""
 FETCHED_STATES: Final = 64
 """States that are fetched from the memory at once."""
 NO_QUICKEST: Final = 1 << 62
@@ -459,7 +457,6 @@ class GraspFinger:
 
     @property
     def condition(self) -> messages.Condition:
-        """Whether its input is believed."""
         return CONDITIONS[self._wholes[self._quiet[-1]]]
 
     @property
@@ -527,7 +524,6 @@ class GraspFinger:
         return self._judged_margin(self._estimator.slip_margin(), now)
 
     def health(self, now: int) -> messages.ModelHealth:
-        """Return whether the model explains what is measured, and the condition of the input."""
         health = self._estimator.health()
         return replace(health, stamp=now, finger=self.name, seq=self._healths, condition=self.condition)
 

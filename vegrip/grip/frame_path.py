@@ -116,7 +116,6 @@ class FramePath:
         return {name: self._node.fingers[name] for name in names if name in self._node.fingers}
 
     def _note(self, finger: str, done: int, arrival: int, now: int) -> None:
-        """Count what was done with a state, and show it where it is watched."""
         self.frames += 1
         if done & COMMANDED:
             self._statistics.answered(finger, arrival, now)

@@ -316,7 +316,6 @@ class GraspForce(NodeBase):
             finger.leave_line()
 
     def standing_commands(self) -> list[ForceCommand]:
-        """Return the last command of each finger that has one."""
         return [finger.standing_command() for finger in self.fingers.values() if finger.started]
 
     def _on_line(self, name: str) -> GraspFinger | None:

@@ -78,7 +78,6 @@ def estimator_factory(
 
 
 def models_of(parameters: GraspParameters, fingers: tuple[str, ...], where: str) -> list[ContactModel]:
-    """Return the model of each finger."""
     return [_model(_tip(parameters, finger, where)) for finger in fingers]
 
 

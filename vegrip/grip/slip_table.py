@@ -34,7 +34,6 @@ DEFAULTS: Final = GripSettings()
 
 
 def table_of(fingers: int) -> Sequence[Row]:
-    """Return the rows for so many fingers, the most slips first."""
     return PINCH if fingers <= MOST_OF_A_PINCH else HAND
 
 

@@ -206,7 +206,6 @@ MAPPED = "vegrip.transport.mapped.endpoints"
 
 
 def settings_of_map(path: Path) -> dict[str, Any]:
-    """Return the parameters of a grip controller that follow from the map of a hand."""
     found: dict[str, Any] = importlib.import_module(MAPPED).settings_of(path)
     return found
 

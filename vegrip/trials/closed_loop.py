@@ -15,10 +15,9 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator
 from vegrip.grip.controller import GripController, MakeEstimator
-from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters, estimator_factory
 from vegrip.hand_sample import HandSample
-from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message
+from vegrip.messages import ContactEstimate, FingertipState
 from vegrip.trials.candidates import BOUND, parameters
 from vegrip.trials.known_contact import KnownContact
 from vegrip.types import Floats
@@ -212,31 +211,6 @@ class Loop:
                     mean, variance, _, _ = estimator.friction
                     row[:] = self.grip.friction.stated_friction(name, mean, math.sqrt(variance))
         return stated
-
-
-class NodeLoop(Loop):
-    """The loop with the node of the bus, which hears messages and answers by messages."""
-
-    def __init__(self, hand: VirtualHand, node: GraspForce) -> None:
-        node.configure()
-        node.activate()
-        self.node = node
-        assert node.controller is not None  # noqa: S101 (it is configured)
-        super().__init__(hand, node.controller)
-
-    def answer(self, samples: Sequence[HandSample], now: int) -> None:
-        for sample in samples:
-            for state in sample.states(self.hand.fingers):
-                self.take(self.node.on_message(state, now))
-        self.take(self.node.on_tick(now))
-
-    def take(self, answers: Iterable[Message]) -> None:
-        """Obey the commands of the node; note what it tells of friction."""
-        for message in answers:
-            if isinstance(message, ForceCommand):
-                self.commands[self.hand.fingers.index(message.finger)] = message.normal_force
-            elif isinstance(message, ContactEstimate):
-                self.course.believe(message, self.hand.time)
 
 
 def grip_of(

@@ -111,7 +111,6 @@ class VirtualHand:
 
     @property
     def slips(self) -> int:
-        """Number of distinct slips so far."""
         return int(self.body["slips"][0])
 
     @property

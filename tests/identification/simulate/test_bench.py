@@ -7,6 +7,7 @@ from vegrip.nodes.virtual_bench import VirtualBenchNode
 from vegrip.nodes.virtual_hand import build
 
 from validation.faults.cosimulation import Cosimulation
+from validation.faults.simulated_can import SimulatedCan
 from vegrip.clock import SimulatedClock
 from vegrip.errors import ConfigError
 from vegrip.identification.experiment import Hypotheses, hypotheses_of
@@ -17,7 +18,6 @@ from vegrip.identification.simulate import Protocol, Segment, write_protocol
 from vegrip.runtime import NodeContext
 from vegrip.runtime.runner import LoopSettings
 from vegrip.transport.codec import CanCodec
-from vegrip.transport.simulated_can import SimulatedCan
 from vegrip.virtual import FingertipSettings
 from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.settings import SensorSettings

@@ -7,6 +7,7 @@ import pytest
 from hands import load, seeded, written
 
 from tests.grip.stages import Watchdog
+from validation.faults.simulated_can import SimulatedCan
 from vegrip.clock import NS, SimulatedClock
 from vegrip.config import build
 from vegrip.estimator.settings import SensorNoise
@@ -16,7 +17,6 @@ from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.price import USUAL_NOISE, price, settings
-from vegrip.transport.simulated_can import SimulatedCan
 
 MS = 1_000_000
 ASK, STATE, SET = 0x30, 0x31, 0x32

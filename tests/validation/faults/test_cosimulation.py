@@ -5,13 +5,13 @@ from itertools import pairwise
 import pytest
 
 from validation.faults.cosimulation import Cosimulation
+from validation.faults.simulated_can import SimulatedCan
 from vegrip.clock import SimulatedClock
 from vegrip.messages import FingertipState, ForceCommand
 from vegrip.runtime import NodeBase
 from vegrip.runtime.echo import EchoNode, EchoParameters
 from vegrip.runtime.runner import LoopSettings
 from vegrip.transport.codec import CanCodec
-from vegrip.transport.simulated_can import SimulatedCan
 
 PERIOD = 0.002
 LOOP = LoopSettings(tick_period=PERIOD)

@@ -54,7 +54,6 @@ class Known:
         return self.std <= self.goal
 
     def errors_off(self, true: float) -> float:
-        """Return by how many standard errors the value is off ``true``."""
         off = math.log(self.value / true) if self.is_log else self.value - true
         return off / self.std
 

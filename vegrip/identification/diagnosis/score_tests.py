@@ -75,7 +75,6 @@ def candidate_of(one: Effect, model: ContactModel, measured: Measured) -> Candid
 
 
 def _unfit(model: ContactModel, one: Effect) -> str:
-    """Return why another package's effect does not go with the model."""
     try:
         model.with_effect(one)
     except ModelError as error:

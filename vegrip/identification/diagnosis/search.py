@@ -238,7 +238,6 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
 
 
 def _at(fitted: CandidateFit, u: Floats) -> CandidateFit:
-    """Return a fit as if it had ended at ``u``."""
     problem, k = fitted.problem, fitted.problem.unknowns
     r = problem.residual(u)
     cost = 0.5 * float(r @ r + np.sum(((u - k.prior) / k.std) ** 2))

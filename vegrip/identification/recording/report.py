@@ -117,7 +117,6 @@ class LoadReport:
 
     @property
     def rows_lost(self) -> int:
-        """Rows that are in the file and not in the recording."""
         return self.rows_read - self.rows_kept
 
     @property

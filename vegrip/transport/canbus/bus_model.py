@@ -1,7 +1,7 @@
 """A CAN bus in Python's terms: nodes by number, frames, and what happens as a list.
 
 The bus itself is :mod:`vegrip.transport.canbus.bus`; it runs on the wall clock
-(:mod:`vegrip.transport.canbus.hub`) and on a simulated one (:mod:`vegrip.transport.simulated_can`).
+(:mod:`vegrip.transport.canbus.hub`), and on a simulated one where faults are put in (``validation``).
 """
 
 from collections.abc import Sequence

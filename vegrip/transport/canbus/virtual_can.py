@@ -286,7 +286,6 @@ class VegripBus(can.BusABC):
                 more = len(self._read_ahead) < READ_AHEAD
 
     def _look(self) -> tuple[hub_wire.Delivery | None, bool]:
-        """Return the next frame if it is there and for us, and whether there was anything."""
         try:
             packet = (
                 self._packets.popleft() if self._packets else self._socket.recv(hub_wire.MAX_GATHERED_BYTES)

@@ -118,7 +118,6 @@ class CanCodec(FrameCodec):
 
 
 def _refusals(plan: Layouts, hand: int, fd: bool) -> dict[int, str]:
-    """Return what is wrong with each identifier that the database knows and this codec does not decode."""
     found: dict[int, str] = {}
     for layout in plan.layouts:
         for part in layout.parts:

@@ -35,5 +35,4 @@ class FrameBlock(NamedTuple):
         return [self.frame(number) for number in last.values()]
 
     def frames(self) -> list[Frame]:
-        """Return all frames in their order."""
         return [self.frame(number) for number in range(len(self.rows))]

@@ -258,7 +258,6 @@ def _value(body: Mapping[str, Any], name: str, default: Any, unpack: Any) -> Any
 
 
 def _default(schema: MessageSchema, field: Field) -> Any:
-    """Return the value of a field that is not sent."""
     declared = schema.cls.__dataclass_fields__[field.name]
     made = declared.default_factory
     return declared.default if field.required or made is dataclasses.MISSING else made()

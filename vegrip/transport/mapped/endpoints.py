@@ -196,5 +196,4 @@ def open_mapped_zmq(table: ZmqSettings, hand: Hand, keys: Keys | None) -> Endpoi
 
 
 def settings_of(path: Path) -> dict[str, Any]:
-    """Return the parameters of the grip controller that follow from the map at ``path``."""
     return settings(open_plan(path))

@@ -142,7 +142,6 @@ def finger_of(message: str, signal: str, numbers: tuple[str, ...]) -> str:
 
 
 def guesses(database: Database, numbers: tuple[str, ...] = ()) -> list[Guess]:
-    """Return what all signals may be that may be anything, the most certain first."""
     return [one for one in all_signals(database, numbers) if one.channel]
 
 

@@ -312,7 +312,6 @@ def _check_polar(given: set[str], where: str) -> None:
 
 
 def _check_rotated(rotation: tuple[tuple[float, ...], ...], given: set[str], where: str) -> None:
-    """Refuse a rotation that needs a component which is not there."""
     if not rotation:
         return
     turned = _turned(given, rotation)
@@ -384,6 +383,5 @@ def _descriptors(path: Path) -> Database:
 
 
 def open_plan(path: Path | str, fingers: tuple[str, ...] | None = None) -> Plan:
-    """Return the plan of the map at ``path``, for ``fingers`` or all that it has."""
     hand = schema.read_map(path)
     return make_plan(hand, read_database(hand), tuple(hand.fingers) if fingers is None else fingers)
