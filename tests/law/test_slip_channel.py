@@ -12,7 +12,7 @@ from .plant import FORCE, Make, Plant
 from .verdict import breaches, excused, least_slide
 
 PINCH, HAND = Make(), Make(fingers=5)
-ALONE = Case(PINCH)
+ALONE = Case(PINCH, duration=35.0)
 DIES = replace(ALONE, start=10.0, rise_at=10.1)  # as the load rises
 
 SILENT = {
@@ -45,7 +45,7 @@ SILENT = {
     ),
     "deaf below 10 mm/s": replace(ALONE, fault="deaf-10"),
     "deaf below 2 mm/s, tangential force falls": replace(ALONE, fault="deaf-2", gain=0.4, gain_drifts=True),
-    "swapped": replace(ALONE, fault="swapped"),
+    "swapped": replace(ALONE, fault="swapped", duration=60.0),
     "speed falls to 0.4": replace(ALONE, fault="drifts-0.4"),
     "tangential force falls to 0.4": replace(ALONE, fault="dead", gain=0.4, gain_drifts=True),
 }
