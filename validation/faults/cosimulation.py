@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from validation.faults.simulated_can import SimulatedCan, SimulatedEndpoint
 from vegrip.clock import NS, SimulatedClock
-from vegrip.runtime.node import Node
+from vegrip.runtime.node import NodeBase
 from vegrip.runtime.runner import LoopSettings, Runner
 
 
@@ -21,7 +21,7 @@ class Participant:
     asleep_until: int = 0  # [ns] its computer is busy with something else
 
     @property
-    def node(self) -> Node:
+    def node(self) -> NodeBase:
         return self.runner.managed.node
 
     @property
@@ -42,7 +42,9 @@ class Cosimulation:
         self.bus, self.clock = bus, clock
         self.participants: list[Participant] = []
 
-    def add(self, node: Node, endpoint: SimulatedEndpoint, loop: LoopSettings | None = None) -> Participant:
+    def add(
+        self, node: NodeBase, endpoint: SimulatedEndpoint, loop: LoopSettings | None = None
+    ) -> Participant:
         """Start ``node`` with ``endpoint``; its loop begins now."""
         participant = Participant(Runner(node, endpoint, self.clock, loop), endpoint)
         participant.runner.start()

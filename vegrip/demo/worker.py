@@ -22,7 +22,7 @@ from vegrip.errors import DeviceError, VegripError
 from vegrip.host.realtime import priority_of
 from vegrip.messages import Message
 from vegrip.nodes.virtual_hand import Parameters, VirtualHandNode
-from vegrip.runtime.node import Node
+from vegrip.runtime.node import NodeBase
 from vegrip.runtime.process import SWITCH_INTERVAL
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.open import Hand, open_endpoint
@@ -91,7 +91,7 @@ NEWS_PERIOD = 0.1  # [s]
 class Job:
     """What a child is to run."""
 
-    build: Callable[..., Node]
+    build: Callable[..., NodeBase]
     arguments: tuple[Any, ...]
     transport: Mapping[str, Any]
     fingers: tuple[str, ...]

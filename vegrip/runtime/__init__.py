@@ -1,5 +1,5 @@
 """The node runtime: lifecycle, loop, parameters, telemetry and control of a running node."""
 
-from vegrip.runtime.node import Node, NodeBase, NodeContext
+from vegrip.runtime.node import NodeBase, NodeContext
 
-__all__ = ["Node", "NodeBase", "NodeContext"]
+__all__ = ["NodeBase", "NodeContext"]

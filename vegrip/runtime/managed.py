@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from vegrip.clock import NS
 from vegrip.messages import ForceCommand, Lifecycle, Message, Reason
 from vegrip.runtime.lifecycle import state_after
-from vegrip.runtime.node import Node
+from vegrip.runtime.node import NodeBase
 
 
 class CommandHold:
@@ -85,7 +85,7 @@ class ManagedNode:
     after a back-off that doubles.
     """
 
-    def __init__(self, node: Node, logger: logging.Logger) -> None:
+    def __init__(self, node: NodeBase, logger: logging.Logger) -> None:
         self.node = node
         self.state = Lifecycle.UNCONFIGURED
         self.on_hold = False

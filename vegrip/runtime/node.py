@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import entry_points
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from vegrip.clock import Clock
 from vegrip.errors import UsageError, suggestion
@@ -32,40 +32,44 @@ class OfLoop(NamedTuple):
     """Sees the first states of every finger."""
 
 
-class Node(Protocol):
-    """A managed node. It knows no socket, no clock and no file; time comes in as ``now`` [ns].
+class NodeBase:
+    """A managed node that does nothing; override what is needed.
 
-    The runner calls these from one thread only, and ``on_message`` and ``on_tick`` only while the node is
-    active. Exceptions that escape are counted, and the node is put on hold (:meth:`on_fault`) until it has
-    been configured anew.
+    It knows no socket, no clock and no file; time comes in as ``now`` [ns]. The runner calls it from one
+    thread only, and ``on_message`` and ``on_tick`` only while the node is active. Exceptions that escape are
+    counted, and the node is put on hold (:meth:`on_fault`) until it has been configured anew.
     """
 
-    name: str
-    parameters: Any
-    """A frozen dataclass made of :func:`vegrip.config.parameter` fields; the runner assigns a new one when
-    a parameter changes. A setter that raises :class:`~vegrip.errors.VegripError` refuses the change."""
-    wakes_on_messages: bool
+    wakes_on_messages = True
     """Whether messages are to be answered as they come. A node that acts on its ticks only is not woken by
     messages; it finds them at its next tick, which saves a busy machine thousands of awakenings a second."""
-    exclusive_messages: tuple[type[Message], ...]
+    exclusive_messages: tuple[type[Message], ...] = ()
     """Kinds of message that only this node may send for its fingers. It is not activated where another node
     sends them, and counts them as ``also_sent`` later."""
-    heard_messages: tuple[type[Message], ...]
+    heard_messages: tuple[type[Message], ...] = ()
     """Kinds of message that are of use to this node; the bus need not bring others. Empty: all are."""
-    realtime_priority: int
+    frame_path: Callable[[Any, OfLoop], Any] | None = None
+    """Makes of an endpoint what answers states that come as bytes (:mod:`vegrip.grip.frame_path`)."""
+    realtime_priority = 0
     """Of the loop while the node is active, where it is permitted (:mod:`vegrip.host.realtime`); 0: none."""
-    finished: bool
-    """Set by a node that has nothing more to do (the end of a replay); the loop then ends."""
-    failure: str
-    """What of its work is lost, in a sentence; its process then ends with exit code 4. Empty: nothing is."""
+    lacking: Callable[[Collection[str]], list[str]] | None = None
+    """What a user must know of a finger that measures such channels; None: nothing."""
 
-    @property
-    def frame_path(self) -> Callable[[Any, OfLoop], Any] | None:
-        """Makes of an endpoint what answers states that come as bytes (:mod:`vegrip.grip.frame_path`)."""
-
-    @property
-    def rejected(self) -> Mapping[str, int]:
+    def __init__(self, name: str, parameters: Any = None) -> None:
+        self.name = name
+        self.parameters = parameters
+        """A frozen dataclass made of :func:`vegrip.config.parameter` fields; the runner assigns a new one
+        when a parameter changes. A setter that raises a :class:`~vegrip.errors.VegripError` refuses it."""
+        self.rejected: Counter[str] = Counter()
         """What the node itself refused so far, counted by name; goes into NodeStatus."""
+        self.finished = False
+        """Set by a node that has nothing more to do (the end of a replay); the loop then ends."""
+        self.failure = ""
+        """What of its work is lost, in a sentence; its process then ends with exit code 4. Empty: nothing."""
+
+    def describe_finger(self, finger: str, channels: Collection[str]) -> str:  # noqa: ARG002
+        """Return what is said of a finger once it is known which channels it measures."""
+        return ""
 
     def configure(self) -> None:
         """Build everything and compile what will run; may take seconds."""
@@ -79,73 +83,28 @@ class Node(Protocol):
     def cleanup(self) -> None:
         """Forget what ``configure`` built."""
 
-    def on_message(self, message: Message, now: int) -> Iterable[Message]:
+    def on_message(self, message: Message, now: int) -> Iterable[Message]:  # noqa: ARG002
         """Answer one message with any number of messages.
 
         A ForceCommand is sent at once. What comes after the first one is taken when no other message waits
         to be answered: a lazy iterable thereby lets the commands of all fingers leave before any report is
         worked out.
         """
+        return ()
 
-    def on_tick(self, now: int) -> Iterable[Message]:
+    def on_tick(self, now: int) -> Iterable[Message]:  # noqa: ARG002
         """Do what is due by the clock; called once per tick period."""
+        return ()
 
     def on_broken(self, finger: str, now: int) -> None:
         """Take note that states of ``finger`` have arrived that could not be understood."""
 
-    def on_fault(self, now: int) -> Iterable[Message]:
+    def on_fault(self, now: int) -> Iterable[Message]:  # noqa: ARG002
         """Say what to send on this tick while the node is on hold after an exception.
 
         A commanding node repeats its last safe command or goes on with its fail-safe ramp. Must not rest on
         what has just failed.
         """
-
-
-class NodeBase:
-    """A node that does nothing; override what is needed."""
-
-    wakes_on_messages = True
-    exclusive_messages: tuple[type[Message], ...] = ()
-    heard_messages: tuple[type[Message], ...] = ()
-    frame_path: Callable[[Any, OfLoop], Any] | None = None
-    realtime_priority = 0
-    lacking: Callable[[Collection[str]], list[str]] | None = None
-    """What a user must know of a finger that measures such channels; None: nothing."""
-
-    def __init__(self, name: str, parameters: Any = None) -> None:
-        self.name = name
-        self.parameters = parameters
-        self.rejected: Counter[str] = Counter()
-        self.finished = False
-        self.failure = ""
-
-    def describe_finger(self, finger: str, channels: Collection[str]) -> str:  # noqa: ARG002
-        """Return what is said of a finger once it is known which channels it measures: nothing."""
-        return ""
-
-    def configure(self) -> None:
-        """Nothing to build."""
-
-    def activate(self) -> None:
-        """Nothing to begin."""
-
-    def deactivate(self) -> None:
-        """Nothing to stop."""
-
-    def cleanup(self) -> None:
-        """Nothing to forget."""
-
-    def on_message(self, message: Message, now: int) -> Iterable[Message]:  # noqa: ARG002
-        return ()
-
-    def on_tick(self, now: int) -> Iterable[Message]:  # noqa: ARG002
-        return ()
-
-    def on_broken(self, finger: str, now: int) -> None:
-        """Nothing to note."""
-
-    def on_fault(self, now: int) -> Iterable[Message]:  # noqa: ARG002
-        """Send nothing; right for every node that commands nothing."""
         return ()
 
 
@@ -178,7 +137,7 @@ class NodeContext:
     tick_period: float = 0.002  # [s] of on_tick
 
 
-Build = Callable[[Mapping[str, Any], NodeContext], Node]
+Build = Callable[[Mapping[str, Any], NodeContext], NodeBase]
 
 
 def find_program(name: str) -> Build:

@@ -17,7 +17,7 @@ from vegrip.host.realtime import LoopPriority, Scheduling
 from vegrip.messages import OF_NODES, FingertipState, ForceCommand, Lifecycle, Message, NodeStatus
 from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.managed import ManagedNode
-from vegrip.runtime.node import Answered, Node, OfLoop
+from vegrip.runtime.node import Answered, NodeBase, OfLoop
 from vegrip.runtime.sender_watch import HINTS, FaultHints, SenderWatch
 from vegrip.runtime.statistics import LoopStatistics, Schedule
 from vegrip.runtime.telemetry import Direction, Telemetry
@@ -96,7 +96,7 @@ class Runner:
 
     def __init__(
         self,
-        node: Node,
+        node: NodeBase,
         endpoint: Endpoint,
         clock: Clock,
         settings: LoopSettings | None = None,

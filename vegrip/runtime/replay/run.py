@@ -26,7 +26,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.runtime import NodeContext
-from vegrip.runtime.node import Node, find_program
+from vegrip.runtime.node import NodeBase, find_program
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.canbus.bus_events import BusLoad
 from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
@@ -279,7 +279,7 @@ def with_recording(settings: Mapping[str, Any], recordings: Mapping[str, Recordi
 
 def grasp_node(
     settings: Mapping[str, Any], recordings: Mapping[str, Recording], program: str = "grasp_force"
-) -> Node:
+) -> NodeBase:
     context = NodeContext(program, fingers=tuple(recordings))
     return find_program(program)(with_recording(settings, recordings), context)
 
@@ -310,7 +310,7 @@ def gaps_of(recording: Recording, start: int) -> list[tuple[int, int]]:
 
 
 def run_through(
-    node: Node,
+    node: NodeBase,
     recordings: Mapping[str, Recording],
     *,
     writer: RecordingWriter | None = None,
