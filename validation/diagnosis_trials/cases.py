@@ -98,12 +98,7 @@ def make_recording(
     that of the sensors is stated.
     """
     rng = np.random.default_rng([case.seed, 7])
-    tip = replace(
-        random_fingertip(rng),
-        amplitudes=(float(rng.uniform(0.1, 0.35)),),
-        rates=(float(np.exp(rng.uniform(np.log(0.8), np.log(5.0)))),),
-        bristle_stiffness=1e10,
-    )
+    tip = fingertip(rng)
     sensors = _sensors(case, rng)
     part = float(rng.uniform(0.6, 1.0))
     episodes = protocol(tip, part, rng) * times
@@ -131,6 +126,16 @@ def make_recording(
     columns = {name: values for name, values in trial.columns.items() if name not in ("t", "episode")}
     episode = trial.columns["episode"].astype(np.int64)
     return Recording(case.key, trial.columns["t"], episode, columns, Fingertip(tip.radius), stated)
+
+
+def fingertip(rng: np.random.Generator) -> FingertipSettings:
+    """Draw the fingertip of a case, the first of all that is drawn of ``make_recording``'s generator."""
+    return replace(
+        random_fingertip(rng),
+        amplitudes=(float(rng.uniform(0.1, 0.35)),),
+        rates=(float(np.exp(rng.uniform(np.log(0.8), np.log(5.0)))),),
+        bristle_stiffness=1e10,
+    )
 
 
 def places_of(case: Case, episodes: int) -> tuple[int, ...]:

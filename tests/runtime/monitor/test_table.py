@@ -12,6 +12,7 @@ from vegrip.messages import (
     PROBED,
     Condition,
     ContactEstimate,
+    DeviceReport,
     Estimate,
     FingertipState,
     ForceCommand,
@@ -21,7 +22,7 @@ from vegrip.messages import (
     Reason,
     SlipMargin,
 )
-from vegrip.runtime.monitor.board import Board
+from vegrip.runtime.monitor.board import Board, as_json
 from vegrip.runtime.monitor.rows import Present
 from vegrip.runtime.monitor.table import BAR, finger_lines, render, spoken
 from vegrip.web.live.alarms import health_in_words
@@ -76,6 +77,15 @@ def test_a_row_has_force_contact_margin_command_and_health(board: Board) -> None
     row = next(line for line in text(board).splitlines() if "index" in line)
     for cell in ("3.46", "5.10±0.04", "2.53±0.12", "0.81±0.07", "0.62", "3.60", "forecast", "ok"):
         assert cell in row
+
+
+def test_what_a_device_says_of_its_contact_stands_beside_ours_while_it_is_news(board: Board) -> None:
+    assert "its F" not in text(board)
+    board.receive(DeviceReport(1, "index", 1, friction=0.77, grip_force=4.32), 1)
+    assert "0.77  4.32" in rows_of(board, 1, 150)[0]
+    assert "4.32" not in rows_of(board, NS, 150)[0]
+    assert "4.32" not in rows_of(board, 1, 100)[0]  # gives way on a narrow terminal
+    assert as_json(board, 1)["fingers"]["index"]["device"]["grip_force"] == 4.32
 
 
 def test_the_bar_is_as_long_as_the_margin_and_marks_its_bound(board: Board) -> None:

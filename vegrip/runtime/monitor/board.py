@@ -22,6 +22,7 @@ MESSAGE_OF_TOPIC: dict[str, type[messages.Message]] = {
     "margin": messages.SlipMargin,
     "command": messages.ForceCommand,
     "health": messages.ModelHealth,
+    "device": messages.DeviceReport,
 }
 
 

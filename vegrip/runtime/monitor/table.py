@@ -14,6 +14,7 @@ from vegrip.messages import (
     PROBED,
     Condition,
     ContactEstimate,
+    DeviceReport,
     Estimate,
     ForceCommand,
     ModelHealth,
@@ -107,12 +108,18 @@ def _fingers(board: Board, now: int, *, wide: bool, small: bool) -> Table:
     _numbers(table, ("margin", 6), ("bound", 5), ("F [N]", 5))
     if not small:
         table.add_column("why", min_width=10, no_wrap=True)
+    reports = wide and any(row.newest(DeviceReport) is not None for row in board.rows.values())
+    if reports:  # what the device itself says of its contacts
+        _numbers(table, ("its mu", 6), ("its F", 5))
     if wide:
         _numbers(table, ("age", 6))
     table.add_column("health", min_width=10)  # gives way first
     for finger, row in board.rows.items():
         stopped = row.source in board.nodes and board.nodes[row.source].presence is Presence.STOPPED
         cells = _cells(finger, row, now, wide=wide, alarm=not stopped)
+        if reports:
+            its = row.fresh(DeviceReport, now) or DeviceReport(0, finger, 0)
+            cells[-2:-2] = [_number(its.friction, 2), _number(its.grip_force, 2)]
         table.add_row(*([cells[0], *cells[2:-2], cells[-1]] if small else cells))
     return table
 

@@ -15,6 +15,7 @@ from vegrip.errors import UsageError
 from vegrip.messages import (
     OF_NODES,
     ContactEstimate,
+    DeviceReport,
     FingertipState,
     ForceCommand,
     Message,
@@ -29,7 +30,7 @@ from vegrip.runtime.registry import Entry, read_reports, running_nodes
 from vegrip.runtime.telemetry_socket import NEWEST, TelemetryReader
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 
-WATCHED_MESSAGES = (ContactEstimate, SlipMargin, ForceCommand, ModelHealth)
+WATCHED_MESSAGES = (ContactEstimate, SlipMargin, ForceCommand, ModelHealth, DeviceReport)
 """What a table asks for. Not the states: at 500 Hz each they would cost the node more than they show here."""
 
 TELEMETRY_WAIT_S = 0.05  # [s] of one look at the telemetry
@@ -87,7 +88,7 @@ class Watch:
             self._due = time.monotonic() + REGISTRY_PERIOD
             self._attend(sink)
         for entry, _, direction, message in self._reader.read(TELEMETRY_WAIT_S):
-            if direction == "out" or isinstance(message, FingertipState):
+            if direction == "out" or isinstance(message, (FingertipState, DeviceReport)):
                 sink.receive(_named(message, entry.namespace), time.monotonic_ns(), entry.name)
             if isinstance(message, SlipMargin) and direction == "out":
                 self._ask_for_newest(entry)
