@@ -49,7 +49,7 @@ from vegrip.identification.fit.fitting import Fit, fit
 from vegrip.identification.fit.problem import AT
 from vegrip.types import Floats
 
-KEPT = "what is done stays in the file of -o"
+KEPT = "what is done stays in the file of -o, and the same command goes on with the others"
 MOST = 4  # effects that are added
 F_SIZE = 0.01  # of the F-test
 SEEN_SHARE = 0.05  # of the squares of held-out episodes
@@ -219,16 +219,19 @@ def procedures(
 
     Twenty take half an hour.
     """
-    done = []
+    lines = output.read_text(encoding="utf-8").splitlines() if output is not None and output.exists() else []
+    known = {one.pop("case"): one for one in map(json.loads, lines)}
     cases = list(draw_cases(trials, seed))
+    left = [case for case in cases if case.key not in known]
     with progress("procedures") as report, ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-        for case, one in zip(cases, pool.map(judge, cases), strict=True):
-            done.append(one)
+        for case, one in zip(left, pool.map(judge, left), strict=True):
+            known[case.key] = one
             right = [name for name, said in one.items() if said["right"]]
-            report(f"{len(done)} of {trials}; {case.key}: right are {', '.join(right) or 'none'}")
+            report(f"{len(known)} of {trials}; {case.key}: right are {', '.join(right) or 'none'}")
             if output is not None:
                 with output.open("a", encoding="utf-8") as stream:
                     stream.write(json.dumps({"case": case.key, **one}) + "\n")
+    done = [known[case.key] for case in cases]
     told = tally(done)
     if as_json:
         print_json(told)
