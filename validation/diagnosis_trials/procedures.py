@@ -25,6 +25,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 from rich.table import Table
 from scipy.stats import f as f_distribution
 
@@ -45,7 +46,7 @@ from vegrip.identification.diagnosis.candidate_fit import _start as candidate_st
 from vegrip.identification.diagnosis.clean import find_clean
 from vegrip.identification.diagnosis.score_tests import candidates, screen_candidates
 from vegrip.identification.diagnosis.search import shortlist
-from vegrip.identification.fit.fitting import Fit, fit
+from vegrip.identification.fit import Fit, fit
 from vegrip.identification.fit.problem import AT
 from vegrip.types import Floats
 
@@ -72,7 +73,8 @@ def of_diagnosis(_case: Case, start: Fit) -> Said:
 
 def of_bic(_case: Case, start: Fit) -> Said:
     groups = held_out_groups(start.problem)
-    last, names = evaluate_candidate(start.problem, start.optimum, groups), []
+    last = evaluate_candidate(start.problem, start.optimum, groups)
+    names: list[str] = []
     while len(names) < MOST:
         best: tuple[float, CandidateFit, str] | None = None
         for hint in _hints(last, names):
@@ -109,9 +111,9 @@ def of_lisdd(_case: Case, start: Fit) -> Said:
     held = _held_at(base, np.array([math.log(x) if log else x for x, log in zip(told, k.log, strict=True)]))
     left, counted = held.optimum.residual, np.flatnonzero(base.problem.counted)
     part = (np.arange(counted.size) * 30 // counted.size) % 3  # blocks in turn: to fit, to choose, to certify
-    fitting, choosing, testing = (left_of(counted, part, which) for which in range(3))
+    fitting, choosing, testing = (counted[part == which] for which in range(3))
 
-    def squares(s: Floats, rows: Floats) -> tuple[float, float]:
+    def squares(s: Floats, rows: NDArray[np.int64]) -> tuple[float, float]:
         """Of ``rows``, before and after ``s``, whose amount is that of the rows that are fitted."""
         power = float(s[fitting] @ s[fitting])
         amount = float(s[fitting] @ left[fitting]) / power if power > 0.0 else 0.0
@@ -130,12 +132,6 @@ def of_lisdd(_case: Case, start: Fit) -> Said:
     ratio = (before - after) / (after / (testing.size - 1))
     is_certain = float(f_distribution.sf(ratio, 1, testing.size - 1)) < F_SIZE
     return Said(is_certain, (best[2],) * is_certain, clean.parameters["p"])
-
-
-def left_of(counted: Floats, part: Floats, which: int) -> Floats:
-    """Return the rows of one part."""
-    chosen: Floats = counted[part == which]
-    return chosen
 
 
 def _held_at(base: CandidateFit, u: Floats) -> CandidateFit:
