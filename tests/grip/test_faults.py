@@ -41,10 +41,6 @@ def frozen(state: FingertipState) -> FingertipState:
     return dataclasses.replace(state, normal_force=3.0, torque_z=0.0)
 
 
-def replayed(state: FingertipState) -> FingertipState:
-    return dataclasses.replace(state, seq=state.seq - 300, stamp=state.stamp - 300 * PERIOD)
-
-
 def duplicated(state: FingertipState) -> FingertipState:
     return dataclasses.replace(state, seq=FAULT_AT - 1, stamp=(FAULT_AT - 1) * PERIOD)
 

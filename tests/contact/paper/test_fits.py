@@ -16,7 +16,6 @@ from vegrip.contact.pressure import coefficient
 from vegrip.errors import DomainError
 
 DIGITS = 6e-7
-DENSE = np.linspace(2, 4, 2001)
 
 # samples, weights, A, B, largest error of 1/sqrt(C), a/a0 at k = 2 and k = 4
 GOLDEN_RADIUS = [

@@ -63,19 +63,25 @@ def test_hostile_states_go_through_most_conditions(hand_log: Log) -> None:
     assert len(seen) >= 7, seen
 
 
+def to_and_fro(log: Log, mode: str) -> Answers:
+    """Return what is answered where a finger now and then goes back to messages."""
+    rng, replay = np.random.default_rng(7), Replay(log, mode)
+    for event in log.events:
+        if rng.random() < 0.2:
+            replay.node.leave_lines(str(rng.choice(log.fingers)))
+        replay.meet(event)
+    return replay.finish()
+
+
 def test_going_to_and_fro_between_both_ways_changes_nothing(
     hand_log: Log, as_messages: Answers, mode: str
 ) -> None:
-    rng = np.random.default_rng(7)
-    replay = Replay(hand_log, mode)
-    for event in hand_log.events:
-        if rng.random() < 0.2:
-            replay.node.leave_lines(str(rng.choice(hand_log.fingers)))
-        replay.meet(event)
-    assert differences(as_messages, replay.finish()) == []
+    assert differences(as_messages, to_and_fro(hand_log, mode)) == []
 
 
-def test_parameters_changed_on_the_way_count_at_once_on_both_ways(hand_log: Log, mode: str) -> None:
+def test_parameters_changed_on_the_way_count_at_once_on_both_ways(
+    hand_log: Log, as_messages: Answers, mode: str
+) -> None:
     def answers(mode: str) -> Answers:
         replay = Replay(hand_log, mode)
         for number, event in enumerate(hand_log.events):
@@ -90,20 +96,12 @@ def test_parameters_changed_on_the_way_count_at_once_on_both_ways(hand_log: Log,
 
     messages = answers("")
     assert differences(messages, answers(mode)) == []
-    assert messages.commands != Replay(hand_log).run().commands
+    assert messages.commands != as_messages.commands
 
 
-@pytest.mark.parametrize(
-    "special",
-    [
-        {"contacts": {"thumb": {"normal": [0.0, 0.0, 1.0]}, "index": {"normal": [0.0, 0.0, -1.0]}}},
-    ],
-    ids="-".join,
-)
-def test_where_python_takes_part_frames_are_decoded(
-    hand_log: Log, special: dict[str, object], mode: str
-) -> None:
-    parameters = replace(demo_parameters(), **special)  # type: ignore[arg-type]
+def test_where_python_takes_part_frames_are_decoded(hand_log: Log, mode: str) -> None:
+    contacts = {"thumb": {"normal": [0.0, 0.0, 1.0]}, "index": {"normal": [0.0, 0.0, -1.0]}}
+    parameters = replace(demo_parameters(), contacts=contacts)
     compiled = Replay(hand_log, mode, parameters).run()
     assert compiled.compiled_frames == 0
     assert differences(Replay(hand_log, "", parameters).run(), compiled) == []
@@ -115,10 +113,17 @@ def learning_log() -> Log:
     return record(None, 4.0, "hand", "learning")
 
 
-def test_every_command_is_equal_where_friction_is_shared_and_probed(learning_log: Log, mode: str) -> None:
-    messages, replay = Replay(learning_log).run(), Replay(learning_log, mode)
+@pytest.fixture(scope="module")
+def learning_messages(learning_log: Log) -> Answers:
+    return Replay(learning_log).run()
+
+
+def test_every_command_is_equal_where_friction_is_shared_and_probed(
+    learning_log: Log, learning_messages: Answers, mode: str
+) -> None:
+    replay = Replay(learning_log, mode)
     compiled = replay.run()
-    assert differences(messages, compiled) == []
+    assert differences(learning_messages, compiled) == []
     assert compiled.compiled_frames >= learning_log.frames - 20, "it hardly ran compiled"
     assert replay.node.controller is not None
     assert replay.node.controller.friction.belief("thumb")[1] < 0.35, "nothing was learned"
@@ -132,14 +137,10 @@ def test_every_command_to_hostile_states_is_equal_where_friction_is_shared(
     assert differences(Replay(log).run(), Replay(log, mode).run()) == []
 
 
-def test_going_to_and_fro_changes_nothing_where_friction_is_shared(learning_log: Log, mode: str) -> None:
-    rng = np.random.default_rng(8)
-    replay = Replay(learning_log, mode)
-    for event in learning_log.events:
-        if rng.random() < 0.2:
-            replay.node.leave_lines(str(rng.choice(learning_log.fingers)))
-        replay.meet(event)
-    assert differences(Replay(learning_log).run(), replay.finish()) == []
+def test_going_to_and_fro_changes_nothing_where_friction_is_shared(
+    learning_log: Log, learning_messages: Answers, mode: str
+) -> None:
+    assert differences(learning_messages, to_and_fro(learning_log, mode)) == []
 
 
 @pytest.mark.parametrize(
