@@ -324,12 +324,7 @@ def opened(
 
 
 def doubted(problem: "Problem") -> "list[Doubt]":
-    """Return what is wrong with the recording itself.
-
-    Raises:
-        RecordingError: nothing in it touches.
-
-    """
+    """Return what is wrong with the recording itself."""
     from vegrip.identification.diagnosis.data_checks import check_before_search, refuse_unusable
 
     refuse_unusable(problem.measured.recording, problem.measured)

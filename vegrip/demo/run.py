@@ -215,9 +215,6 @@ def run(
         page: shows it besides, where there is one.
         product: whose protocol hand and node speak; else ours.
 
-    Raises:
-        VegripError: the bus cannot be opened, the folder cannot be made, or a process fails.
-
     """
     if product is None:
         parameters = candidates.demonstrated_parameters(scenario.grasp)

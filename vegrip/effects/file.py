@@ -48,12 +48,7 @@ def read_effect(path: Path) -> Effect:
 
 
 def effect_of(text: str, where: str) -> Effect:
-    """Return the effect in ``text``; ``where`` names it in complaints.
-
-    Raises:
-        ModelError: as :func:`read_effect`.
-
-    """
+    """Return the effect in ``text``; ``where`` names it in complaints."""
     if len(text) > MAX_BYTES:
         raise ModelError(f"{where}: is longer than {MAX_BYTES} characters; that is no effect")
     try:

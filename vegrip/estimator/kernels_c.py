@@ -26,11 +26,6 @@ def load(text: str, place: Place = unknown_place, *, single: tuple[int, int] | N
     With ``single``, the lengths of the filter's memory and of the whole one, they compute in single
     precision, as an export with ``--precision float`` does. The memory stays an array of doubles, which are
     copied at each call.
-
-    Raises:
-        CompilerError: there is no compiler, or it failed.
-        UntranslatableError: a line cannot be translated; names file and line.
-
     """
     lengths: dict[str, tuple[int, ...]] | None = None
     if single is not None:

@@ -79,12 +79,7 @@ class Texts:
 
 
 def write(request: Request) -> Texts:
-    """Return the files.
-
-    Raises:
-        UntranslatableError: a line of an effect or kernel has no counterpart in C.
-
-    """
+    """Return the files."""
     model, p, precision = request.model, request.prefix, PRECISIONS[request.precision]
     layout, entry, reals = layout_of(model), request.entry, precision.reals
     unit = (finger if entry == "finger" else estimator).unit(request)

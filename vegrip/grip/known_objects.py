@@ -46,12 +46,7 @@ class KnownObjects:
         self._folder = folder / "objects"
 
     def read(self, name: str) -> ObjectFriction | None:
-        """Return what is known of an object, None where it is new; a damaged file is put aside and told.
-
-        Raises:
-            ConfigError: ``name`` cannot be that of a file.
-
-        """
+        """Return what is known of an object, None where it is new; a damaged file is put aside and told."""
         path = self._file(name)
         try:
             told = json.loads(path.read_text(encoding="utf-8"))
@@ -72,12 +67,7 @@ class KnownObjects:
         return None
 
     def write(self, name: str, friction: ObjectFriction) -> None:
-        """Keep what was learned; a folder that cannot be written is told.
-
-        Raises:
-            ConfigError: ``name`` cannot be that of a file.
-
-        """
+        """Keep what was learned; a folder that cannot be written is told."""
         path = self._file(name)
         told = {"ln_friction": friction.mean, "std": friction.std}
         try:

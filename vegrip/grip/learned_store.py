@@ -25,12 +25,7 @@ class InMemory:
     def estimator(
         self, finger: str, model: ContactModel, noise: SensorNoise, settings: EstimatorSettings
     ) -> ContactEstimator:
-        """Return a new estimator of ``finger`` that begins with what is known of it.
-
-        Raises:
-            ConfigError: what is there does not fit the model.
-
-        """
+        """Return a new estimator of ``finger`` that begins with what is known of it."""
         found = ContactEstimator(self._known(finger, model), noise, settings)
         self.learners[finger] = Learner(found)
         return found

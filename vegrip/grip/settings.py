@@ -69,12 +69,7 @@ def apply_policy(policy: GripPolicy, settings: ControlSettings) -> None:
 
 
 def policy_settings(settings: ControlSettings) -> Any:
-    """Return the settings of the policy that is named.
-
-    Raises:
-        ConfigError: there is no such policy, or ``policy_settings`` cannot be used.
-
-    """
+    """Return the settings of the policy that is named."""
     kind = find_policy(settings.policy)
     if not kind.section:
         return build(kind.settings, settings.policy_settings, f"policy_settings of {settings.policy!r}")

@@ -68,11 +68,6 @@ def library_of(
 
     ``more`` is C that stands below, for what calls the entries in turn. With ``single``, the lengths of the
     memories of each entry, it computes in single precision behind functions of doubles.
-
-    Raises:
-        CompilerError: there is no compiler, or it failed.
-        UntranslatableError: a line cannot be translated; names file and line.
-
     """
     key = (text, more, repr(single))
     if key not in libraries:

@@ -96,12 +96,7 @@ class ManagedNode:
         self.logger = logger
 
     def change(self, transition: str) -> None:
-        """Make one transition; the node's own method is called first, and when it raises nothing changes.
-
-        Raises:
-            UsageError: the transition does not exist or not from this state.
-
-        """
+        """Make one transition; the node's own method is called first, and when it raises nothing changes."""
         target = state_after(self.state, transition)
         self._note_standing()
         if transition == "shutdown":

@@ -151,9 +151,6 @@ def recording_of(
         radius: of the fingertip [m], NaN takes that of ``chart``.
         origin: [ns] stamp of time 0 of the table, 0 when it has none.
 
-    Raises:
-        RecordingError: no usable row, or a unit or correction that does not fit.
-
     """
     trial = _trials(table, chart)
     t = _seconds(path, table, trial, chart, report)

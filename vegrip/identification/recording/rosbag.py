@@ -29,12 +29,7 @@ from vegrip.types import Floats
 
 
 def bag_library(module: str) -> Any:
-    """Import ``module``, which comes with the extra ``bags``.
-
-    Raises:
-        UsageError: it is not installed.
-
-    """
+    """Import ``module``, which comes with the extra ``bags``."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:

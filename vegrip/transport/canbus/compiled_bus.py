@@ -67,12 +67,7 @@ def text_in_c() -> str:
 
 
 def compile_library() -> Path:
-    """Return the library, compiled where it is not there yet.
-
-    Raises:
-        CompilerError: there is no compiler, or it failed.
-
-    """
+    """Return the library, compiled where it is not there yet."""
     from vegrip.c99 import host  # noqa: PLC0415
 
     def make(library: Path) -> None:

@@ -148,9 +148,6 @@ class VegripBus(can.BusABC):
         Args:
             frames: identifier, data and flags of each, as in :mod:`vegrip.transport.canbus.bus_records`.
 
-        Raises:
-            can.CanOperationError: as :meth:`send`; none of them is queued then.
-
         """
         now = time.monotonic_ns()
         try:
@@ -210,12 +207,7 @@ class VegripBus(can.BusABC):
         return True
 
     def put_requests(self, requests: bytes | bytearray | memoryview, deadline: float = 0.0) -> None:
-        """Queue frames that are requests already, ``MOST_REQUESTS`` at most, at once.
-
-        Raises:
-            can.CanOperationError: as :meth:`send`; none of them is queued then.
-
-        """
+        """Queue frames that are requests already, ``MOST_REQUESTS`` at most, at once."""
         if self._listen_only:
             raise can.CanOperationError(f"{self.channel_info} was opened with listen_only: it sends nothing")
         if self._error_state is ErrorState.OFF:

@@ -107,12 +107,7 @@ class PlainBodies:
         self._json = is_json
 
     def load(self, topic: str, payload: bytes) -> Any:  # noqa: ARG002 (all topics alike)
-        """Return the message that came on ``topic``.
-
-        Raises:
-            ValueError: it is none.
-
-        """
+        """Return the message that came on ``topic``."""
         try:
             body = json.loads(payload) if self._json else msgpack.unpackb(payload, **WIDER)
         except (RecursionError, msgpack.UnpackException) as error:

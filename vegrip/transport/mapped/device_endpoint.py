@@ -235,13 +235,7 @@ class VirtualDeviceEndpoint(Endpoint):
 
 
 def open_device(table: Mapping[str, Any], hand: Hand, where: str) -> VirtualDeviceEndpoint:
-    """Open the virtual device of a map.
-
-    Raises:
-        ConfigError: the map has none, or the address cannot be.
-        DeviceError: the address is taken.
-
-    """
+    """Open the virtual device of a map."""
     settings = build(DeviceSettings, table, where)
     plan = open_plan(settings.map, tuple(name for name in hand.fingers if name) or None)
     device = VirtualDevice(plan, 0, settings.latency)

@@ -222,10 +222,6 @@ def packet_database(maps: Mapping[str, PacketMap], where: str, offset: int = 0) 
     """Return the messages and signals that ``maps`` declare, with what a stream needs to find them.
 
     ``offset`` is added to identifiers on CAN.
-
-    Raises:
-        ConfigError: a field, pattern, length or reference that cannot be.
-
     """
     messages: dict[str, ForeignMessage] = {}
     packets: dict[str, Packet] = {}

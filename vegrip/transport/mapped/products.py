@@ -19,12 +19,7 @@ def names() -> list[str]:
 
 
 def map_of(name: str) -> Path:
-    """Return the path of the map of ``name``.
-
-    Raises:
-        InputError: there is none; names the nearest.
-
-    """
+    """Return the path of the map of ``name``."""
     if name not in names():
         raise InputError(f"there is no map of {name!r}; {suggestion(name, names(), 'there are')}")
     return FOLDER / f"{name}.toml"

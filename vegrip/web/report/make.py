@@ -153,13 +153,7 @@ NEEDED = ("ladder", "verdict", "data", "diagnosis", "before", "after", "paramete
 def make_report(
     what: Path, model: ContactModel | None, model_file: Path | None, report: Callable[[str], None]
 ) -> str:
-    """Return the report of ``what`` as HTML; ``report`` is told what is done.
-
-    Raises:
-        InputError: the folder holds nothing to report of, or what it holds cannot be read.
-        UsageError: a model was given for something that has its own.
-
-    """
+    """Return the report of ``what`` as HTML; ``report`` is told what is done."""
     if (existing_folder(what) / TOML).is_file():
         return _of_recording(what, model, model_file, report)
     if model is not None:
