@@ -17,7 +17,7 @@ from vegrip.clock import NS
 from vegrip.config import build as build_parameters
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
-from vegrip.grip.safety.command_validity import reason_to_reject_force
+from vegrip.grip.safety import reason_to_reject_force
 from vegrip.host.realtime import HAND_PRIORITY
 from vegrip.identification.simulate.bench import Benches
 from vegrip.identification.simulate.protocol import read_protocol

@@ -16,9 +16,7 @@ from vegrip.grip.layout import FingerLayout
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.rules import write_choice, write_rules
-from vegrip.grip.safety.fail_safe import FailSafeSettings
-from vegrip.grip.safety.limits import LimitSettings
-from vegrip.grip.safety.watchdog import WatchdogSettings
+from vegrip.grip.safety import FailSafeSettings, LimitSettings, WatchdogSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Condition, FingertipState, Reason
 from vegrip.model import paper_model

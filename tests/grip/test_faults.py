@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from vegrip.grip.node import GraspForce
-from vegrip.grip.safety.watchdog import WatchdogSettings
+from vegrip.grip.safety import WatchdogSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Condition, FingertipState, ForceCommand, ModelHealth, Reason
 

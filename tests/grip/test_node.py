@@ -10,7 +10,7 @@ import pytest
 from vegrip.config import build
 from vegrip.grip.node import GraspForce
 from vegrip.grip.policies.margin_grip import GripSettings
-from vegrip.grip.safety.limits import LimitSettings
+from vegrip.grip.safety import LimitSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import (
     Condition,

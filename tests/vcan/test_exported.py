@@ -22,7 +22,7 @@ from vegrip.estimator import ContactEstimator
 from vegrip.export import texts
 from vegrip.export.precision import HAND, Request
 from vegrip.grip.node import GraspForce
-from vegrip.grip.safety.watchdog import WatchdogSettings
+from vegrip.grip.safety import WatchdogSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import FingertipState, ForceCommand, Reason
 from vegrip.model import paper_model

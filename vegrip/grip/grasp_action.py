@@ -14,7 +14,7 @@ from typing import Final
 from vegrip.clock import NS
 from vegrip.config import parameter
 from vegrip.grip.finger import GraspFinger
-from vegrip.grip.safety.limits import MAX_FORCE_N, LimitSettings
+from vegrip.grip.safety import MAX_FORCE_N, LimitSettings
 from vegrip.messages import Condition, GraspPhase, GraspStatus
 
 LOOK_PERIOD: Final = NS // 50  # [ns] between two looks at the fingers

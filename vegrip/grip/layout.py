@@ -10,9 +10,7 @@ from vegrip.estimator.memory import CHANNELS, SampleLayout, Sections, named_sect
 from vegrip.grip import records
 from vegrip.grip.confirmed_load import CONFIRM_SIZE
 from vegrip.grip.policies.margin_grip import GripSettings
-from vegrip.grip.safety.fail_safe import FailSafeSettings
-from vegrip.grip.safety.limits import LimitSettings
-from vegrip.grip.safety.watchdog import WatchdogSettings
+from vegrip.grip.safety import FailSafeSettings, LimitSettings, WatchdogSettings
 from vegrip.messages import Condition, Reason
 
 MECHANICAL_CHANNELS = 5

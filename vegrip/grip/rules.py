@@ -1,7 +1,7 @@
 """The settings of the control as the finger step reads them: every parameter by the name of its place."""
 
 from vegrip.grip.layout import RULES
-from vegrip.grip.safety.ranges import bounds_of
+from vegrip.grip.safety import bounds_of
 from vegrip.grip.settings import ControlSettings
 from vegrip.types import NamedNumbers
 

@@ -12,9 +12,7 @@ from vegrip.grip.policies import find_policy
 from vegrip.grip.policies.baselines import ConeSettings, ConstantSettings, ElasticSettings
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.policies.policy import GripPolicy
-from vegrip.grip.safety.fail_safe import FailSafeSettings
-from vegrip.grip.safety.limits import LimitSettings
-from vegrip.grip.safety.watchdog import WatchdogSettings
+from vegrip.grip.safety import FailSafeSettings, LimitSettings, WatchdogSettings
 
 
 @dataclass(frozen=True)

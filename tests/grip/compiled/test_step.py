@@ -19,7 +19,7 @@ from vegrip.estimator.layout import layout_of
 from vegrip.estimator.memory import CHANNELS
 from vegrip.grip.compiled import compile_now
 from vegrip.grip.layout import FingerLayout
-from vegrip.grip.safety.ranges import CHECKED_CHANNELS
+from vegrip.grip.safety import CHECKED_CHANNELS
 from vegrip.grip.wires import FRAME_ENTRIES, LEFT_ALONE, NODE_ENTRIES
 from vegrip.messages import FingertipState
 from vegrip.model import paper_model

@@ -8,7 +8,7 @@ import pytest
 from tests.grip.stages import KERNELS, Takeover
 from vegrip.clock import NS
 from vegrip.grip.policies.demand import Demand
-from vegrip.grip.safety.fail_safe import FailSafeSettings
+from vegrip.grip.safety import FailSafeSettings
 
 RAMP = FailSafeSettings(force=5.0, ramp_rate=10.0)
 LOAD = Demand(least_force=11.0, tangential_force=1.0, torque=0.0, in_contact=True, trusted=True)

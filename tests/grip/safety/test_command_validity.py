@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.grip.safety.command_validity import AHEAD, LONGEST_LIFE, reason_to_reject
+from vegrip.grip.safety import AHEAD, LONGEST_LIFE, reason_to_reject
 from vegrip.messages import ForceCommand, Reason
 
 NOW = 10**12

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.grip.stages import FailSafe
-from vegrip.grip.safety.fail_safe import FailSafeSettings
+from vegrip.grip.safety import FailSafeSettings
 from vegrip.messages import Reason
 
 SETTINGS = FailSafeSettings(force=5.0, hold_time=0.2, ramp_rate=10.0)

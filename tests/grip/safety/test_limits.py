@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.grip.stages import clamp_force, limit_force
 from vegrip.config import build
 from vegrip.errors import ConfigError
-from vegrip.grip.safety.limits import LimitSettings
+from vegrip.grip.safety import LimitSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Reason
 from vegrip.runtime.lifecycle import rows

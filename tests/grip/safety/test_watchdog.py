@@ -10,8 +10,7 @@ from tests.grip.stages import Watchdog
 from vegrip.clock import NS
 from vegrip.config import build
 from vegrip.errors import ConfigError
-from vegrip.grip.safety.ranges import Ranges
-from vegrip.grip.safety.watchdog import WatchdogSettings
+from vegrip.grip.safety import Ranges, WatchdogSettings
 from vegrip.messages import Condition, FingertipState
 
 PERIOD = 2_000_000  # [ns] 500 Hz

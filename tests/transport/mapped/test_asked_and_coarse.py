@@ -11,7 +11,7 @@ from validation.faults.simulated_can import SimulatedCan
 from vegrip.clock import NS, SimulatedClock
 from vegrip.config import build
 from vegrip.estimator.settings import SensorNoise
-from vegrip.grip.safety.watchdog import WatchdogSettings
+from vegrip.grip.safety import WatchdogSettings
 from vegrip.messages import Condition, ForceCommand, Reason
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 from vegrip.config import parameter
 from vegrip.grip.policies.policy import PolicyKind
-from vegrip.grip.safety.limits import MAX_FORCE_N
+from vegrip.grip.safety import MAX_FORCE_N
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,155 @@
-"""What input is believed, what happens without, and the limits that every command passes."""
+"""What input is believed, what happens without, and the limits that every command passes: settings.
+
+:mod:`vegrip.grip.kernels` keeps to them in ``watchdog``, ``fail_safe`` and ``limits``. Whether a drive may
+obey a command is answered here, by :func:`reason_to_reject`. Counter and checksum have been looked at by
+the codec, and on a network the key of the sender. What is left is time: a command that was held back,
+stamped by a wrong clock, or says that it lives for ever.
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from operator import attrgetter
+from typing import Final
+
+from vegrip.clock import NS
+from vegrip.config import parameter
+from vegrip.errors import ConfigError
+from vegrip.messages import ForceCommand
+
+MAX_FORCE_N: Final = 1e3
+"""[N] Beyond any fingertip; a limit that is set higher by mistake would be none."""
+
+MOST_RATE: Final = 1e5
+"""[N/s] The same of rates."""
+
+
+@dataclass(frozen=True)
+class LimitSettings:
+    """Bounds of the commanded grip force."""
+
+    min_force: float = parameter(
+        0.3, unit="N", low=0.0, high=MAX_FORCE_N, doc="least commanded force; keeps touch"
+    )
+    max_force: float = parameter(15.0, unit="N", low=0.0, high=MAX_FORCE_N, doc="largest commanded force")
+    raise_rate: float = parameter(
+        80.0, unit="N/s", low=0.0, high=MOST_RATE, doc="fastest rise of the command"
+    )
+    lower_rate: float = parameter(8.0, unit="N/s", low=0.0, high=MOST_RATE, doc="fastest fall of the command")
+    lifetime: float = parameter(0.1, unit="s", low=0.001, high=10.0, doc="a command expires after so long")
+
+    def __post_init__(self) -> None:
+        if not self.min_force <= self.max_force < math.inf:
+            raise ConfigError(
+                f"limits: 'min_force' is {self.min_force:g} N and 'max_force' {self.max_force:g} N;"
+                " the least force must not exceed the largest, which must be finite"
+            )
+
+
+@dataclass(frozen=True)
+class FailSafeSettings:
+    """The grip of last resort."""
+
+    force: float = parameter(
+        5.0, unit="N", low=0.0, high=MAX_FORCE_N, doc="fail-safe grip; lower commands ramp up to it"
+    )
+    hold_time: float = parameter(
+        0.25, unit="s", low=0.0, high=60.0, doc="the last safe command is held so long"
+    )
+    ramp_rate: float = parameter(
+        10.0, unit="N/s", low=0.0, high=MOST_RATE, doc="rate of the ramp to the fail-safe grip"
+    )
+
+
+def _range(low: float, high: float, unit: str) -> tuple[float, float]:
+    declared: tuple[float, float] = parameter(
+        (low, high), unit=unit, doc="least and largest believable value"
+    )
+    return declared
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """Believable ranges, named as the channels of :class:`~vegrip.messages.FingertipState`."""
+
+    normal_force: tuple[float, float] = _range(-5.0, 60.0, "N")
+    tangential_force_x: tuple[float, float] = _range(-60.0, 60.0, "N")
+    tangential_force_y: tuple[float, float] = _range(-60.0, 60.0, "N")
+    torque_z: tuple[float, float] = _range(-2.0, 2.0, "N m")
+    displacement: tuple[float, float] = _range(-0.05, 0.02, "m")
+    temperature: tuple[float, float] = _range(-40.0, 150.0, "degrees Celsius")
+    slip: tuple[float, float] = _range(0.0, 1.0, "1")
+    slip_speed: tuple[float, float] = _range(-10.0, 10.0, "m/s")
+    contact_radius: tuple[float, float] = _range(0.0, 0.05, "m")
+
+    def __post_init__(self) -> None:
+        for name in CHECKED_CHANNELS:
+            bounds = getattr(self, name)
+            if len(bounds) != 2 or not bounds[0] < bounds[1]:
+                raise ConfigError(f"ranges: {name!r} is {list(bounds)}; it must be [least, largest]")
+
+
+CHECKED_CHANNELS = tuple(field.name for field in dataclasses.fields(Ranges))
+"""The measured quantities of a fingertip, by name."""
+
+bounds_of = attrgetter(*CHECKED_CHANNELS)
+"""Their ranges: the fields of :class:`Ranges` have the same names."""
+
+
+MECHANICAL = ("normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "displacement")
+
+
+@dataclass(frozen=True)
+class WatchdogSettings:
+    """When input stops being believed."""
+
+    time_out: float = parameter(0.05, unit="s", low=0.001, high=10.0, doc="input older than this is stale")
+    frozen_after: float = parameter(
+        0.25, unit="s", low=0.01, high=3600.0, doc="all values the same for so long: frozen"
+    )
+    force_frozen_after: float = parameter(
+        2.0, unit="s", low=0.01, high=3600.0, doc="the same of the normal force alone"
+    )
+    frozen_chance: float = parameter(
+        1e-7,
+        unit="1",
+        low=0.0,
+        high=0.01,
+        doc="frozen at once when a noisy normal force repeats itself more often than with this chance",
+    )
+    doubt_after: float = parameter(
+        0.05,
+        unit="s",
+        low=0.001,
+        high=3600.0,
+        doc="normal force the same for so long: not lowered on its word",
+    )
+    stuck_travel: float = parameter(
+        3e-4,
+        unit="m",
+        low=1e-6,
+        high=1.0,
+        doc="frozen when the normal force stands still while the tip is pressed in or let go by more",
+    )
+    recover_after: int = parameter(5, unit="states", low=1, high=1000, doc="good states that end a fault")
+    ranges: Ranges = field(default_factory=Ranges)
+
+
+AHEAD = 1 * NS  # [ns] by which a sender's clock may be ahead; a command further ahead would live longer
+LONGEST_LIFE = 10 * NS  # [ns] the largest lifetime that can be configured
+
+
+def reason_to_reject(command: ForceCommand, now: int) -> str:
+    """Return why ``command`` must not be obeyed at ``now`` [ns], "" if it may."""
+    return reason_to_reject_force(command.normal_force, command.stamp, command.expires, now)
+
+
+def reason_to_reject_force(normal_force: float, stamp: int, expires: int, now: int) -> str:
+    """Return why a command of ``normal_force`` [N], of which no message was made, must not be obeyed."""
+    if not math.isfinite(normal_force) or normal_force < 0.0:
+        return "no usable force"
+    if expires <= now:
+        return "expired"
+    if expires - stamp > LONGEST_LIFE:
+        return "lives too long"
+    return "from the future" if stamp - now > AHEAD else ""

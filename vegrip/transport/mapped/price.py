@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any, Final
 
-from vegrip.grip.safety.watchdog import MECHANICAL, WatchdogSettings
+from vegrip.grip.safety import MECHANICAL, WatchdogSettings
 from vegrip.identification.sensors import lacking
 from vegrip.transport.mapped.commands import FrameCommands
 from vegrip.transport.mapped.plan import VECTORS, FingerPlan, Plan
