@@ -43,6 +43,7 @@ def test_a_table_becomes_a_typed_group() -> None:
         ({"finger": "thumb", "margin": True}, "'margin' is True; it must be a float"),
         ({"finger": "thumb", "repeats": 2.5}, "'repeats' is 2.5; it must be a whole number"),
         ({"finger": "thumb", "policy": "hope"}, "it must be one of limit_surface, cone"),
+        ({"finger": "thumb", "limits": 3}, "'limits' is 3; it must be a table$"),
         (
             {"finger": "thumb", "limits": {"highest": 0}},
             r"hand.toml.limits: 'highest' is 0; it must lie in 0.1 .. 100 N",

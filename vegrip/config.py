@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from vegrip.errors import ConfigError, suggestion
+from vegrip.whole_file import reading
 
 T = TypeVar("T")
 TYPES: dict[type[Any], str] = {
@@ -94,12 +95,12 @@ def declaration(cls: type[Any] | Any, name: str) -> Declaration:
 def read_toml(path: Path) -> dict[str, Any]:
     """Read a TOML file; a missing or broken one raises :class:`ConfigError` with the line."""
     try:
-        with path.open(encoding="utf-8") as file:
-            return parse_toml(file.read(LONGEST_TOML + 1))
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: there is no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: cannot be read ({error})") from None
+        with reading(path, ConfigError), path.open(encoding="utf-8") as file:
+            text = file.read(LONGEST_TOML + 1)
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: is not a text file in UTF-8; give a file of TOML") from None
+    try:
+        return parse_toml(text)
     except (ValueError, RecursionError) as error:  # also a number of 5000 digits, or a thousand brackets
         raise ConfigError(f"{path}: is not valid TOML: {error}") from None
 
@@ -188,7 +189,8 @@ def _typed(value: Any, hint: Any, what: str, unit: str) -> Any:
     ):
         return value
     of = f" in {unit}" if unit and unit != "1" else ""
-    raise ConfigError(f"{what} is {value!r}; it must be {TYPES.get(wanted, wanted.__name__)}{of}")
+    kind = "a table" if dataclasses.is_dataclass(wanted) else TYPES.get(wanted, wanted.__name__)
+    raise ConfigError(f"{what} is {value!r}; it must be {kind}{of}")
 
 
 def _elements(values: Iterable[Any], of: Any, what: str, unit: str) -> tuple[Any, ...]:

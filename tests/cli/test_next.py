@@ -121,6 +121,35 @@ def test_a_table_as_recording_is_sent_to_import(
     assert "make one with `vegrip import 'my press.csv.gz' -o 'my press'`" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ("fit press/recording.toml", "is a file; a recording is a folder: give press\n"),
+        ("fit press/recording.csv.gz", "is a file; a recording is a folder: give press\n"),
+        ("fit press.toml", "press.toml: is a file; a recording is a folder\n"),
+        ("import press.toml -o x", "press.toml: is TOML, as a model or a map is, and no table"),
+        (
+            "import log.txt -o x",
+            "none of its 1 frames is a fingertip's state (for a hand of another make see",
+        ),
+        ("export c picture.png -o x", "picture.png: is not a text file in UTF-8; give a file of TOML\n"),
+        ("export c press -o x", "press: cannot be read (Is a directory)\n"),
+        ("connect press", "press: is a folder; give a file\n"),
+    ],
+)
+def test_a_file_of_another_kind_is_named_with_what_to_give(
+    words: str, sentence: str, tmp_path: Path, capsys: Capsys, monkeypatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("press").mkdir()
+    for name in ("press/recording.toml", "press/recording.csv.gz", "press.toml"):
+        Path(name).write_text("a = 1\n")
+    Path("log.txt").write_text("(1700000000.000000) can0 123#0011223344556677\n")
+    Path("picture.png").write_bytes(b"\x89PNG\r\n")
+    assert main(words.split()) == 3
+    assert sentence in capsys.readouterr().err
+
+
 def test_help_and_pages_know_the_same_samples() -> None:
     (argument,) = NAME.__metadata__
     listed = argument.help.removeprefix("One of ").partition(";")[0].split(", ")

@@ -191,7 +191,9 @@ def _show_products(*, as_json: bool) -> None:
 def _refuse(database: Path | None, output: Path | None, log: Path | None, *, force: bool) -> None:
     for path in (database, log):
         if path is not None and not path.is_file():
-            raise InputError(f"{path}: there is no such file")
+            raise InputError(
+                f"{path}: {'is a folder; give a file' if path.is_dir() else 'there is no such file'}"
+            )
     if output is None:
         return
     if database is not None and database.suffix.lower() == ".toml":

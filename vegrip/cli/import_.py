@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,6 +13,7 @@ from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file, claim_recording
 from vegrip.cli._terminal import counted, print_json, print_next, progress
 from vegrip.errors import InputError, UsageError
+from vegrip.whole_file import reading
 
 if TYPE_CHECKING:
     from vegrip.identification.recording import Recording
@@ -20,8 +22,8 @@ if TYPE_CHECKING:
 SRC = Annotated[
     list[Path],
     typer.Argument(
-        help="Table (CSV, also .gz), CAN log (.asc, .blf), .mcap, rosbag, or a recording to go to .mcap. "
-        "Several tables or bags become the episodes of one recording."
+        help="Table (CSV, also .gz), CAN log (.asc, .blf, candump), .mcap, rosbag, or a recording to go to "
+        ".mcap. Several tables or bags become the episodes of one recording."
     ),
 ]
 OUT = Annotated[
@@ -42,7 +44,7 @@ BASELINE = Annotated[
 ]
 RADIUS = Annotated[str, typer.Option(help="Radius of the fingertip, e.g. '8 mm'; overrides the map's.")]
 FINGERS = Annotated[str, typer.Option(help="CAN logs: fingers in the order of the bus, by commas.")]
-LOGS = (".asc", ".blf")
+CANDUMP = re.compile(rb"\(\d+\.\d+\) \S+ [0-9A-Fa-f]+#")
 BAGS = (".bag", ".db3", ".mcap")  # and a folder, of rosbag 2
 ALL = "thumb,index,middle,ring,little"
 
@@ -88,19 +90,19 @@ def import_(
     }
     table_options |= {"--zero": zeros, "--baseline": baseline}
     is_alone = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
-    if len(src) > 1 and (is_alone or any(path.suffix.lower() in LOGS for path in src)):
+    if len(src) > 1 and (is_alone or any(map(_is_can_log, src))):
         raise UsageError(
             "only tables and mapped bags can be joined; import MCAP files and CAN logs one by one"
         )
     if is_alone:
         _refuse_options({**table_options, "--radius": radius}, "a recording in MCAP, which describes itself")
-    elif one.suffix.lower() in LOGS:
+    elif _is_can_log(one):
         _refuse_options(table_options, "a CAN log, which is read by the message set of vegrip")
     _claim(output, one, fingers, force=force)
     has_own_zeros = False
     if is_alone:
         found = _mcap(one, output)
-    elif one.suffix.lower() in LOGS:
+    elif _is_can_log(one):
         found = _can_log(one, output, fingers, metres)
     else:
         read = read_column_map(map_file) if map_file else ColumnMap()
@@ -112,10 +114,20 @@ def import_(
     _print_result(found, has_own_zeros=has_own_zeros, as_json=as_json)
 
 
+def _is_can_log(path: Path) -> bool:
+    """Return whether it is one of .asc or .blf by its name, or one of candump by its first line."""
+    if path.suffix.lower() in {".asc", ".blf"}:
+        return True
+    if not path.is_file():
+        return False
+    with reading(path), path.open("rb") as file:
+        return CANDUMP.match(file.readline(200)) is not None
+
+
 def _claim(output: Path, src: Path, fingers: str, *, force: bool) -> None:
     if output.suffix.lower() == ".mcap":
         claim_file(output, force=force)
-    elif src.suffix.lower() in LOGS:
+    elif _is_can_log(src):
         for finger in fingers.split(","):
             claim_recording(output / finger, force=force)
     else:

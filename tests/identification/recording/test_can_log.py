@@ -43,7 +43,7 @@ def log(path: Path, fd: bool, *, damaged: bool = False) -> list[FingertipState]:
     return states
 
 
-@pytest.mark.parametrize("suffix", [".asc", ".blf"])
+@pytest.mark.parametrize("suffix", [".asc", ".blf", ".log"])
 @pytest.mark.parametrize("fd", [False, True])
 def test_a_log_becomes_one_recording_per_finger(suffix: str, fd: bool, tmp_path: Path) -> None:
     states = log(tmp_path / f"bus{suffix}", fd)

@@ -202,3 +202,10 @@ def test_a_key_that_is_not_used_is_said(key: str, remedy: str, tmp_path: Path, c
     found = read_recording(folder_with(tmp_path, "0,0,0,0\n1,0,0,1\n", f"{key}\n{TOML}"))
     assert f"{key.partition(' ')[0]!r} in recording.toml is not used" in found.report.summary()
     assert remedy in caplog.text
+
+
+def test_a_misspelt_key_of_the_fingertip_is_said_with_the_right_one(tmp_path: Path, caplog) -> None:
+    about = TOML.replace("radius", "raduis")
+    assert about != TOML
+    read_recording(folder_with(tmp_path, "0,0,0,0\n1,0,0,1\n", about))
+    assert "did you mean radius?" in caplog.text

@@ -1,4 +1,4 @@
-"""CAN logs (Vector .asc and .blf) become recordings: frames through the same codec as on the bus."""
+"""CAN logs (Vector's, candump's) become recordings: frames through the same codec as on the bus."""
 
 import contextlib
 import math
@@ -47,7 +47,7 @@ def read_can_log(
     """Return the recording of every finger that speaks in the log, by finger.
 
     Args:
-        path: ``.asc`` or ``.blf``.
+        path: ``.asc``, ``.blf`` or what candump writes.
         fingers: names in the order of the bus.
         radius: of the fingertips [m]; a log does not hold it.
 
@@ -66,8 +66,9 @@ def read_can_log(
     for codec in codecs.values():
         refused.update(codec.rejected)
     if not states:
-        told = ", ".join(f"{count} {cause}" for cause, count in sorted(refused.items()))
-        raise RecordingError(f"{path}: none of its {frames} frames is a fingertip's state (refused: {told})")
+        causes = ", ".join(f"{count} {cause}" for cause, count in sorted(refused.items()))
+        remedy = f"refused: {causes}" if causes else "for a hand of another make see vegrip connect -h"
+        raise RecordingError(f"{path}: none of its {frames} frames is a fingertip's state ({remedy})")
     start = min(found[0].stamp for found in states.values())
     return {f: _recording(path, f, states[f], start, refused, radius) for f in fingers if f in states}
 
@@ -105,7 +106,7 @@ def _opened(path: Path) -> Iterator[Iterable[can.Message]]:
             binary.seek(0)
             yield can.BLFReader(binary)
     else:
-        reader = can.CanutilsLogReader if path.suffix.lower() == ".log" else can.ASCReader
+        reader = can.ASCReader if path.suffix.lower() == ".asc" else can.CanutilsLogReader
         with path.open() as text:
             yield reader(text)
 

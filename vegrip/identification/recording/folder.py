@@ -33,10 +33,11 @@ log = logging.getLogger(__name__)
 def existing_folder(folder: Path) -> Path:
     """Return ``folder``; what is none raises a :class:`RecordingError` with the remedy."""
     if folder.is_file():
-        raise RecordingError(
-            f"{folder}: is a file; a recording is a folder: make one with "
-            f"`vegrip import {shlex.quote(str(folder))} -o {shlex.quote(folder.name.partition('.')[0])}`"
-        )
+        made = f"{shlex.quote(str(folder))} -o {shlex.quote(folder.name.partition('.')[0])}"
+        remedy = f": make one with `vegrip import {made}`" if folder.suffix != ".toml" else ""
+        if folder.name in {TOML, CSV, f"{CSV}.gz"}:
+            remedy = f": give {folder.parent}"
+        raise RecordingError(f"{folder}: is a file; a recording is a folder{remedy}")
     if not folder.is_dir():
         raise RecordingError(
             f"{folder}: there is no such folder; a recording is a folder with {TOML} and {CSV}"
@@ -63,10 +64,7 @@ def read_recording(
     report = LoadReport()
     fingertip, sensors = _fingertip(folder, about, report), _sensors(folder, about)
     t, episode, columns = _measurements(_csv(folder), fingertip.radius, report, progress)
-    for key in sorted(about.keys() - KEYS):
-        said = f"{key!r} in {TOML} is not used; {suggestion(key, KEYS, 'known are')}"
-        report.add(Kind.NOTE, said)
-        log.warning("%s: %s", folder, said)
+    _note_unused(folder, about, KEYS, report)
     name, start, source = about.get("name", folder.name), about.get("start", 0), about.get("source", {})
     if not isinstance(name, str) or not isinstance(start, int) or not isinstance(source, Mapping):
         raise RecordingError(f"{folder / TOML}: name must be text, start whole nanoseconds, source a table")
@@ -131,8 +129,7 @@ def _about(path: Path) -> dict[str, Any]:
 
 def _fingertip(folder: Path, about: Mapping[str, Any], report: LoadReport) -> Fingertip:
     table = dict(_section(folder, about, "fingertip"))
-    for key in sorted(table.keys() - {"radius", "name"}):
-        report.add(Kind.NOTE, f"[fingertip] {key} is not used")
+    for key in _note_unused(folder, table, ("radius", "name"), report):
         del table[key]
     if isinstance(table.get("radius"), float) and math.isnan(table["radius"]):
         del table["radius"]
@@ -142,6 +139,17 @@ def _fingertip(folder: Path, about: Mapping[str, Any], report: LoadReport) -> Fi
         return build(Fingertip, table, f"{folder / TOML} [fingertip]")
     except ConfigError as error:
         raise RecordingError(str(error)) from None
+
+
+def _note_unused(
+    folder: Path, table: Mapping[str, Any], known: tuple[str, ...], report: LoadReport
+) -> list[str]:
+    unused = sorted(table.keys() - known)
+    for key in unused:
+        said = f"{key!r} in {TOML} is not used; {suggestion(key, known, 'known are')}"
+        report.add(Kind.NOTE, said)
+        log.warning("%s: %s", folder, said)
+    return unused
 
 
 def _sensors(folder: Path, about: Mapping[str, Any]) -> dict[str, float]:

@@ -229,6 +229,10 @@ def _suspect_travel(
 
 
 def _check_mapped(path: Path, chart: ColumnMap, header: list[str]) -> None:
+    if path.suffix.lower() == ".toml":
+        raise RecordingError(
+            f"{path}: is TOML, as a model or a map is, and no table; give a table of numbers"
+        )
     if len(header) == 1:
         raise RecordingError(
             f"{path}: has only the column {header[0]!r}; say what separates its fields with a --map-file: "
