@@ -92,6 +92,17 @@ def test_what_is_there_is_refused_before_any_work(
     assert old.read_text() == "measured"
 
 
+def test_a_report_that_cannot_be_written_is_refused_before_any_work(
+    bench: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(bench)
+    monkeypatch.setattr("vegrip.web.report.make.make_report", lambda *_: pytest.fail("begins to work"))
+    assert main(["report", "press", "-o", "press.toml/report.html"]) == 3
+    said = capsys.readouterr()
+    assert "press.toml: cannot be written" in said.err
+    assert said.out == ""
+
+
 PRINTING = {
     "fit": ["press"],
     "add": ["adhesion", "press"],

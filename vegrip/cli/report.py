@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from vegrip.cli._options import JSON
-from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.cli._outputs import FORCE, Outputs, claim_file
 from vegrip.cli._terminal import answer, printer, progress
 from vegrip.whole_file import write_whole
 
@@ -37,12 +37,12 @@ def report(
     from vegrip.web.report.make import make_report
 
     target = output or Path(f"{what.resolve().name}-report.html")
+    claim_file(target, force=force)  # the page is the whole answer
+    start = read_model(model) if model is not None else None
+    with progress("report") as tell:
+        text = make_report(what, start, model, tell)
     with Outputs(force=force) as outputs:
-        outputs.file(target)
-        start = read_model(model) if model is not None else None
-        with progress("report") as tell:
-            text = make_report(what, start, model, tell)
-        outputs.write(target, lambda path: write_whole(path, text))
-        said = f"{target}: open it in a browser, print it to PDF there"
-        told = {"report": str(target), "bytes": len(text.encode())}
-        answer(told, lambda: printer().print(said), as_json=as_json)
+        if outputs.write(target, lambda path: write_whole(path, text)):
+            said = f"{target}: open it in a browser, print it to PDF there"
+            told = {"report": str(target), "bytes": len(text.encode())}
+            answer(told, lambda: printer().print(said), as_json=as_json)

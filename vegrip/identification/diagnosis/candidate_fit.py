@@ -27,7 +27,9 @@ HELD_OUT = 0.95  # of what an episode knows; the rest stays, for values that onl
 # error / noise above which the fits without an episode are made and not foretold, if they are
 REFIT_ERROR = 1.5
 MAX_FOLDS = 12
-REFIT_STEPS = 2  # each with the derivatives of the whole fit; they end within 1 % of fits to the end
+EXACT_FOLDS = 6  # beyond which a fit without one is so near that the derivatives of the whole fit do
+REFIT_STEPS = 15
+NEAR_STEPS = 2  # with these derivatives; they end within 1 % of fits to the end
 EVALUATIONS = 20
 START_FACTORS = (1.0, 0.3)  # of the multiple that the screen asks for, when it leads nowhere
 NEXT_TO_NOTHING = 0.01
@@ -77,7 +79,9 @@ def scores(problem: Problem, optimum: Optimum, A: Floats, groups: Floats) -> Flo
     def score(rows: Mask) -> float:
         told = -math.inf if is_far else _foretold(optimum, A, rows)
         is_wild = -2.0 * told > REFIT_ERROR**2 * np.count_nonzero(problem.counted & rows)
-        return _fitted(problem, optimum, rows) if may_fit and is_wild else told
+        if not (may_fit and is_wild):
+            return told
+        return _fitted(problem, optimum, rows, is_near=numbers.size > EXACT_FOLDS)
 
     return np.array([score(groups == number) for number in numbers])
 
@@ -88,9 +92,12 @@ def _foretold(optimum: Optimum, A: Floats, rows: Mask) -> float:
     return -0.5 * float(np.sum((r + J @ step) ** 2))
 
 
-def _fitted(problem: Problem, optimum: Optimum, rows: Mask) -> float:
+def _fitted(problem: Problem, optimum: Optimum, rows: Mask, *, is_near: bool) -> float:
     weights = np.where(rows, math.sqrt(1.0 - HELD_OUT), 1.0)
-    found = refine_optimum(Nearby(problem, weights, optimum), optimum.u, REFIT_STEPS)
+    if is_near:
+        found = refine_optimum(Nearby(problem, weights, optimum), optimum.u, NEAR_STEPS)
+    else:
+        found = refine_optimum(Weighted(problem, weights), optimum.u, REFIT_STEPS)
     return -0.5 * float(np.sum((found.residual[rows] / weights[rows]) ** 2))
 
 
