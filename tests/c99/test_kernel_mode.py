@@ -47,6 +47,7 @@ def told(caplog: pytest.LogCaptureFixture) -> list[str]:
     return [one.message for one in caplog.records if "VEGRIP_KERNEL" in one.message]
 
 
+@pytest.mark.numba
 def test_without_a_compiler_numba_runs_and_it_is_told_once(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -68,6 +69,7 @@ def test_where_there_is_a_compiler_it_is_used_without_being_asked(monkeypatch: p
     assert isinstance(ContactEstimator(paper_model(8e-3), SensorNoise())._module, ModuleC)
 
 
+@pytest.mark.numba
 def test_without_one_and_without_being_asked_numba_runs_and_nothing_is_told(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
