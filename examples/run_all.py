@@ -10,8 +10,6 @@ SKIPPED = 77
 """Exit code of an example whose data are not here: it has shown nothing, so it is not called ok."""
 
 HERE = Path(__file__).parent
-QUICK = {"worked": ["--only", "robot-hand"]}
-"""Arguments for examples that would otherwise take minutes."""
 
 
 def main() -> int:
@@ -21,7 +19,7 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as folder:
             start = time.monotonic()
             done = subprocess.run(
-                [sys.executable, str(example), *QUICK.get(example.parent.name, [])],
+                [sys.executable, str(example)],
                 cwd=folder,
                 capture_output=True,
                 text=True,

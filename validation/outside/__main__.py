@@ -17,7 +17,7 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from validation.outside.baselines import BASELINES, inputs
+from validation.outside.baselines import BASELINES, regressions
 from validation.outside.laws import OUTSIDE_LAWS, OUTSIDE_PROTOCOLS, record
 from vegrip.cli import run
 from vegrip.cli._options import JSON
@@ -85,15 +85,8 @@ def errors_on(found: Draft, other: Recording) -> dict[str, float]:
         if found.taken
         else told["paper"]
     )
-    here = base.problem.table(base.optimum.u)
-    left = base.problem.measured.force - here[:, AT["normal_force"]]
-    touching = (here[:, AT["elastic_force"]] > 0.0) & np.isfinite(left)
-    known = inputs(base.problem, here)[touching]
-    episodes = base.problem.episodes[touching].astype(np.float64)
-    there = inputs(problem, table)
-    for name, regression in BASELINES.items():
-        more = regression(known, left[touching], episodes)
-        told[name] = error(paper + np.where(rows, more(there), 0.0))
+    for name, more in regressions(base.problem, base.problem.table(base.optimum.u)).items():
+        told[name] = error(paper + more(problem, table))
     return told
 
 

@@ -133,6 +133,24 @@ def gaussian_process(X: Floats, left: Floats, _episodes: Floats) -> Callable[[Fl
     return lambda now: math.exp(h[-2]) * kernel(now / scale, Z, np.exp(h[:-2])) @ weights
 
 
+def regressions(problem: Problem, table: Floats) -> dict[str, Callable[[Problem, Floats], Floats]]:
+    """Return by name what each regression of what a model leaves adds to its force (n,) [N] in any recording.
+
+    ``table``: what the model predicts of the recording of ``problem``, to which the regressions are fitted.
+    """
+    left = problem.measured.force - table[:, AT["normal_force"]]
+    touching = (table[:, AT["elastic_force"]] > 0.0) & problem.used
+    known, episodes = inputs(problem, table)[touching], problem.episodes[touching].astype(np.float64)
+
+    def fitted(regression: Regression) -> Callable[[Problem, Floats], Floats]:
+        more = regression(known, left[touching], episodes)
+        return lambda there, told: np.where(
+            told[:, AT["elastic_force"]] > 0.0, more(inputs(there, told)), 0.0
+        )
+
+    return {name: fitted(regression) for name, regression in BASELINES.items()}
+
+
 BASELINES: Final[dict[str, Regression]] = {
     "curve": plain_curve,
     "sparse": sparse_regression,

@@ -14,8 +14,9 @@ from vegrip.model import read_model
 
 mpl.use("Agg")
 
-from cases import Case
 from matplotlib import pyplot as plt
+
+from validation.measured.cases import Case
 
 POINTS = 1500
 

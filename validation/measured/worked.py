@@ -1,8 +1,8 @@
 """The measured-data loop: fit, see where, add what pays, and see whether recordings held out agree.
 
-``python examples/worked/run.py [DATA [FOLDER [PAGE]]]`` runs the commands of docs/worked-examples.md on the
-measured recordings in DATA (default: VEGRIP_DATA; they are not part of the project), draws the pictures into
-FOLDER (default: out) and, given PAGE, puts the tables in place of those that are there.
+``python -m validation.measured.worked [DATA [FOLDER [PAGE]]]`` runs the commands of docs/worked-examples.md
+on the measured recordings in DATA (default: VEGRIP_DATA; they are no part of the project), draws the pictures
+into FOLDER (default: out) and, given PAGE, puts the tables in place of those that are there.
 ``--only NAME`` runs one example.
 """
 
@@ -16,11 +16,10 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from backing_off import fall
-from cases import CASES, MAPS, Case, data_folder
-from pictures import draw
-from places import own_stiffness
-
+from validation.measured.backing_off import fall
+from validation.measured.cases import CASES, MAPS, Case, data_folder, tables
+from validation.measured.pictures import draw
+from validation.measured.places import own_stiffness
 from vegrip.cli import main as vegrip
 
 
@@ -35,19 +34,6 @@ def told(*arguments: str) -> dict[str, Any]:
     return found
 
 
-def tables(case: Case, data: Path, folder: Path, which: int) -> list[str]:
-    """Return the tables of a case; where only some rows count, copies with these."""
-    names, pattern = (case.train, case.heldout)[which], case.rows[which]
-    if not pattern:
-        return [str(data / name) for name in names]
-    folder.mkdir(exist_ok=True)
-    for name in names:
-        lines = (data / name).read_text(encoding="utf-8").splitlines(keepends=True)
-        kept = [line for line in lines if re.search(pattern, line)]
-        (folder / Path(name).name).write_text("".join(kept), encoding="utf-8")
-    return [str(folder / Path(name).name) for name in names]
-
-
 def run(case: Case, data: Path, out: Path) -> str:
     """Go round the loop; return the table."""
     with tempfile.TemporaryDirectory() as scratch:
@@ -57,7 +43,7 @@ def run(case: Case, data: Path, out: Path) -> str:
         for which, name in enumerate(sets):
             rows = tables(case, data, here / f"{name}-rows", which)
             chart = str(MAPS / f"{case.column_map}.toml")
-            told("import", *rows, "-o", str(here / name), "--map-file", chart, *radius)
+            told("import", *map(str, rows), "-o", str(here / name), "--map-file", chart, *radius)
         start, refined = str(here / "start.toml"), str(here / "refined.toml")
         fit = told("fit", str(here / "train"), "-o", start, *case.options)
         train = str(here / "train")
@@ -120,9 +106,6 @@ def filled(text: str, found: dict[str, str]) -> str:
     return text
 
 
-SKIPPED = 77  # exit code of a run without its data
-
-
 def main() -> int:
     """Run the examples, print the tables, draw the pictures."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
@@ -133,8 +116,7 @@ def main() -> int:
     given = parser.parse_args()
     data = data_folder(given.data)
     if not data.is_dir():
-        print(f"skipped: there are no measured recordings in {data}; set VEGRIP_DATA")
-        return SKIPPED
+        raise SystemExit(f"there are no measured recordings in {data}; set VEGRIP_DATA")
     given.folder.mkdir(parents=True, exist_ok=True)
     found = {}
     for case in CASES:

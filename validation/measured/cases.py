@@ -1,11 +1,12 @@
 """The recordings of the worked examples: what is fitted, what is held out, and what a user would type."""
 
 import os
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
-HERE = Path(__file__).parent
-MAPS = HERE.parent / "maps"
+PROJECT = Path(__file__).parents[2]
+MAPS = PROJECT / "examples/maps"
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,10 @@ class Case:
         add: effect that a user puts in by hand where refine adds nothing.
         backs_off: whether to tell how much of the fall after the peak the motion explains.
         scaled: whether held-out places are softer or firmer, so that each gets its own stiffness.
+        source: repository and commit.
+        licence: of the recordings.
+        episodes: of the tables, that are fitted and held out; empty takes all.
+        known: what a publication, a header or the maker says is there.
 
     """
 
@@ -44,17 +49,24 @@ class Case:
     add: str = ""
     scaled: bool = False
     backs_off: bool = False
+    source: str = ""
+    licence: str = ""
+    episodes: tuple[str, str] = ("", "")
+    known: str = ""
 
 
 def _silicone(*names: str) -> tuple[str, ...]:
     return tuple(f"silicone-indent/{name}.csv" for name in names)
 
 
+ZWICK = "SarahIaquinta/perineal_indentation 167a964"
 CASES = (
     Case(
         "silicone-deep", "silicone, pressed to 17.75 mm", "silicone_hold",
         _silicone("relax_P002-laser-1"), _silicone("relax_P002-laser-3"),
         radius="40 mm", options=("--tolerance", "0.005"),
+        source=ZWICK, licence="GPL-3",
+        known="stiffens with depth; one relaxation time is not enough (README); one slip",
     ),
     Case(
         "silicone-six", "silicone, six presses fitted, six held out", "silicone_hold",
@@ -63,29 +75,39 @@ CASES = (
         _silicone("relax_P002-laser-3", "relax_P002-laser-7", "recov_P002-4", "recov_P002-7",
                   "recov_P002-10", "recov_P002-12"),
         radius="40 mm", options=("--zeros-each-episode", "--tolerance", "0.01"), shown=(3, 2),
+        source=ZWICK, licence="GPL-3",
+        known="the same, and a recovery, a first touch and presses on the same spot",
     ),
     Case(
         "meat", "meat, six places of a piece fitted, six of its other end held out", "meat",
         ("meat-indent/zwick_230331.csv",), ("meat-indent/zwick_230331.csv",), radius="20 mm",
         rows=("specimen|RDG1 1[A-F]", "specimen|RDG1 2[A-F]"),
         options=("--zeros-each-episode", "--tolerance", "0.01"), most=1, scaled=True,
+        source=ZWICK, licence="GPL-3",
+        known="many relaxation times, strain hardening; places differ",
     ),
     Case(
         "skin", "skin under a held force of 100, 400, 1000 mN; 800 mN held out", "skin",
         tuple(f"skin-force-hold/22-01-18_{force}mN.csv" for force in (100, 400, 1000)),
         ("skin-force-hold/22-01-18_800mN.csv",), radius="8 mm",
         options=("--zeros-each-episode", "--tolerance", "0.02"), shown=(1, 0), unit=("mN", 1e3),
+        source="SDAMcIntyre/Indentation_Discrimination da51ad7", licence="MIT",
+        known="creep grows less than the force: stiffens; the lever rings in the air",
     ),
     Case(
         "oocyte", "oocyte, runs 1, 4 and 7 fitted, 3, 10 and 13 held out", "afm_oocyte",
         tuple(f"afm-hold/oocyte_relax_00{run}.csv" for run in ("01", "04", "07")),
         tuple(f"afm-hold/oocyte_relax_00{run}.csv" for run in ("03", "10", "13")), radius="50 um",
         options=("--zeros-each-episode", "--tolerance", "0.01"), unit=("nN", 1e9),
+        source="AFM-analysis/afmformats 0.18.7", licence="MIT",
+        known="two relaxation times (the package fits two), adhesion; the zero drifts from run to run",
     ),
     Case(
         "gel", "gel under a nano-indenter, sphere of 27.5 um", "afm_chiaro",
         ("afm-hold/chiaro_AEBP1_indent_002.csv",), options=("--tolerance", "0.01"), unit=("nN", 1e9),
         add="adhesion",
+        source="AFM-analysis/afmformats 0.18.7", licence="MIT",
+        known="adhesion: it pulls with a third of the peak",
     ),
     Case(
         "robot-hand", "robot finger: 20 trials to 1.6 N fitted, 20 to 3.2 N held out", "rh56",
@@ -93,10 +115,54 @@ CASES = (
         ("robot-hand-rh56/middlefinger_hybrid_force500_20trials_20260303-185150.csv",), radius="8 mm",
         rows=("Stage|approach|contact", "Stage|approach|contact"), options=("--tolerance", "0.02"),
         shown=(3, 3), add="sensor_lag", backs_off=True,
+        source="correlllab/rh56_controller e4ef256", licence="Apache-2.0",
+        known="the actuator backs off: no relaxation",
+    ),
+)  # fmt: skip
+
+
+def _muscle(*names: str) -> tuple[str, ...]:
+    return tuple(f"muscle-stretch/{name}s.csv" for name in names)
+
+
+MUSCLE = "../../vegrip/identification/samples/muscle/map"
+TITIN = "beards-lab/TitinViscoelasticity 6cdda21"
+# those of no worked example
+FURTHER = (
+    Case(
+        "muscle", "muscle fibres stretched in 0.1 and 100 s fitted, in 1 s held out", MUSCLE,
+        _muscle("AvgRelaxed_0.1", "AvgRelaxed_100"), _muscle("AvgRelaxed_1"), unit=("kPa", 1e3),
+        source=TITIN, licence="MIT",
+        known="power law over decades (the authors fit it); the peak falls with the time of the ramp",
+    ),
+    Case(
+        "muscle-mavacamten", "the same with mavacamten", MUSCLE,
+        _muscle("AvgRelaxedMavaSet_0.1", "AvgRelaxedMavaSet_100"), _muscle("AvgRelaxedMavaSet_1"),
+        unit=("kPa", 1e3), source=TITIN, licence="MIT", known="the same",
+    ),
+    Case(
+        "tissue", "tissue, two places fitted, a third held out", "mach1",
+        ("tissue-indent/Hayes_data.txt.gz",), ("tissue-indent/Hayes_data.txt.gz",), radius="1 mm",
+        options=("--zeros-each-episode", "--tolerance", "0.01"), unit=("mN", 1e3), scaled=True,
+        source="RenatoC322/Biomomentum-functions ed1b31a", licence="MIT", episodes=("0,1", "2"),
+        known="the force is 16 ms late: a filter of order 3 at 20 Hz, stated in the file",
     ),
 )  # fmt: skip
 
 
 def data_folder(given: str = "") -> Path:
     """Return where the measured recordings are: given, VEGRIP_DATA, or beside the project."""
-    return Path(given or os.environ.get("VEGRIP_DATA", HERE.parents[2] / "shared" / "data"))
+    return Path(given or os.environ.get("VEGRIP_DATA", PROJECT.parent / "shared" / "data"))
+
+
+def tables(case: Case, data: Path, folder: Path, which: int) -> list[Path]:
+    """Return the tables of a case; where only some rows count, copies with these."""
+    names, pattern = (case.train, case.heldout)[which], case.rows[which]
+    if not pattern:
+        return [data / name for name in names]
+    folder.mkdir(exist_ok=True)
+    for name in names:
+        lines = (data / name).read_text(encoding="utf-8").splitlines(keepends=True)
+        kept = [line for line in lines if re.search(pattern, line)]
+        (folder / Path(name).name).write_text("".join(kept), encoding="utf-8")
+    return [folder / Path(name).name for name in names]
