@@ -126,7 +126,9 @@ def gaussian_process(X: Floats, left: Floats, _episodes: Floats) -> Callable[[Fl
         return half + 0.5 * float(y @ cho_solve(factor, y)) / var + 0.5 * float(h @ h) / 9.0
 
     start = np.r_[np.full(X.shape[1], math.log(2.0)), 0.0, math.log(0.2)]
-    found = minimize(cost, start, method="L-BFGS-B", options={"maxiter": 12})
+    found = minimize(
+        cost, start, method="L-BFGS-B", bounds=[(-8.0, 8.0)] * start.size, options={"maxiter": 12}
+    )
     h = np.asarray(found.x)
     K = math.exp(h[-2]) * kernel(Z, Z, np.exp(h[:-2])) + (math.exp(h[-1]) + 1e-6) * np.eye(y.size)
     weights = cho_solve(cho_factor(K, lower=True), y)
@@ -141,6 +143,8 @@ def regressions(problem: Problem, table: Floats) -> dict[str, Callable[[Problem,
     left = problem.measured.force - table[:, AT["normal_force"]]
     touching = (table[:, AT["elastic_force"]] > 0.0) & problem.used
     known, episodes = inputs(problem, table)[touching], problem.episodes[touching].astype(np.float64)
+    if np.ptp(episodes) == 0.0:  # of a single one its tenths are held out
+        episodes = np.floor(np.linspace(0.0, 10.0, episodes.size, endpoint=False))
 
     def fitted(regression: Regression) -> Callable[[Problem, Floats], Floats]:
         more = regression(known, left[touching], episodes)
