@@ -100,7 +100,11 @@ def filled(text: str, found: dict[str, str]) -> str:
     """Put each table that the page has between its marks, ``<!-- table NAME -->`` and ``<!-- end -->``."""
     for name, markdown in found.items():
         marks = re.compile(rf"(<!-- table {name} -->\n).*?(<!-- end -->)", re.DOTALL)
-        text, count = marks.subn(lambda mark, markdown=markdown: f"{mark[1]}{markdown}\n{mark[2]}", text)
+
+        def put(mark: re.Match[str], table: str = markdown) -> str:
+            return f"{mark[1]}{table}\n{mark[2]}"
+
+        text, count = marks.subn(put, text)
         if count > 1:
             raise SystemExit(f"the page has {count} places for the table {name!r}; it must have one or none")
     return text

@@ -1,4 +1,4 @@
-"""The table of measured recordings: what was found foretells what no fit has seen, better than the model before."""
+"""The table of measured recordings: what was found foretells what no fit has seen."""
 
 import math
 
