@@ -74,15 +74,7 @@ Command = Callable[[int], None]
 
 
 class Device:
-    """A ``canopen.LocalNode`` in a :class:`LoopNetwork`.
-
-    Args:
-        node: node-ID.
-        dictionary: from the EDS file.
-        network: shared by the devices at one end of a bus.
-        on_command: called with each NMT command for this device; without it the device obeys by itself.
-
-    """
+    """A ``canopen.LocalNode`` in a :class:`LoopNetwork`."""
 
     def __init__(
         self, node: int, dictionary: ObjectDictionary, network: LoopNetwork, on_command: Command | None = None
@@ -93,7 +85,7 @@ class Device:
         self.foreign = 0  # frames of another node that bears our node-ID
         self._foreign_until = 0.0  # [s] when the last of them is forgotten
         self._network = network
-        self._on_command = on_command or self._obey
+        self._on_command = on_command or self._obey  # called with each NMT command for this device
         network[node] = self.local
         network.unsubscribe(self.local.sdo.rx_cobid, self.local.sdo.on_request)
         network.unsubscribe(0, self.local.nmt.on_command)

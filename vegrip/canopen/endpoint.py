@@ -22,28 +22,17 @@ Keep = Callable[[Message, list[Frame]], None]
 
 
 class CanopenCodec:
-    """What :class:`~vegrip.transport.can_endpoint.CanEndpoint` needs of a codec.
-
-    Args:
-        codec: classic layout.
-        identifiers: COB-ID -> identifier of the classic frame.
-        service: takes every frame that is no PDO of ours.
-        hears: whether the PDO with this COB-ID may be taken now.
-        speaks: whether it may be sent now.
-        keep: takes what is to be sent, for those who read it by SDO.
-        without_pdo: kinds of messages that are read by SDO only.
-
-    """
+    """What :class:`~vegrip.transport.can_endpoint.CanEndpoint` needs of a codec."""
 
     def __init__(
         self,
         codec: CanCodec,
-        identifiers: Mapping[int, int],
-        service: Service,
+        identifiers: Mapping[int, int],  # COB-ID -> identifier of the classic frame
+        service: Service,  # takes every frame that is no PDO of ours
         hears: Gate,
         speaks: Gate,
         keep: Keep = lambda message, frames: None,  # noqa: ARG005
-        without_pdo: tuple[type, ...] = (),
+        without_pdo: tuple[type, ...] = (),  # read by SDO only
     ) -> None:
         self._codec = codec
         self.rejected, self.broken, self.clipped = codec.rejected, codec.broken, codec.clipped
@@ -82,14 +71,6 @@ class CanopenEndpoint(Endpoint):
 
     Besides the names of :class:`~vegrip.transport.can_endpoint.CanEndpoint` ``rejected`` has ``malformed``
     for frames that a service could not read, and what the ends count.
-
-    Args:
-        bus: opened by the caller.
-        codec: classic layout.
-        identifiers: COB-ID -> identifier of the classic frame.
-        reopen: opens a lost bus again.
-        timing: for the estimate of the load.
-
     """
 
     def __init__(
@@ -162,7 +143,6 @@ class CanopenEndpoint(Endpoint):
         return self.network.due
 
     def serve(self, now: int) -> None:
-        """Send what is due at ``now`` [ns]."""
         self.network.serve(now)
 
     def service(self, frame: Frame) -> None:

@@ -144,18 +144,7 @@ FAULT_NAMES = {
 
 
 class GraspEndpoint(CanopenEndpoint):
-    """One end of the bus: receives states, sends commands.
-
-    Args:
-        bus: opened by the caller.
-        codec: classic layout.
-        settings: of the transport.
-        fingers: node-IDs of the fingers.
-        hand: number of the hand in the identifiers of the DBC.
-        reopen: opens a lost bus again.
-        timing: for the estimate of the load.
-
-    """
+    """One end of the bus: receives states, sends commands."""
 
     def __init__(
         self,

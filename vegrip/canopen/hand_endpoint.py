@@ -33,18 +33,7 @@ SYNCHRONOUS = 240  # transmission types up to this wait for SYNC
 
 
 class HandEndpoint(CanopenEndpoint):
-    """Every finger is a node of its own: it boots, is started, and sends.
-
-    Args:
-        bus: opened by the caller.
-        codec: classic layout.
-        settings: of the transport.
-        fingers: node-IDs of the fingers, in the order of the codec's.
-        hand: number of the hand in the identifiers of the DBC.
-        reopen: opens a lost bus again.
-        timing: for the estimate of the load.
-
-    """
+    """Every finger is a node of its own: it boots, is started, and sends."""
 
     def __init__(
         self,
@@ -69,7 +58,6 @@ class HandEndpoint(CanopenEndpoint):
         self.network.subscribe(SYNC, self._on_sync)
 
     def claim(self) -> None:
-        """Make sure that no other node has our node-IDs, and appear on the bus."""
         claim(tuple(self.devices), self.put, self.can.next_frame, self.now)
         for device in self.devices.values():
             device.boot()
@@ -114,13 +102,6 @@ class HandEndpoint(CanopenEndpoint):
 
 
 def open_canopen(table: Mapping[str, Any], hand: Hand, where: str) -> CanopenEndpoint:
-    """Open what ``table`` describes.
-
-    Raises:
-        ConfigError: the table or an EDS file cannot be used.
-        DeviceError: the bus cannot be opened, or a node-ID is taken.
-
-    """
     settings = build(CanopenSettings, table, where)
     fingers = finger_nodes(settings.first_finger, hand.number, len(hand.fingers))
     if settings.node_id in fingers:

@@ -87,12 +87,7 @@ def frame_base(name: str) -> int:
 
 
 def finger_nodes(first: int, hand: int, fingers: int) -> tuple[int, ...]:
-    """Return the node-IDs of the fingers of a hand: ``first + 8 hand + number``.
-
-    Raises:
-        ConfigError: beyond the largest node-ID, 127.
-
-    """
+    """Return the node-IDs of the fingers of a hand: ``first + 8 hand + number``."""
     nodes = tuple(first + 8 * hand + number for number in range(fingers))
     if nodes and nodes[-1] > LAST_NODE:
         raise ConfigError(f"finger number {fingers - 1} would be node {nodes[-1]}; the last is {LAST_NODE}")
@@ -100,14 +95,7 @@ def finger_nodes(first: int, hand: int, fingers: int) -> tuple[int, ...]:
 
 
 def identifiers(fingers: tuple[int, ...], grasp: int, hand: int) -> Mapping[int, int]:
-    """Return COB-ID -> identifier of the classic frame, for all frames of a hand.
-
-    Args:
-        fingers: node-ID of each finger, in the order of their numbers.
-        grasp: node-ID of the grasp force node.
-        hand: number of the hand in the identifiers of the DBC.
-
-    """
+    """Return COB-ID -> identifier of the classic frame, for all frames of a hand."""
     stride = 8 * hand
     found = {
         base + node: frame_base(name) + stride + number
@@ -153,16 +141,9 @@ def claim(
 
 
 def read_eds(name: str, node: int, like: str) -> ObjectDictionary:
-    """Return the object dictionary in the EDS file ``name`` for the node-ID ``node``.
+    """Return the object dictionary in the EDS file ``name``, which must agree with ``like`` of ``proto/``.
 
-    Args:
-        name: a path; empty for the file ``like``.
-        node: node-ID.
-        like: the file of ``proto/`` that it must agree with: same product, same mapping of every PDO.
-
-    Raises:
-        ConfigError: no such file, not an EDS file, or of another device.
-
+    They are of the same product, with the same mapping of every PDO; an empty name stands for ``like``.
     """
     shipped = _shipped(like, node)
     if not name:
@@ -251,13 +232,7 @@ class PeriodicTask:
 
 
 class LoopNetwork(canopen.Network):  # type: ignore[misc]
-    """A network without threads. The owner feeds frames to :meth:`receive` and calls :meth:`serve` when due.
-
-    Args:
-        send: puts a frame on the bus.
-        now: the clock [ns].
-
-    """
+    """A network without threads, whose owner feeds :meth:`receive`, and calls :meth:`serve` when due."""
 
     def __init__(self, send: SendRaw, now: Callable[[], int]) -> None:
         super().__init__()
@@ -334,8 +309,7 @@ _TIME_OF_DAY: Final = struct.Struct("<IH")
 _MILLISECOND: Final = NS // 1000
 
 
-def pack_time(time_of_day: int) -> bytes:
-    """Return the TIME of ``time_of_day`` [ns since 1970]."""
+def pack_time(time_of_day: int) -> bytes:  # [ns] since 1970
     days, rest = divmod(time_of_day - _EPOCH * NS, _DAY * NS)
     return _TIME_OF_DAY.pack(rest // _MILLISECOND, days)
 

@@ -14,13 +14,7 @@ UPLOAD, ABORT = 0x40, 0x80  # command specifiers; an expedited answer has bit 1,
 
 
 class SdoReader:
-    """Reads numbers of at most 32 bits (expedited transfer) from one device.
-
-    Args:
-        asked: ``(index, sub-index)`` in the order of reading.
-        send: takes the 8 bytes of a request.
-
-    """
+    """Reads numbers of at most 32 bits (expedited transfer) from one device."""
 
     def __init__(self, asked: Sequence[tuple[int, int]], send: Callable[[bytes], None]) -> None:
         self.values: dict[tuple[int, int], int | None] = {}
@@ -80,16 +74,10 @@ class HeartbeatConsumer:
     A node is missing when nothing was heard of it for longer than its limit, or nothing at all for ``first``
     since the watch began; stricter than CiA 301, which begins to watch with the first heartbeat and so never
     misses a node that was never there.
-
-    Args:
-        limits: node-ID -> longest time between two heartbeats [ns].
-        now: [ns] when the watch begins.
-        first: [ns] that a node may take to appear; 0: its limit.
-
     """
 
     def __init__(self, limits: Mapping[int, int], now: int, first: int = 0) -> None:
-        self._nodes = {
+        self._nodes = {  # limit and first in [ns], by node-ID
             node: _Watched(limit, now, grace=max(first - limit, 0)) for node, limit in limits.items()
         }
 
@@ -180,25 +168,14 @@ class Sensor:
 
 
 class Sensors:
-    """All fingers of a hand.
-
-    Args:
-        nodes: node-IDs of the fingers, in their order.
-        dictionary: what their EDS says.
-        limit: [ns] longest time between two heartbeats.
-        first: [ns] that a finger may take to appear.
-        send: puts a frame on the bus.
-        now: [ns]
-        master: whether fingers are told to start.
-
-    """
+    """All fingers of a hand."""
 
     def __init__(
         self,
         nodes: Sequence[int],
         dictionary: ObjectDictionary,
-        limit: int,
-        first: int,
+        limit: int,  # [ns] longest time between two heartbeats
+        first: int,  # [ns] that a finger may take to appear
         send: Send,
         now: int,
         *,

@@ -37,25 +37,13 @@ class Outputs:
         self._code = 0
 
     def file(self, path: Path | None) -> None:
-        """Announce a file.
-
-        Raises:
-            InputError: it is there already.
-            UsageError: it is a folder.
-
-        """
+        """Announce a file."""
         if path is not None:
             _refuse_file(path, force=self._force)
             self._try(path, path.parent)
 
     def folder(self, path: Path | None) -> None:
-        """Announce a folder of files that are made here.
-
-        Raises:
-            InputError: it has something in it already.
-            UsageError: it is a file.
-
-        """
+        """Announce a folder of files that are made here."""
         if path is not None:
             _refuse_folder(path, force=self._force)
             self._try(path, path)
@@ -70,13 +58,7 @@ class Outputs:
             self.write(path, lambda old: old.unlink(missing_ok=True))
 
     def picture(self, path: Path | None) -> None:
-        """Announce a picture.
-
-        Raises:
-            InputError: it is there already, or of no known format.
-            UsageError: matplotlib is not installed.
-
-        """
+        """Announce a picture."""
         if path is not None:
             require_matplotlib()
             if path.suffix.lower() not in FORMATS:
@@ -165,13 +147,7 @@ def require_matplotlib() -> None:
 
 
 def claim_recording(folder: Path, *, force: bool) -> None:
-    """Refuse to write a recording to ``folder`` where one is, and where none can be.
-
-    Raises:
-        InputError: there is a recording, and no ``force``; or it cannot be written.
-        UsageError: it is a file.
-
-    """
+    """Refuse to write a recording to ``folder`` where one is, and where none can be."""
     from vegrip.identification.recording.session import holds_recording
 
     if folder.is_file():

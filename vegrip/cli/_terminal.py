@@ -92,7 +92,6 @@ def print_json(told: Any) -> None:
 
 
 def json_text(told: Any) -> str:
-    """Return one JSON object; what is not a number is null."""
     return json.dumps(jsonable(told), allow_nan=False)
 
 

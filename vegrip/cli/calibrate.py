@@ -398,12 +398,7 @@ def _serve(
 
 
 def write_friction(path: Path, settings: Mapping[str, Any], by: str) -> None:
-    """Write ``settings`` as ``friction`` of the grip controller of a launch file, or of a map.
-
-    Raises:
-        InputError: the file cannot be read or written, or has no grip controller.
-
-    """
+    """Write ``settings`` as ``friction`` of the grip controller of a launch file, or of a map."""
     from vegrip.config import toml_value
     from vegrip.transport.mapped.writer import changed_text
 

@@ -167,7 +167,6 @@ def _connect_product(
 
 
 def _show_products(*, as_json: bool) -> None:
-    """Print what there is, and how far each is verified."""
     from vegrip.transport.mapped.products import about, names
 
     found = [about(name) for name in names()]

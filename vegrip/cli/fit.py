@@ -365,7 +365,6 @@ def print_noise(noise: dict[str, Any]) -> None:
 
 
 def channel_table(channels: dict[str, Any]) -> Any:
-    """Return a table of errors by channel."""
     head = ("channel", "rmse", "noise", "ratio", "white (p)", "in 95 % band")
     table = figures(*head, left=("channel",))
     for name, one in channels.items():

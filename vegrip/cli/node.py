@@ -82,12 +82,6 @@ def parsed(text: str) -> Any:
 
 
 def assigned(table: dict[str, Any], assignment: str) -> None:
-    """Carry out ``dotted.key=value`` in ``table``.
-
-    Raises:
-        UsageError: it is no assignment, or its key runs through a value.
-
-    """
     key, equals, value = assignment.partition("=")
     if not (equals and key):
         raise UsageError(f"{assignment!r} is no assignment; write --set transport.channel=can1")

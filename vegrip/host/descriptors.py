@@ -21,12 +21,7 @@ _OPEN: Final = Path("/proc/self/fd")
 
 
 def require_descriptors(least: int) -> None:
-    """Allow this process ``WANTED_DESCRIPTORS`` open files, or as many as the system lets it have.
-
-    Raises:
-        DeviceError: that is fewer than ``least``.
-
-    """
+    """Allow this process ``WANTED_DESCRIPTORS`` open files, or as many as the system lets it have."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     reach = WANTED_DESCRIPTORS if hard == resource.RLIM_INFINITY else min(hard, WANTED_DESCRIPTORS)
     if soft != resource.RLIM_INFINITY and soft < reach:

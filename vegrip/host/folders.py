@@ -76,10 +76,6 @@ def runtime_folder(part: str = "") -> Path:
     """Return the folder (or its ``part``), made when absent, readable by this user only.
 
     It is ``$VEGRIP_RUNTIME_DIR``, else ``$XDG_RUNTIME_DIR/vegrip``, else ``/tmp/vegrip-<uid>``.
-
-    Raises:
-        DeviceError: it cannot be made, belongs to another user, or others can enter it.
-
     """
     root = runtime_root()
     try:
@@ -95,12 +91,6 @@ def runtime_folder(part: str = "") -> Path:
 
 
 def socket_path(part: str, name: str) -> Path:
-    """Return the path of a socket in the folder ``part``.
-
-    Raises:
-        DeviceError: the path is too long for a socket.
-
-    """
     path = runtime_folder(part) / name
     if len(os.fsencode(path)) > LONGEST_SOCKET:
         raise DeviceError(

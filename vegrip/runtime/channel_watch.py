@@ -16,13 +16,7 @@ MOST_FINGERS = 256  # are looked at; a sender of made-up names must not make the
 
 
 class ChannelWatch:
-    """Collects the channels of each finger until they are known.
-
-    Args:
-        lacking: what is to be said of channels.
-        said: sentences (``finger: sentence``) that were told already.
-
-    """
+    """Collects the channels of each finger until they are known."""
 
     def __init__(self, lacking: Lacking, said: Collection[str] = ()) -> None:
         self.lacking = lacking

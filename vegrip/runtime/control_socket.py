@@ -55,7 +55,6 @@ class NodeCalls:
         return self.parameters()
 
     def state(self) -> dict[str, Any]:
-        """Return the lifecycle state and where it can go."""
         managed = self._runner.managed
         return {
             "state": managed.state.name.lower(),
@@ -118,13 +117,7 @@ class NodeCalls:
 
 
 class Answers:
-    """The answer to any request; the part of the server that knows no socket.
-
-    Args:
-        calls: what may be asked, by name.
-        counts: where ``request`` is counted, what is none.
-
-    """
+    """The answer to any request; the part of the server that knows no socket."""
 
     def __init__(self, calls: Mapping[str, Call], counts: Counter[str]) -> None:
         self._calls = calls
@@ -153,12 +146,6 @@ class ControlServer:
 
     A request is one frame of msgpack, after an empty one as a socket of kind REQ puts it. Every other one
     is answered with an error and counted as ``request``, and the next request is answered as well.
-
-    Args:
-        address: to bind.
-        control: what may be asked.
-        counts: where bad requests are counted, and ``connections``, the times that no more were let in.
-
     """
 
     def __init__(self, address: str, control: NodeCalls, counts: Counter[str] | None = None) -> None:

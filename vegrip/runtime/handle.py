@@ -26,13 +26,7 @@ class NodeHandle:
         return self._runner.managed.on_hold
 
     def request(self, *targets: Lifecycle, refused: Refused) -> None:
-        """Go through the states ``targets`` as soon as the loop has served what it has.
-
-        Args:
-            targets: states, each reached over others if need be.
-            refused: told why, in one sentence, when it cannot be done.
-
-        """
+        """Go through the states ``targets`` as soon as the loop has served what it has."""
 
         def change() -> None:
             try:
@@ -50,7 +44,6 @@ class NodeHandle:
         }
 
     def set_parameter(self, name: str, value: Any) -> None:
-        """Set one parameter, checked."""
         node = self._runner.managed.node
         running = self.state in (Lifecycle.INACTIVE, Lifecycle.ACTIVE)
         node.parameters = with_value(node.parameters, name, value, running, self._runner.full_name)

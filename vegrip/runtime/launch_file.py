@@ -20,12 +20,6 @@ _NAME = re.compile(r"[a-zA-Z][a-zA-Z0-9_]*")
 
 
 def full_name(namespace: str, name: str) -> str:
-    """Return ``/namespace/name``.
-
-    Raises:
-        ConfigError: a part that is not letters, digits and _, beginning with a letter.
-
-    """
     parts = [part for part in namespace.split("/") if part] + [name]
     for part in parts:
         if not _NAME.fullmatch(part):
@@ -77,12 +71,7 @@ class _LaunchFile:
 
 
 def find_launch_file(name: str) -> Path:
-    """Return the path of a launch file: a path, or the name of one that comes with vegrip.
-
-    Raises:
-        ConfigError: there is none.
-
-    """
+    """Return the path of a launch file: a path, or the name of one that comes with vegrip."""
     given = Path(name)
     for path in (given, Path(f"{name}.toml")):
         if path.is_file():
@@ -96,12 +85,6 @@ def find_launch_file(name: str) -> Path:
 
 
 def read_launch_file(path: Path) -> list[NodeConfig]:
-    """Return the nodes of a launch file, in order.
-
-    Raises:
-        ConfigError: unknown keys, two nodes of one name, ...
-
-    """
     table = read_toml(path)
     if _is_map(table):
         table = _launch_of(path, table)

@@ -65,14 +65,7 @@ class ChildProcess:
 
 
 class Launcher:
-    """Watches over children.
-
-    Args:
-        children: in the order of starting.
-        clock: of the back-off.
-        tell: called with each event, ``(child's name, sentence)``.
-
-    """
+    """Watches over children."""
 
     def __init__(
         self, children: Sequence[ChildProcess], clock: Clock, tell: Callable[[str, str], None]
@@ -160,12 +153,7 @@ class Launcher:
 
 
 def end_with_parent(parent: int | None = None) -> None:
-    """Ask the kernel to send this process SIGTERM when its parent dies, in whatever way.
-
-    Args:
-        parent: process number of the one that started this; should it have died already, this ends at once.
-
-    """
+    """Ask the kernel to send this process SIGTERM when its parent dies; at once where it has died already."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
     if parent is not None and os.getppid() != parent:
         signal.raise_signal(signal.SIGTERM)

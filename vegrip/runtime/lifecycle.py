@@ -36,12 +36,7 @@ def describe_parameters(group: Any) -> list[dict[str, Any]]:
 
 
 def with_value(group: Any, name: str, value: Any, running: bool, where: str) -> Any:
-    """Return ``group`` with the parameter of the dotted ``name`` set to ``value``.
-
-    Raises:
-        ConfigError: no such parameter, wrong type, out of bounds, or not to be changed while ``running``.
-
-    """
+    """Return ``group`` with the parameter of the dotted ``name`` set to ``value``."""
     known = {known: declared for known, _, declared in rows(group)}
     if name not in known:
         raise ConfigError(f"{where}: there is no parameter {name!r}; {suggestion(name, known)}")
@@ -70,12 +65,7 @@ TRANSITIONS: dict[str, tuple[frozenset[Lifecycle], Lifecycle]] = {
 
 
 def state_after(state: Lifecycle, transition: str) -> Lifecycle:
-    """Return the state that ``transition`` leads to from ``state``.
-
-    Raises:
-        UsageError: there is no such transition, or not from this state.
-
-    """
+    """Return the state that ``transition`` leads to from ``state``."""
     if transition not in TRANSITIONS:
         raise UsageError(f"there is no transition {transition!r}; there are {', '.join(TRANSITIONS)}")
     sources, target = TRANSITIONS[transition]
@@ -90,12 +80,6 @@ def allowed_transitions(state: Lifecycle) -> list[str]:
 
 
 def route(state: Lifecycle, target: Lifecycle) -> list[str]:
-    """Return the shortest list of transitions from ``state`` to ``target``.
-
-    Raises:
-        UsageError: no way leads there.
-
-    """
     routes: dict[Lifecycle, list[str]] = {state: []}
     frontier = [state]
     while target not in routes and frontier:

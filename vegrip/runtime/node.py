@@ -141,12 +141,7 @@ Build = Callable[[Mapping[str, Any], NodeContext], NodeBase]
 
 
 def find_program(name: str) -> Build:
-    """Return the ``build`` function of a program: a name of the table, an entry point or ``module:function``.
-
-    Raises:
-        UsageError: there is no such program, or it cannot be imported.
-
-    """
+    """Return the ``build`` function of a program: of the table, an entry point or ``module:function``."""
     target = _target(name)
     module, _, function = target.partition(":")
     try:

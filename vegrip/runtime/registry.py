@@ -98,12 +98,6 @@ class Entry:
 
 @contextmanager
 def registered(entry: Entry) -> Iterator[None]:
-    """Make ``entry`` known for as long as the context lasts.
-
-    Raises:
-        UsageError: a node of this name runs already.
-
-    """
     path = _file(entry.name)
     handle = locked(path)
     if handle is None:
@@ -128,12 +122,7 @@ def running_nodes() -> list[Entry]:
 
 
 def find_node(name: str) -> Entry:
-    """Return the running node ``name``: in full, or its last part when only one node has it.
-
-    Raises:
-        UsageError: none or several are called so.
-
-    """
+    """Return the running node ``name``: in full, or its last part when only one node has it."""
     nodes = running_nodes()
     matches = [entry for entry in nodes if entry.name in (name, f"/{name}")]
     matches = matches or [entry for entry in nodes if entry.name.endswith(f"/{name}")]

@@ -52,7 +52,6 @@ class CallQueue:
                 future.set_exception(DeviceError("the node is ending"))
 
     def serve(self) -> None:
-        """Make the calls that wait now."""
         while not self._waiting.empty():
             call, future = self._waiting.get()
             try:
@@ -163,12 +162,7 @@ class Runner:
         self.change("activate")
 
     def bring_up(self) -> None:
-        """Configure, listen, and activate; an endpoint that is in trouble is waited for, in state inactive.
-
-        Raises:
-            VegripError: the node cannot be configured, or another node sends what it would send.
-
-        """
+        """Configure, listen, and activate; an endpoint in trouble is waited for, in state inactive."""
         self.change("configure")
         self._forget_the_past()
         end = self._clock.now() + round(LISTEN_BEFORE_ACTIVE_S * NS)
@@ -185,12 +179,7 @@ class Runner:
         self._report(self._clock.now())
 
     def change(self, transition: str) -> None:
-        """Make a lifecycle transition, in the thread of the loop.
-
-        Raises:
-            VegripError: it is not possible, the node refuses, or another node sends what it would send.
-
-        """
+        """Make a lifecycle transition, in the thread of the loop."""
         if transition == "activate":
             self._refuse_a_second()
             gc.collect()  # takes a tenth of a second, so before the node is said to be active

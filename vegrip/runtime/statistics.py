@@ -122,16 +122,11 @@ SLOW_PERIOD_NS: Final = NS // 5
 
 
 class ReportPace:
-    """Watches how late commands are, and says which reports may follow them.
-
-    Args:
-        deadline: [ns] of a command; one that takes more than half of it is late here.
-
-    """
+    """Watches how late commands are, and says which reports may follow them."""
 
     def __init__(self, deadline: int) -> None:
         self.lowered = 0  # how often the rate of reports was lowered
-        self._late = deadline // 2
+        self._late = deadline // 2  # [ns]
         self._share = 0.0
         self._is_slow = False
         self._reported: dict[str, int] = {}  # [ns] by finger, while reports are left out

@@ -48,21 +48,14 @@ class TelemetrySocket:
     """Publishes ``[topic, direction, payload]``: where :class:`~vegrip.runtime.telemetry.Telemetry` goes.
 
     ``count``, ``tally``, ``wants`` and ``takes`` are called from the loop, the rest from the thread.
-
-    Args:
-        address: to bind.
-        codec: how messages are encoded, and their topics.
-        fingers: those that are configured; their messages are counted whatever else comes.
-        counts: where ``subscription`` is counted, what subscribers sent that is none, and ``connections``.
-
     """
 
     def __init__(
         self,
         address: str,
         codec: MsgpackCodec,
-        fingers: Collection[str] = (),
-        counts: Counter[str] | None = None,
+        fingers: Collection[str] = (),  # their messages are counted whatever else comes
+        counts: Counter[str] | None = None,  # gets ``subscription``, which was none, and ``connections``
     ) -> None:
         self._codec = codec
         self._fingers = frozenset(fingers)

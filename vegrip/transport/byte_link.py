@@ -180,12 +180,7 @@ class _SerialLink(Link):
 
 
 def opener(kind: str, address: str, baud: int, local_port: int, where: str) -> Open:
-    """Return what opens the device at ``address``: ``HOST:PORT``, or the path of a tty.
-
-    Raises:
-        ConfigError: no such address or rate can be.
-
-    """
+    """Return what opens the device at ``address``: ``HOST:PORT``, or the path of a tty."""
     if not address:
         raise ConfigError(f"{where}: state where the device is: address = {EXAMPLES[kind]}")
     if kind == "serial":

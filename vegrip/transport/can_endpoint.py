@@ -28,12 +28,7 @@ MOST_HELD = 32  # messages of a finger; a sender of wild numbers must not make i
 
 
 class InOrder:
-    """The order of the states of every finger; other messages pass.
-
-    Args:
-        window: for how long a state may wait for another [ns].
-
-    """
+    """The order of the states of every finger, which wait ``window`` [ns] at most; other messages pass."""
 
     def __init__(self, window: int) -> None:
         self.window = window

@@ -40,12 +40,7 @@ Ask = Callable[[str], str]
 
 
 def check_rates(channel: str, bitrate: int, data_bitrate: int, *, fd: bool, ask: Ask | None = None) -> None:
-    """Refuse an interface that is set to other bit rates; one without (vcan, or no ``ip`` here) passes.
-
-    Raises:
-        can.CanInitializationError: with the remedy.
-
-    """
+    """Refuse an interface that is set to other bit rates; one without (vcan, or no ``ip`` here) passes."""
     nominal, fast = rates((ask or _ip)(channel))
     wrong = nominal not in (0, bitrate)
     wrong_data = fd and fast not in (0, data_bitrate)

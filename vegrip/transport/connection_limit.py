@@ -79,7 +79,6 @@ class ConnectionLimit:
         self._thread.start()
 
     def connected(self) -> int:
-        """Return how many are connected now."""
         with self._lock:
             for event, _ in self._monitor.events():
                 self._note(event)
@@ -87,7 +86,6 @@ class ConnectionLimit:
             return self._inside
 
     def close(self) -> None:
-        """Watch no more."""
         self._stop.set()
         self._monitor.stop()  # the event of which wakes the thread
         if self._thread.is_alive():

@@ -21,12 +21,7 @@ ABSTRACT: Final = "@"
 
 
 def resolve(address: str) -> str:
-    """Return the ZeroMQ address of ``address``; ``ipc:NAME`` is a socket in the private folder of the user.
-
-    Raises:
-        ConfigError: it is no address ZeroMQ knows, or its path is too long.
-
-    """
+    """Return the ZeroMQ address of ``address``; ``ipc:NAME`` is a socket in the user's private folder."""
     scheme, _, rest = address.partition(":")
     if scheme == "ipc" and rest and not rest.startswith("//"):
         if not NAME.fullmatch(rest):
@@ -98,12 +93,7 @@ class Curve:
 
 
 class Keys:
-    """Loaded keys, ready to be put on sockets.
-
-    Raises:
-        ConfigError: a key file is missing or not one, or a secret that others can read.
-
-    """
+    """Loaded keys, ready to be put on sockets."""
 
     def __init__(self, settings: Curve) -> None:
         self._public, self._secret = read_keys(Path(settings.own))
@@ -132,7 +122,6 @@ class Keys:
         subscriber.curve_serverkey = self._publisher
 
     def close(self) -> None:
-        """End the thread that checks keys."""
         if self._authenticator is not None:
             self._authenticator.stop()
             self._authenticator = None

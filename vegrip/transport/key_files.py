@@ -17,12 +17,7 @@ PUBLIC, SECRET = ".key", ".key_secret"
 
 
 def make_keys(folder: Path, name: str) -> tuple[Path, Path]:
-    """Make a pair of keys; return the files of the public and of the secret one, which only we can read.
-
-    Raises:
-        ConfigError: no usable name, there are keys of this name, or the folder cannot be written.
-
-    """
+    """Make a pair of keys; return the files of the public and of the secret one, which only we can read."""
     if not NAME.fullmatch(name):
         raise ConfigError(f"{name!r} is no name for keys; use letters, digits, _ and -")
     if any((folder / f"{name}{suffix}").exists() for suffix in (PUBLIC, SECRET)):
@@ -39,12 +34,7 @@ def make_keys(folder: Path, name: str) -> tuple[Path, Path]:
 
 
 def trust_key(public: Path, peers: Path) -> Path:
-    """Put a public key into the folder ``peers`` of allowed subscribers; return its new path.
-
-    Raises:
-        ConfigError: it is no public key, or another one of this name is there.
-
-    """
+    """Put a public key into the folder ``peers`` of allowed subscribers; return its new path."""
     key, secret = read_keys(public)
     if secret is not None or public.suffix != PUBLIC:
         raise ConfigError(
@@ -61,12 +51,6 @@ def trust_key(public: Path, peers: Path) -> Path:
 
 
 def list_keys(folder: Path) -> dict[str, str]:
-    """Return name -> public key (Z85) of all keys in ``folder``.
-
-    Raises:
-        ConfigError: no such folder, or a file that is no key.
-
-    """
     if not folder.is_dir():
         raise ConfigError(
             f"{folder}: there is no such folder; `vegrip keys new NAME` makes keys/, "
@@ -76,12 +60,7 @@ def list_keys(folder: Path) -> dict[str, str]:
 
 
 def read_keys(file: Path) -> tuple[bytes, bytes | None]:
-    """Return the public key in ``file``, and the secret one if it is there.
-
-    Raises:
-        ConfigError: it is no key file, or a secret that others can read.
-
-    """
+    """Return the public key in ``file``, and the secret one if it is there."""
     try:
         public, secret = load_certificate(file)
         for key in (public, secret):

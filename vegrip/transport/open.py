@@ -151,12 +151,7 @@ def _opener(kind: object, where: str) -> Opener:
 
 
 def open_bus(settings: CanSettings) -> tuple[can.BusABC, Callable[[], can.BusABC], BitTiming | None]:
-    """Return a bus, a function that opens it again, and the bit rates if the load must be estimated.
-
-    Raises:
-        DeviceError: there is no such interface, or it cannot serve.
-
-    """
+    """Return a bus, a function that opens it again, and the bit rates if the load must be estimated."""
 
     def again() -> can.BusABC:
         if settings.interface == "socketcan":

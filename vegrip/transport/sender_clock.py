@@ -124,7 +124,6 @@ class SenderClock:
         return min(stamp + math.floor(min(self._line(stamp), bucket.delay)), arrival)
 
     def estimate(self) -> ClockEstimate:
-        """Return what is known now."""
         count = sum(bucket.count for bucket in self._buckets)
         if not count:
             return ClockEstimate(math.nan, 0.0, math.nan, math.nan, self.jumps)

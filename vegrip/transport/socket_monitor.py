@@ -62,11 +62,6 @@ class SocketMonitor:
 
     libzmq hands events over in its I/O thread, which waits when they are not read: the queue therefore has no
     bound, and who makes a monitor must read it.
-
-    Args:
-        watched: a socket of any kind.
-        events: those that are wanted, ``zmq.EVENT_...`` joined with ``|``.
-
     """
 
     def __init__(self, watched: zmq.Socket[bytes], events: int) -> None:
@@ -120,14 +115,7 @@ _KEEPALIVE: Final = (
 
 
 class Subscription:
-    """A subscriber of one address.
-
-    Args:
-        socket: of kind SUB, its options set; closed by :meth:`close`.
-        address: of the publisher, resolved.
-        on_handshake: called with the event of each handshake.
-
-    """
+    """A subscriber of one address."""
 
     def __init__(
         self, socket: zmq.Socket[bytes], address: str, on_handshake: Callable[[int], None] | None = None

@@ -45,10 +45,6 @@ class ZmqEndpoint(Endpoint):
         codec: what the messages look like; its namespace selects the topics.
         keys: CURVE keys; required as soon as an address is not of this machine.
 
-    Raises:
-        ConfigError: an address that is none, or open to the world without keys.
-        DeviceError: an address in use.
-
     """
 
     def __init__(
@@ -223,18 +219,6 @@ class BatchEndpoint(ZmqEndpoint):
 
     ``rejected`` has besides, for batches and rows, the names of
     :class:`~vegrip.transport.codec.batch_codec.BatchCodec`.
-
-    Args:
-        publish: address to bind, "" to send nothing.
-        subscribe: addresses to connect to.
-        codec: of all other messages.
-        batches: of those.
-        keys: CURVE keys.
-
-    Raises:
-        ConfigError: an address that is none, or open to the world without keys.
-        DeviceError: an address in use.
-
     """
 
     brings = BATCHES

@@ -37,13 +37,7 @@ class LogLine:
 
 @dataclass
 class Board:
-    """Takes messages, knows the newest and their ages; :meth:`refresh` notes what has fallen silent.
-
-    Args:
-        start: [ns] zero of its log.
-        fingers: in the order of the hand; others are added as they are heard.
-
-    """
+    """Takes messages, knows the newest and their ages; :meth:`refresh` notes what has fallen silent."""
 
     start: int  # [ns]
     fingers: tuple[str, ...] = ()
@@ -61,14 +55,6 @@ class Board:
         self.rows = {finger: FingerRow() for finger in self.fingers}
 
     def receive(self, message: messages.Message, now: int, node: str = "") -> None:
-        """Put ``message`` on the board.
-
-        Args:
-            message: what was said.
-            now: [ns] when it came.
-            node: full name of the node that said it, "" = not known.
-
-        """
         kind = type(message).__name__
         self.counts[kind] = self.counts.get(kind, 0) + 1
         speaker = message.node if isinstance(message, messages.OF_NODES) else node

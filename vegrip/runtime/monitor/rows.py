@@ -202,13 +202,7 @@ class NodeRow:
         return min(self.late / self.status.rate_out, 1.0)
 
     def judge(self, now: int, awake_since: int) -> Presence:
-        """Return whether the node is there at ``now`` [ns].
-
-        Args:
-            now: [ns].
-            awake_since: [ns] the watcher itself slept before: silence counts from here.
-
-        """
+        """Return whether it is there at ``now``; silence before ``awake_since`` [ns] does not count."""
         if self.failure:
             return Presence.GONE
         is_finalized = self.status is not None and self.status.state is Lifecycle.FINALIZED

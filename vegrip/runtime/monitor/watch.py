@@ -48,25 +48,16 @@ class Sink(Protocol):
 
 
 class Watch:
-    """Hears all nodes of this machine; fingers carry their namespace.
-
-    Args:
-        every: what is asked for of all nodes.
-        newest: of which the newest messages are enough, of nodes that send margins; a FingertipState is one
-            that the node has received.
-        waits: whether to begin without any node.
-
-    Raises:
-        UsageError: no node runs.
-
-    """
+    """Hears all nodes of this machine; fingers carry their namespace."""
 
     def __init__(
         self,
         every: Sequence[type[Message]] = WATCHED_MESSAGES,
-        newest: Sequence[type[Message]] = (),
+        newest: Sequence[
+            type[Message]
+        ] = (),  # alone, of nodes that send margins; states as they receive them
         *,
-        waits: bool = False,
+        waits: bool = False,  # begin without any node
     ) -> None:
         if not waits and not running_nodes():
             raise UsageError("no node runs; start one with `vegrip launch demo`")

@@ -22,12 +22,7 @@ def record_node(
     report: Callable[[str], None] = lambda _: None,
     should_stop: Callable[[], bool] = lambda: False,
 ) -> int:
-    """Write what ``entry`` receives and says for ``duration`` [s] (0 = until stopped); return the states.
-
-    Raises:
-        DeviceError: the node receives no state.
-
-    """
+    """Write what ``entry`` receives and says for ``duration`` [s] (0 = until stopped); return the states."""
     reader, states = TelemetryReader([entry]), 0
     begin = time.monotonic()
     try:

@@ -74,7 +74,6 @@ class FingerSummary:
             self._count_health(message)
 
     def as_dict(self) -> dict[str, Any]:
-        """The summary for machines: what is not known is null."""
         last = self.last or ContactEstimate(0, "", 0)
         return {
             "samples": self.samples,
@@ -154,14 +153,6 @@ class RecordedBus(Endpoint):
     Every state is encoded, carried and decoded as on a real bus, so that the node sees what the wire leaves
     of it. What the node sends is encoded too, to count what the wire cannot carry; :attr:`keep` gets it as
     the node said it.
-
-    Args:
-        states: in the order of their stamps.
-        fingers: in the order of the bus.
-        clock: moved from state to state.
-        keep: gets every state as received, and every message sent.
-        fd: CAN FD, else classic CAN.
-
     """
 
     def __init__(

@@ -30,7 +30,6 @@ def leading_suspect(recording: Recording, model: ContactModel) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Read, look, and print the answer."""
     with np.load(io.BytesIO(sys.stdin.buffer.read())) as felt:
         columns = {name: felt[name] for name in felt.files}
     model = parse_model(str(columns.pop("model")))

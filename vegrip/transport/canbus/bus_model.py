@@ -44,13 +44,7 @@ SHARES = ("loss", "corruption", "misreading", "flips", "delay", "jitter", "babbl
 
 
 class BusModel:
-    """The bus and its nodes, which are numbers given by the caller.
-
-    Args:
-        timing: bit rates.
-        functions: that carry frames, in Python or in C; None: in C where that is possible.
-
-    """
+    """The bus and its nodes, which are numbers given by the caller."""
 
     def __init__(self, timing: BitTiming, functions: ModuleType | CompiledBus | None = None) -> None:
         self.timing = timing
@@ -65,12 +59,7 @@ class BusModel:
     def attach(
         self, node: int, *, listen_only: bool = False, faults: NodeFaults = NO_FAULTS, time: int = 0
     ) -> None:
-        """Connect ``node`` at ``time`` [ns]; from the next frame on it takes part.
-
-        Raises:
-            ConfigError: there are too many nodes.
-
-        """
+        """Connect ``node`` at ``time`` [ns]; from the next frame on it takes part."""
         bus = self.record
         if bus.attached == SLOTS:
             raise ConfigError(f"it has {SLOTS} nodes, and no room for more")

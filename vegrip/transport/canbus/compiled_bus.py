@@ -79,9 +79,6 @@ def compile_library() -> Path:
 class CompiledBus:
     """The functions of the library, called as those in Python are.
 
-    Args:
-        library: as :func:`compile_library` returns it.
-
     Raises:
         OSError: it cannot be loaded.
 

@@ -32,7 +32,6 @@ SUSPENSION = 8  # bits for which an error-passive sender waits after the gap bet
 
 
 def data_bytes(frame: Frame) -> int:
-    """Return how many bytes of data the frame has."""
     return 0 if frame.flags & REMOTE != 0 else DATA_SIZES[frame.code & 15]
 
 

@@ -76,7 +76,6 @@ def write_record(frame: BusFrame, record: Frame) -> None:
 
 
 def read_record(record: Frame) -> BusFrame:
-    """Return the frame of a record of the bus."""
     kind, length = FRAME_KINDS[int(record.flags)], text.data_bytes(record)
     code = record.code if kind.is_remote else -1
     return BusFrame(record.identifier, bytes(record.data[:length]), *kind, code)

@@ -79,12 +79,6 @@ def make_greeting(table: Mapping[str, Any]) -> bytes:
 
 
 def read_greeting(packet: bytes) -> Greeting:
-    """Return what ``packet`` says.
-
-    Raises:
-        ConfigError: it is no greeting; the reason is short enough for an answer.
-
-    """
     try:
         said = json.loads(packet)
     except (ValueError, RecursionError):

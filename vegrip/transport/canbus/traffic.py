@@ -198,13 +198,7 @@ class Forecast:
 
 
 def forecast_traffic(plan: TrafficPlan, *, fifo: bool = True) -> Forecast:
-    """Return load and worst-case response times of ``plan``.
-
-    Args:
-        plan: what runs.
-        fifo: transmit queues in the order of sending (SocketCAN, the virtual bus); else by identifier.
-
-    """
+    """Return load and worst-case response times of ``plan``; without ``fifo`` queues are by identifier."""
     frames = rows(plan)
     plain = [_stream(frame, plan.jitter) for frame in frames]
     # From an idle bus on, a state and the command that answers it go within one busy period.
@@ -237,12 +231,7 @@ def _in_turn(
 
 
 def rows(plan: TrafficPlan) -> list[FrameRow]:
-    """Return the frames of ``plan``, most urgent first, still without response times.
-
-    Raises:
-        UsageError: more fingers or hands than the identifiers can tell apart.
-
-    """
+    """Return the frames of ``plan``, most urgent first, still without response times."""
     known = layouts()
     if plan.fingers > known.fingers or plan.hands > known.hands:
         raise UsageError(f"the identifiers serve {known.hands} hands of {known.fingers} fingers")

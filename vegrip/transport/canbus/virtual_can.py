@@ -143,12 +143,7 @@ class VegripBus(can.BusABC):
         self.put_requests(self._request(msg), time.monotonic() + (timeout or 0.0))
 
     def put(self, *frames: tuple[int, bytes, int]) -> None:
-        """Queue data frames at once, ``MOST_REQUESTS`` at most: :meth:`send` without ``can.Message``.
-
-        Args:
-            frames: identifier, data and flags of each, as in :mod:`vegrip.transport.canbus.bus_records`.
-
-        """
+        """Queue data frames at once, ``MOST_REQUESTS`` at most: :meth:`send` without ``can.Message``."""
         now = time.monotonic_ns()
         try:
             requests = [hub_wire.pack_request(now, *frame) for frame in frames]

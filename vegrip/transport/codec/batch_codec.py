@@ -41,15 +41,6 @@ class BatchCodec(FrameCodec):
 
     Nothing that comes from outside raises: what is refused is counted in ``rejected``, a batch as ``size``,
     ``checksum``, ``version`` or ``rows``, a row as by :class:`~vegrip.transport.codec.can_codec.CanCodec`.
-
-    Args:
-        fingers: names in the order of their numbers, at most 30.
-        namespace: in front of every topic.
-        use_sender_time: keep the sender's stamps.
-
-    Raises:
-        ConfigError: too many fingers, or a name twice.
-
     """
 
     def __init__(self, fingers: Sequence[str], namespace: str = "", *, use_sender_time: bool = True) -> None:
@@ -107,7 +98,6 @@ class BatchCodec(FrameCodec):
         return Frame(identifier, payload[start : start + self.lengths[kind]], True, stamp)
 
     def decode(self, frame: Frame) -> Message | None:
-        """Return the message of a row, None when there is none."""
         return self.decode_as(frame.arbitration_id, frame, "finger")
 
     def _objection(self, payload: bytes, kind: type[Message]) -> str:

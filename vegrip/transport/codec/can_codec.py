@@ -48,9 +48,6 @@ class CanCodec(FrameCodec):
             frames of a hand whose clock is its own; goes before ``use_sender_time``.
         reach: by how many of its kind an FD message may be overtaken and is still taken, out of order.
 
-    Raises:
-        ConfigError: more fingers, nodes or hands than the identifier holds, or a name twice.
-
     """
 
     def __init__(

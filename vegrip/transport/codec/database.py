@@ -112,10 +112,6 @@ def build_layouts(db: Database) -> Layouts:
     """Return the layouts of all messages of ``db``.
 
     Identifiers come in blocks of one size, which the base identifiers are multiples of.
-
-    Raises:
-        ConfigError: a signal that no field owns, a field's type that a signal cannot carry, another version.
-
     """
     version, hand, finger = (
         _attribute(db, key) for key in ("MessageSetVersion", "HandStride", "FingerStride")

@@ -15,15 +15,7 @@ TIME_MODULUS: Final = 1 << 32  # [us]
 
 
 class Encoder:
-    """Builds the frames of the messages of one kind for one finger (or node).
-
-    Args:
-        layout: the kind of message.
-        offset: added to the base identifiers.
-        version: of the message set.
-        clipped: where values that the layout cannot carry are counted, by field.
-
-    """
+    """Builds the frames of the messages of one kind for one finger (or node)."""
 
     def __init__(self, layout: Layout, offset: int, version: int, clipped: Counter[str]) -> None:
         self._parts = [_PartEncoder(part, offset, version, clipped) for part in layout.parts]

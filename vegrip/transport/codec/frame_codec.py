@@ -93,19 +93,7 @@ class Assembly:
 
 
 class Decoder:
-    """Checks and reads the frames of one part of one kind of message of one finger (or node).
-
-    Args:
-        layout: the kind of message.
-        part: the part of it that comes with this identifier.
-        assembly: shared by the parts.
-        identifier: also the Data ID of the E2E protection.
-        owner: name of the finger or node.
-        version: of the message set.
-        use_sender_time: stamp with the sender's time where the frame has it.
-        clock: maps the sender's time to ours, where the frame has it.
-
-    """
+    """Checks and reads the frames of one part of one kind of message of one finger (or node)."""
 
     def __init__(
         self,
@@ -167,14 +155,7 @@ WHOLE: Final = frozenset({"counter", "incomplete"})
 
 
 class Line:
-    """How states and commands of a finger travel in FD frames, for a program that handles the bytes itself.
-
-    Args:
-        states: of the finger.
-        commands: of the finger.
-        reports: of what is told of it: contact and slip margin.
-
-    """
+    """How states and commands of a finger travel in FD frames, for who handles the bytes without messages."""
 
     def __init__(self, states: Decoder, commands: Encoder, reports: Sequence[Encoder]) -> None:
         self.state_id, self.command_id = states.identifier, commands.identifiers[0]
@@ -210,10 +191,6 @@ class FrameCodec:
 
     ``rejected`` counts refusals by their name, ``broken`` by finger the frames of its states that could not
     be understood, ``clipped``, by field, values that the layout cannot carry.
-
-    Args:
-        fingers: names in the order of their numbers.
-
     """
 
     def __init__(self, fingers: Sequence[str]) -> None:

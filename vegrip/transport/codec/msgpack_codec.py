@@ -299,9 +299,6 @@ class MsgpackCodec:
         use_sender_time: keep the sender's stamps, right on one machine or with synchronised clocks. Otherwise
             the receive time is the stamp, and times that follow it (``expires``) move with it.
 
-    Raises:
-        ConfigError: a namespace or a finger's name that cannot stand in a topic.
-
     """
 
     def __init__(
@@ -324,7 +321,6 @@ class MsgpackCodec:
 
     @property
     def lost(self) -> int:
-        """Messages that never arrived, over all streams."""
         return self._streams.lost
 
     @property
@@ -364,7 +360,6 @@ class MsgpackCodec:
             return None
 
     def reset(self) -> None:
-        """Forget all counters: what comes next begins new streams (a replay that starts over)."""
         self._streams.reset()
 
     def _note_broken(self, topic: str, why: str) -> None:

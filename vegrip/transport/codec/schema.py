@@ -75,12 +75,6 @@ def message_set() -> MessageSet:
 
 
 def parse(text: str) -> MessageSet:
-    """Build the message set from the text of ``messages.toml``.
-
-    Raises:
-        ConfigError: a message or a type that vegrip.messages does not have.
-
-    """
     table = parse_toml(text)
     version = table.pop("version")
     schemas = [_message(name, entry) for name, entry in table.items()]
@@ -127,17 +121,7 @@ def data_id_of(topic: str) -> int:
 
 
 class Topics:
-    """The topics of one hand.
-
-    Args:
-        namespace: in front of every topic, "" for none.
-        fingers: names of the fingers, None accepts any.
-        remap: names of this program -> names on the wire, both without the namespace left out.
-
-    Raises:
-        ConfigError: a namespace or a finger's name that cannot stand in a topic.
-
-    """
+    """The topics of one hand."""
 
     def __init__(
         self,

@@ -92,13 +92,7 @@ MOST_STRANGERS: Final = 1024
 
 
 class Streams:
-    """One counter for each topic and owner.
-
-    Args:
-        fingers: names of the configured fingers; they are never crowded out.
-        modulus: of the counters.
-
-    """
+    """One counter for each topic and owner; those of the configured ``fingers`` are never crowded out."""
 
     def __init__(self, fingers: Collection[str], modulus: int) -> None:
         self.crowded = 0  # streams that were forgotten to make room

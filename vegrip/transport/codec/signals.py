@@ -341,12 +341,7 @@ MAKERS: Final[Mapping[str, Callable[..., Any] | Estimate]] = {
 
 
 def plan(message: DbcMessage) -> tuple[struct.Struct, Mapping[str, Place]]:
-    """Lay out the cells of ``message``; reserved bytes become padding, sent as zero.
-
-    Raises:
-        ConfigError: big-endian, multiplexed or oddly placed signals, which the plan cannot express.
-
-    """
+    """Lay out the cells of ``message``; reserved bytes become padding, sent as zero."""
     groups: dict[int, list[Signal]] = {}  # by their first byte
     for signal in sorted(message.signals, key=lambda s: s.start):
         _check(message, signal)

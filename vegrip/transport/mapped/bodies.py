@@ -25,10 +25,6 @@ def parse_path(text: str, where: str) -> tuple[Step, ...]:
 
     >>> parse_path("tips[name=thumb].force[2]", "map")
     ('tips', ('name', 'thumb'), 'force', 2)
-
-    Raises:
-        ConfigError: it is no path.
-
     """
     steps: list[Step] = []
     position = 0
@@ -49,7 +45,6 @@ def parse_path(text: str, where: str) -> tuple[Step, ...]:
 
 
 def getter(steps: tuple[Step, ...]) -> Callable[[Any], Any]:
-    """Return the function that takes the value out of a message; None where it is not there."""
 
     def get(body: Any) -> Any:
         for step in steps:
@@ -117,7 +112,6 @@ class PlainBodies:
         return body
 
     def getter(self, topic: str, steps: Steps, where: str) -> Callable[[Any], Any]:  # noqa: ARG002
-        """Return the function that takes a value out of a message; None where it is not there."""
         return getter(steps)
 
     def check(self, topic: str, steps: Steps, where: str) -> None:
@@ -132,12 +126,6 @@ class PlainBodies:
 
 
 def bodies_of(plan: Plan) -> Bodies:
-    """Return the messages of the hand of ``plan``.
-
-    Raises:
-        ConfigError: protobuf without its library, its descriptors, or the type of a topic.
-
-    """
     if plan.hand.format != "protobuf":
         return PlainBodies(is_json=plan.hand.format == "json")
     from vegrip.transport.mapped.protobuf import ProtobufBodies  # noqa: PLC0415 (an optional library)

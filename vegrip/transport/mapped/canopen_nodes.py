@@ -39,12 +39,7 @@ UNUSED: Final = 1 << 31
 
 
 def read_eds(path: Path, nodes: Mapping[str, int]) -> Database:
-    """Return the frames of the ``nodes``, all of which are what the EDS at ``path`` says.
-
-    Raises:
-        ConfigError: no such file, no EDS, no node, or a mapping that cannot be.
-
-    """
+    """Return the frames of the ``nodes``, all of which are what the EDS at ``path`` says."""
     import canopen  # noqa: PLC0415 (only for a CANopen hand)
 
     if not nodes:
@@ -205,18 +200,11 @@ class CanopenNodes:
 
     Counts in ``rejected``: ``restarted`` (a boot-up message: the node is started again), ``not_operational``
     (heartbeats of a node that sends no PDOs), ``emergency``, ``sdo_abort`` and ``sdo_timeout``.
-
-    Args:
-        nodes: node-IDs.
-        objects: what is asked for: node-ID, index, sub-index.
-        period: between two requests to a node [ns].
-        rejected: where it is counted.
-
     """
 
     nodes: Iterable[int]
-    objects: Iterable[tuple[int, int, int]]
-    period: int
+    objects: Iterable[tuple[int, int, int]]  # node-ID, index, sub-index of what is asked for
+    period: int  # [ns] between two requests to a node
     rejected: Counter[str]
     _polls: Mapping[int, _Poll] = field(init=False)
     _start: list[Frame] = field(default_factory=list)
@@ -230,7 +218,6 @@ class CanopenNodes:
 
     @property
     def identifiers(self) -> set[int]:
-        """Identifiers of the frames that :meth:`receive` reads."""
         own = {kind + node for node in self.nodes for kind in (HEARTBEAT, EMERGENCY)}
         return own | self._polls.keys()
 

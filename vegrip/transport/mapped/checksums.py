@@ -59,12 +59,7 @@ class Protection:
 
 
 def protection(spec: ChecksumMap, message: ForeignMessage, where: str) -> Protection | None:
-    """Return how ``message`` is protected, None when it is not.
-
-    Raises:
-        ConfigError: a signal that the message does not have, or something that the kind needs is missing.
-
-    """
+    """Return how ``message`` is protected, None when it is not."""
     if spec.kind == "none":
         return None
     spec = replace(spec, **NAMED.get(spec.kind, {}))

@@ -34,24 +34,15 @@ REPORT_PERIOD: Final = NS // 50  # [ns] as ControlSettings.report_period
 
 
 class FingerStates:
-    """The states of one finger: what completes one, what is too old, what is missing.
-
-    Args:
-        finger: its plan.
-        slots: all slots of the hand.
-        groups: which group of signals fills each slot.
-        values: of the slots.
-        heard: when each group came last [ns].
-
-    """
+    """The states of one finger: what completes one, what is too old, what is missing."""
 
     def __init__(
         self,
         finger: FingerPlan,
         slots: Sequence[Slot],
-        groups: Sequence[int],
+        groups: Sequence[int],  # which of them fills each slot
         values: Slots,
-        heard: Sequence[int],
+        heard: Sequence[int],  # [ns] when each group came last
     ) -> None:
         self.name = finger.name
         self._values, self._heard = values, heard
@@ -110,13 +101,9 @@ Take = Callable[[Any, int], Sequence[FingertipState]]
 class ForeignHand(ABC):
     """The last values of a foreign hand, its commands, and counts of what was refused.
 
+    ``groups`` says which group of signals fills each slot; signals of a group come together.
     ``lost`` are gaps in their counters; ``clipped``, by finger, commands beyond the range of their signal;
     ``broken``, by finger, messages that could not be understood.
-
-    Args:
-        plan: of the hand.
-        groups: which group of signals fills each slot; signals of a group come together.
-
     """
 
     encoder: Commands
@@ -162,7 +149,6 @@ class ForeignHand(ABC):
 
     @property
     def lost(self) -> int:
-        """Messages that never arrived, where they have a counter."""
         return sum(sequence.lost for sequence in self._sequences)
 
     @property
@@ -170,7 +156,6 @@ class ForeignHand(ABC):
         return {name: states.always_zero for name, states in self._states.items()}
 
     def reset(self) -> None:
-        """Forget all counters: what comes next begins new streams (a replay that starts over)."""
         for sequence in self._sequences:
             sequence.last = -1
 
@@ -281,7 +266,6 @@ class MappedCodec(ForeignHand):
         return next(iter(self.decode_all(frame)), None)
 
     def decode_all(self, frame: Frame) -> Sequence[FingertipState]:
-        """Return the states that ``frame`` completes."""
         identifier, data, _, stamp = frame
         take = self._takes.get(identifier)
         known = self._nodes is not None and self._nodes.receive(frame)
@@ -293,7 +277,6 @@ class MappedCodec(ForeignHand):
         return take(data, stamp)
 
     def due(self, now: int) -> list[Frame]:
-        """Return the frames to send at ``now`` [ns]: commands to repeat, requests, starts of nodes."""
         said: Sequence[Step] = ()
         if self.dialogue is not None:
             if self.dialogue.opening:
@@ -307,7 +290,6 @@ class MappedCodec(ForeignHand):
         return set(self._takes) | (self._nodes.identifiers if self._nodes is not None else set())
 
     def encode(self, message: Message) -> list[Frame]:
-        """Return the frames that carry a command; other messages are not for a foreign hand."""
         return self.encoder.encode(message) if isinstance(message, ForceCommand) else []
 
     def _counting(self, name: str, scope: dict[str, Any]) -> tuple[list[str], int]:  # noqa: ARG002
@@ -363,7 +345,6 @@ class TopicCodec(ForeignHand):
         return next(iter(self.decode_all(topic, payload, stamp)), None)
 
     def decode_all(self, topic: str, payload: bytes, stamp: int) -> Sequence[FingertipState]:
-        """Return the states that a message received at ``stamp`` [ns] completes."""
         take = self._topics.get(topic)
         if take is None:
             return self._refuse("unknown_topic")
@@ -379,7 +360,6 @@ class TopicCodec(ForeignHand):
         return next(iter(self.encoder.encode(message)), None) if isinstance(message, ForceCommand) else None
 
     def due(self, now: int) -> list[tuple[str, bytes]]:
-        """Return the commands to repeat at ``now`` [ns]."""
         return self.encoder.due(now)
 
     def _number(self, value: Any) -> float:

@@ -79,12 +79,6 @@ class Law:
 
 
 def law_of(command: CommandMap, unit: str, where: str) -> Law:
-    """Return the law of ``command``, whose signal is in ``unit``.
-
-    Raises:
-        ConfigError: a unit of another quantity.
-
-    """
     if command.kind == "position":
         number, per = quantity(command.stiffness, f"{where}: 'stiffness'")
         scale = conversion(product(unit, per), "N", f"{where}: 'stiffness'")[0] if unit else 1.0
@@ -139,14 +133,7 @@ class Outgoing:
 
 
 class Commands(ABC):
-    """All commands of a hand.
-
-    Args:
-        plan: of the hand.
-        state_of: what is measured, for increments and positions.
-        clipped: where values beyond a signal, and commands that cannot be sent, are counted by finger.
-
-    """
+    """All commands of a hand."""
 
     def __init__(self, plan: Plan, state_of: StateOf, clipped: Counter[str]) -> None:
         self.held = 0  # messages that repeated a command whose time had run out

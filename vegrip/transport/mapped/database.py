@@ -115,12 +115,6 @@ DECLARED: Final = re.compile(rb"\bSG_\s+\w+\s*(?:[mM]\w*\s*)?:|<Signal\s|<I-SIGN
 
 
 def read_dbc(path: Path) -> Database:
-    """Read what cantools reads.
-
-    Raises:
-        ConfigError: no such file, or none that cantools understands.
-
-    """
     import cantools.database  # noqa: PLC0415 (half a second, only where there is a map)
 
     try:

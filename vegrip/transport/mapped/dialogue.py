@@ -74,26 +74,13 @@ class Step(NamedTuple):
 
 
 class Dialogue:
-    """What is said to one device of a hand.
-
-    Args:
-        spec: ``[device]`` of its map.
-        device: its number.
-        period: of polls that say none [s].
-        counts: where ``unanswered`` is counted, shared with others.
-        where: names the map in complaints.
-        on_can: whether entries are frames.
-
-    Raises:
-        ConfigError: an entry that cannot be.
-
-    """
+    """What is said to one device of a hand."""
 
     def __init__(
         self,
         spec: DeviceMap,
         device: int,
-        period: float,
+        period: float,  # [s] of polls that say none
         counts: Counter[str],
         where: str,
         *,
@@ -165,7 +152,6 @@ class Dialogue:
         del self._heard[:-MOST_HEARD]
 
     def came(self, name: str) -> None:
-        """Note that the packet or frame ``name`` has come."""
         self._has_come = True
         if self._asked is not None and self._asked.expects == name:
             self._asked = None

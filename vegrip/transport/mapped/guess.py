@@ -122,14 +122,7 @@ def quantity_of(unit: str) -> str:
 
 
 def finger_of(message: str, signal: str, numbers: tuple[str, ...]) -> str:
-    """Return the finger that is named, or numbered from 1 (0 where there is one), "" if none is.
-
-    Args:
-        message: its name.
-        signal: its name.
-        numbers: names of the fingers in the order of their numbers.
-
-    """
+    """Return the finger that is named, or numbered from 1 (0 where there is one), "" if none is."""
     for words in (words_of(signal), words_of(message)):
         for finger, names in FINGER_WORDS.items():
             if any(word in names for word in words):
@@ -256,12 +249,9 @@ class Member(NamedTuple):
 
 
 class Family:
-    """The fingers of a hand.
+    """The fingers of a hand, by the words of its messages and signals.
 
-    Args:
-        names: words of message and signal, and whether the signal is no component of a vector.
-        all_fingers: words that tell a finger by themselves.
-
+    ``names`` says of each whether it is no component of a vector, ``all_fingers`` what tells a finger alone.
     """
 
     def __init__(self, names: Mapping[Pattern, bool], all_fingers: frozenset[str]) -> None:

@@ -29,13 +29,7 @@ WAIT: Final = "wait"
 
 
 class PacketStream:
-    """The packets of one device.
-
-    Args:
-        packets: that it sends.
-        counts: where what is passed over is counted, shared with others.
-
-    """
+    """The packets of one device."""
 
     def __init__(self, packets: Sequence[Packet], counts: Counter[str]) -> None:
         self._packets = packets
@@ -235,16 +229,7 @@ class LinkSettings:
 
 
 class Device:
-    """One device: its link, its packets, what is said to it. Lost links are opened again and again.
-
-    Args:
-        link: to it.
-        open_: opens it again.
-        stream: its packets.
-        dialogue: what is said to it.
-        counts: shared with others; here ``link_lost``, ``unsent`` and ``silent``.
-
-    """
+    """One device: its link, its packets, what is said to it. Lost links are opened again and again."""
 
     def __init__(
         self, link: Link, open_: Open, stream: PacketStream, dialogue: Dialogue, counts: Counter[str]

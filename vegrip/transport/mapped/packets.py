@@ -116,21 +116,7 @@ class Record:
 
 
 class Packet:
-    """A packet as a stream looks for it.
-
-    Args:
-        name: of the packet.
-        number: identifier of its message.
-        spec: its table.
-        signals: its fields.
-        checked: the field with the checksum, counted from the end where its start is negative.
-        least: [bytes] that its fields take.
-        where: names it in complaints.
-
-    Raises:
-        ConfigError: a length, checksum, clock or index that cannot be.
-
-    """
+    """A packet as a stream looks for it."""
 
     def __init__(
         self,
@@ -138,8 +124,8 @@ class Packet:
         number: int,
         spec: PacketMap,
         signals: Mapping[str, Signal],
-        checked: Signal | None,
-        least: int,
+        checked: Signal | None,  # the checksum, counted from the end where its start is negative
+        least: int,  # [bytes] that its fields take
         where: str,
     ) -> None:
         self.name, self.number, self.device, self.where = name, number, spec.device, where
@@ -190,12 +176,6 @@ class Packet:
 
 
 def read_packets(tables: Mapping[str, Any], where: str) -> dict[str, PacketMap]:
-    """Return the packets in ``tables``.
-
-    Raises:
-        ConfigError: a key or value that cannot be, or a packet that is ``like`` itself or like none.
-
-    """
     found: dict[str, PacketMap] = {}
     for name in tables:
         keys, seen = dict(_table(tables, name, where)), {name}
@@ -343,12 +323,7 @@ def _selected(each: PacketMap, gate: str, where: str) -> dict[str, Any]:
 
 
 def read_field(name: str, text: str, number: int, where: str) -> Signal:
-    """Return the field ``name`` that ``text`` declares, the ``number``-th of its kind.
-
-    Raises:
-        ConfigError: it declares none.
-
-    """
+    """Return the field ``name`` that ``text`` declares, the ``number``-th of its kind."""
     match = FIELD.fullmatch(text.strip())
     bits = int(match["bits"]) if match else 0
     if match is None or not 0 < bits <= 64 or (match["kind"] == "f" and bits not in (16, 32, 64)):
@@ -413,12 +388,7 @@ def _index(each: PacketMap, where: str) -> Index | None:
 
 
 def on_streams(packets: Sequence[Packet]) -> None:
-    """Refuse packets that only datagrams can carry.
-
-    Raises:
-        ConfigError: one of which neither begin nor end can be found in a stream.
-
-    """
+    """Refuse packets that only datagrams can carry."""
     for packet in packets:
         if packet.size is None and packet.least != packet.most and not packet.end:
             raise ConfigError(f"{packet.where}: a stream has no datagrams; give 'length'")

@@ -106,13 +106,7 @@ VECTORS: Final = (
 
 
 def make_plan(hand: schema.HandMap, database: Database, fingers: tuple[str, ...]) -> Plan:
-    """Return what ``hand`` means for the ``fingers`` of a configuration.
-
-    Raises:
-        ConfigError: a finger, message or signal that is not there, a unit of another quantity, a signal
-            taken twice.
-
-    """
+    """Return what ``hand`` means for the ``fingers`` of a configuration."""
     missing = [name for name in fingers if name not in hand.fingers]
     if missing:
         raise ConfigError(
@@ -127,12 +121,7 @@ def make_plan(hand: schema.HandMap, database: Database, fingers: tuple[str, ...]
 
 
 def find_signal(database: Database, name: str, where: str) -> tuple[ForeignMessage, Signal]:
-    """Return the message and the signal that ``name`` (MESSAGE.SIGNAL) names.
-
-    Raises:
-        ConfigError: there is none, with the nearest one.
-
-    """
+    """Return the message and the signal that ``name`` (MESSAGE.SIGNAL) names."""
     head, dot, tail = name.partition(".")
     if not dot:
         raise ConfigError(f"{where}: {name!r} must be MESSAGE.SIGNAL, both names of {database.name}")
@@ -350,7 +339,6 @@ def _check_protection(hand: schema.HandMap, database: Database, name: str, spec:
 
 
 def read_database(hand: schema.HandMap) -> Database:
-    """Read the database of ``hand``; a network has none."""
     if hand.packets:
         return packet_database(hand.packets, str(hand.path), hand.device.offset)
     if hand.database is None:

@@ -58,10 +58,6 @@ def virtual_text(path: Path, *, has_drive: bool = True) -> str:
 
     What is still to be measured has the values of its ``[product.virtual]``. With ``has_drive`` a sensor
     without commands is given a drive: a packet ``drive_FINGER`` each, with a force in it.
-
-    Raises:
-        ConfigError: a CAN database without a command.
-
     """
     text = path.read_text(encoding="utf-8")
     table = parse_toml(text)

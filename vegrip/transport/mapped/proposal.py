@@ -52,24 +52,11 @@ def propose(
     database: Database,
     heard: Mapping[str, Trace],
     traffic: Traffic | None,
-    names: Sequence[str] = (),
+    names: Sequence[str] = (),  # of the fingers, in the order of the hand's numbers
     nodes: Mapping[str, int] | None = None,
     settings: Sequence[Setting] = (),
 ) -> Proposal:
-    """Return the map that names, units and traffic suggest.
-
-    Args:
-        database: of the hand.
-        heard: signals that came; empty where there is no traffic.
-        traffic: the frames, for checksums and rates.
-        names: of the fingers, in the order of the hand's numbers.
-        nodes: CANopen: node-IDs by finger.
-        settings: what the user says; it goes over every guess.
-
-    Raises:
-        InputError: nothing in the database looks like a fingertip, or nothing of it was heard.
-
-    """
+    """Return the map that names, units and traffic suggest; ``settings`` of the user go over every guess."""
     found = guesses(database, tuple(names) or USUAL)
     if any(not database.messages[one.message].asked for one in found if one.channel in MAPPED_CHANNELS):
         found = [one for one in found if not database.messages[one.message].asked]
@@ -323,12 +310,7 @@ MOST_NAMED: Final = 8  # signals of no known use, counted without those alike
 
 
 def leave_out_unknown_units(proposal: Proposal) -> None:
-    """Take out of ``proposal`` what its unit does not tell in SI; say the option that keeps it.
-
-    Raises:
-        InputError: the normal force is in such a unit.
-
-    """
+    """Take out of ``proposal`` what its unit does not tell in SI; say the option that keeps it."""
     options: dict[str, str] = {}  # -> what it is for
     forces = False
     for finger in proposal.fingers.values():

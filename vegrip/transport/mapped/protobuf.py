@@ -32,17 +32,7 @@ NUMBER_TYPES: Final = {*WHOLE, FieldDescriptor.CPPTYPE_DOUBLE, FieldDescriptor.C
 
 
 class ProtobufBodies:
-    """All messages of a hand, by topic.
-
-    Args:
-        descriptors: a ``FileDescriptorSet``, serialised.
-        types: full name of the message on each topic.
-        where: the file of the descriptors, named in complaints.
-
-    Raises:
-        ConfigError: no descriptor set, or a type that is not in it.
-
-    """
+    """All messages of a hand, by topic."""
 
     def __init__(self, descriptors: bytes, types: Mapping[str, str], where: str) -> None:
         self._where = where
@@ -62,14 +52,12 @@ class ProtobufBodies:
             raise ConfigError(f"{where}: describes no message; {MAKE_ONE}")
 
     def load(self, topic: str, payload: bytes) -> Any:
-        """Return the message."""
         try:
             return self._class(topic).FromString(payload)
         except DecodeError as error:
             raise ValueError(str(error)) from None
 
     def getter(self, topic: str, steps: Steps, where: str) -> Callable[[Any], Any]:
-        """Return the function that follows ``steps``."""
         self.check(topic, steps, where)
 
         def get(body: Any) -> Any:

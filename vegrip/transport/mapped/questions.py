@@ -83,7 +83,6 @@ class _Finger:
         self.is_touch_known = True
 
     def without_force(self) -> str:
-        """Say that no normal force is mapped, and which signal of no known use answers to the press."""
         left = self.heard.keys() - set(signals_of(self.proposal)) if self.rest is not None else ()
         answers = {
             name: abs(self._response(name, self.windows["press"])) / self._spread(name) for name in left

@@ -283,12 +283,7 @@ def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
 def _known(
     table: Mapping[str, Any], procedures: Mapping[str, Any], unknown: dict[str, str], path: Path
 ) -> dict[str, Any]:
-    """Return ``table`` without channels of which a key is '?': to be measured, which ``unknown`` is told.
-
-    Raises:
-        ConfigError: it is one without which there is no grip.
-
-    """
+    """Return ``table`` without channels of which a key is '?': to be measured, which ``unknown`` is told."""
     asked = [
         (name, key)
         for name, value in table.items()

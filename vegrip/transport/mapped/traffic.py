@@ -53,7 +53,6 @@ class Traffic:
     short: dict[str, int] = field(default_factory=dict)  # message -> frames shorter than the database says
 
     def add(self, frame: Frame) -> None:
-        """Append a frame."""
         if not self.frames:
             self.start = frame.stamp
         self.end = max(self.end, frame.stamp)
@@ -75,7 +74,6 @@ def rate_of(trace: Trace) -> float:
 
 
 def traffic_of(frames: Iterable[Frame]) -> Traffic:
-    """Return the traffic that ``frames`` are."""
     traffic = Traffic()
     for frame in frames:
         traffic.add(frame)
@@ -136,7 +134,6 @@ class SignalsNow:
         }
 
     def update(self, frame: Frame) -> None:
-        """Take the values of a frame."""
         if frame.arbitration_id not in self._values:
             return
         message, read, values = self._values[frame.arbitration_id]
@@ -144,7 +141,6 @@ class SignalsNow:
             read(frame.data[: message.length], values)
 
     def rows(self) -> list[Row]:
-        """Return all values."""
         return [
             (message.name, signal.name, raw * signal.scale + signal.offset, signal.unit)
             for message, _, values in self._values.values()
@@ -166,7 +162,6 @@ class MappedNow:
             self._last |= {state.finger: state for state in self._codec.decode_all(frame)}
 
     def rows(self) -> list[Row]:
-        """Return all values."""
         return [
             (finger.name, name, getattr(self._last.get(finger.name), name, math.nan), SI[name])
             for finger in self._plan.fingers
@@ -194,7 +189,6 @@ class Values:
     rejected: Mapping[str, int]
 
     def of(self, finger: str, channel: str) -> Range:
-        """Return the range of one channel."""
         found = np.array([getattr(state, channel) for state in self.states.get(finger, [])])
         found = found[~np.isnan(found)]
         if not len(found):
@@ -226,7 +220,6 @@ class Values:
         )
 
     def recording(self, finger: str) -> Recording:
-        """Return the states of a finger as a recording."""
         states = self.states[finger]
         t = np.array([(state.stamp - states[0].stamp) / NS for state in states])
         columns = {name: np.array([getattr(state, name) for state in states]) for name in CHANNELS}

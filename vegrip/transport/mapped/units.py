@@ -58,12 +58,7 @@ QUANTITY: Final = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*
 
 
 def conversion(unit: str, wanted: str, what: str) -> tuple[float, float]:
-    """Return scale and offset from ``unit`` to the SI unit ``wanted``; an empty unit is SI already.
-
-    Raises:
-        ConfigError: no such unit, or one of another quantity.
-
-    """
+    """Return scale and offset from ``unit`` to the SI unit ``wanted``; an empty unit is SI already."""
     if not unit.strip() or not wanted:
         return 1.0, 0.0
     try:
@@ -82,12 +77,7 @@ def is_force(unit: str) -> bool:
 
 
 def quantity(text: str, what: str) -> tuple[float, str]:
-    """Return number and unit of a text like ``2.5 N/A``.
-
-    Raises:
-        ConfigError: it does not begin with a number.
-
-    """
+    """Return number and unit of a text like ``2.5 N/A``."""
     match = QUANTITY.fullmatch(text)
     if match is None:
         raise ConfigError(f"{what} is {text[:60]!r}; it must be a number and a unit, like '2.5 N/A'")

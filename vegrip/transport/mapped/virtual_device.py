@@ -30,17 +30,7 @@ TURN: Final = 2.0 * math.pi  # [rad]
 
 
 class VirtualDevice:
-    """One device of a hand.
-
-    Args:
-        plan: of the hand.
-        number: of the device, where the hand has several addresses.
-        latency: from a request, or the instant of a sample, to the answer [s].
-
-    Raises:
-        ConfigError: its map is of topics or of CANopen nodes, which have no device here.
-
-    """
+    """One device of a hand, which answers, and sends a sample, ``latency`` [s] late."""
 
     def __init__(self, plan: Plan, number: int = 0, latency: float = 0.0) -> None:
         if plan.hand.format or plan.hand.nodes:
@@ -97,7 +87,6 @@ class VirtualDevice:
         self._fill(finger)
 
     def hear(self, frame: Frame, now: int) -> None:
-        """Take a frame, or bytes as they come on a stream, that arrived at ``now`` [ns]."""
         if self._on_can:
             self._hear_whole(frame, now)
             return

@@ -100,7 +100,6 @@ def _learn_friction(proposal: Proposal, plan: Plan, traffic: Traffic, said: Sequ
 
 
 def map_text(proposal: Proposal, transport: Mapping[str, Any], about: list[str]) -> str:
-    """Return the text of the file."""
     lines = [f"# {line}" for line in about] + [""]
     lines.append(_line("database", proposal.database, "beside this file"))
     if proposal.nodes:
