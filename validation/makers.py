@@ -2,7 +2,7 @@
 
 ::
 
-    pip install bota-driver paxini-sdk pyrobotiqtactile    # in an environment of their own: some pin numpy
+    pip install bota-driver paxini-sdk pymodbus pyrobotiqtactile    # in an environment of its own
     python -m validation.makers --site ENVIRONMENT/lib/python3.11/site-packages
     python -m validation.makers --dexhand CHECKOUT/pyzlg_dexhand --papillarray CHECKOUT/pts_protocol.py
 
@@ -248,6 +248,46 @@ def dexhand(package: Path) -> bool:
     return compared("dexhand021", [frame() for _ in range(PACKETS)], ours, theirs)
 
 
+def inspire() -> bool:
+    """What an RH56DFTP is asked and answers, by the frames of pymodbus."""
+    from pymodbus.exceptions import ModbusException  # type: ignore[import-not-found]  # noqa: PLC0415
+    from pymodbus.framer import FramerSocket  # type: ignore[import-not-found]  # noqa: PLC0415
+    from pymodbus.pdu import DecodePDU, register_message  # type: ignore[import-not-found]  # noqa: PLC0415
+
+    rng = random.Random(6)
+    mine = Ours("inspire-rh56dftp", [(["fingers", "*", "normal_force", "scale"], 1.0)])
+    client, server = FramerSocket(DecodePDU(False)), FramerSocket(DecodePDU(True))
+    asked = register_message.ReadHoldingRegistersRequest(dev_id=1, transaction_id=1, address=1582, count=6)
+    if bytes.fromhex(mine.codec.plan.hand.device.poll[0]["data"]) != server.buildFrame(asked):
+        print("inspire-rh56dftp: what the map asks is not what the package asks")
+        return False
+
+    def answer() -> bytes:
+        words = [rng.randrange(1 << 16) for _ in range(6)]
+        pdu = register_message.ReadHoldingRegistersResponse(dev_id=1, transaction_id=1, registers=words)
+        return harmed(bytes(client.buildFrame(pdu)), rng)
+
+    def theirs(packet: bytes) -> list[Values]:
+        size, unit, transaction, data = client.decode(packet)
+        if (size, unit, transaction) != (len(packet), 1, 1):
+            return []
+        try:
+            told = client.decoder.decode(data)
+        except ModbusException:
+            return []
+        words = getattr(told, "registers", [])
+        if not isinstance(told, register_message.ReadHoldingRegistersResponse) or len(words) != 6:
+            return []
+        signed = struct.unpack(">6h", struct.pack(">6H", *words))
+        return [(float(signed[drive]),) for drive in (4, 3, 2, 1, 0)]  # the thumb is the fifth
+
+    def ours(packet: bytes) -> list[Values]:
+        mine.stream.reset()
+        return [(state.normal_force,) for state in mine.states(packet)]
+
+    return compared("inspire-rh56dftp", [answer() for _ in range(PACKETS)], ours, theirs)
+
+
 def papillarray(source: Path) -> bool:
     """Packets of a PapillArray of two sensors, with blocks in any order, by a public decoder."""
     spec = importlib.util.spec_from_file_location("pts_protocol", source)
@@ -395,9 +435,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument(
-        "--site", default="", help="site-packages with bota-driver, paxini-sdk, pyrobotiqtactile"
-    )
+    parser.add_argument("--site", default="", help="site-packages with the packages above")
     parser.add_argument(
         "--dexhand", type=Path, help="folder pyzlg_dexhand of a checkout of DexRobot/pyzlg_dexhand"
     )
@@ -409,7 +447,7 @@ def main() -> int:
     sys.path.append(given.site)
     found: list[bool] = []
     if given.site:
-        found += [paxini(), robotiq(), bota(given.site, given.seconds)]
+        found += [paxini(), robotiq(), inspire(), bota(given.site, given.seconds)]
     if given.dexhand is not None:
         found.append(dexhand(given.dexhand))
     if given.papillarray is not None:

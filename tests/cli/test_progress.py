@@ -85,3 +85,13 @@ def test_rows_are_counted_once_a_second(monkeypatch: pytest.MonkeyPatch) -> None
         tell(rows)
     assert told[0] == "140 000 rows"
     assert len(told) == 6
+
+
+def test_a_count_is_told_once_a_second_however_often_it_grows(monkeypatch):
+    now, told = [0.0], []
+    monkeypatch.setattr(_progress.time, "monotonic", lambda: now[0])
+    report = _progress.counted(told.append, "states")
+    for tick in range(300):
+        now[0] = tick / 100
+        report(10 * tick)
+    assert told == ["1 000 states", "2 000 states"]

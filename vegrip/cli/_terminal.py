@@ -116,15 +116,15 @@ def progress(what: str) -> Iterator[Report]:
             yield report
 
 
-def counted(report: Report) -> Callable[[int], None]:
-    """Return what tells a number of rows, at most once a second."""
+def counted(report: Report, things: str = "rows") -> Callable[[int], None]:
+    """Return what tells a number of ``things``, at most once a second."""
     due = time.monotonic() + COUNT_PERIOD_S
 
-    def report_count(rows: int) -> None:
+    def report_count(count: int) -> None:
         nonlocal due
         if time.monotonic() >= due:
             due = time.monotonic() + COUNT_PERIOD_S
-            report(f"{rows:,} rows".replace(",", " "))
+            report(f"{count:,} {things}".replace(",", " "))
 
     return report_count
 

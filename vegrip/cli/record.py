@@ -7,7 +7,7 @@ import typer
 
 from vegrip.cli._options import SET
 from vegrip.cli._outputs import FORCE, claim_recording
-from vegrip.cli._terminal import progress
+from vegrip.cli._terminal import counted, progress
 from vegrip.errors import UsageError
 
 OUT = Annotated[
@@ -74,7 +74,7 @@ def record_from_node(name: str, folder: Path, seconds: float, *, force: bool = F
     claim_recording(folder, force=force)
     with replaced(folder), RecordingWriter(folder, radius=radius) as writer, progress("record") as report:
         try:
-            states = record_node(entry, writer, seconds, report)
+            states = record_node(entry, writer, seconds, counted(report, "states"))
         except KeyboardInterrupt:
             states = sum(writer.rows.values())
     typer.echo(f"{folder}: {states} states of {name}", err=True)

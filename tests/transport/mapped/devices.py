@@ -133,6 +133,7 @@ class Device:
     """Answers, and once it was told to, sends a packet each step."""
 
     carrier, settings, streams = Pty, (), False
+    is_protected = True  # what is cut is not completed by the next answer
 
     def __init__(self, folder):
         self.port, self.count, self.zeros, self.heard = self.carrier(folder), 0, 0, []
@@ -218,7 +219,7 @@ class Paxini(Device):
 class Robotiq(Device):
     """Sends both fingers by itself after command 0x58."""
 
-    name = "robotiq-tsf85"
+    name, is_protected = "robotiq-tsf85", False
     settings = ((["fingers", "*", "taxels", "scale"], NORMAL / 280),)
 
     def hear(self, request, harm):
@@ -271,6 +272,32 @@ class Tesollo(Device):
                 )
                 self.port.write(harm(struct.pack(">HB", 223, 1) + motors + tips))
             request = request[length:]
+
+
+class Inspire(Device):
+    """Answers Modbus requests for six registers, and those that write five."""
+
+    name, carrier, is_protected = "inspire-rh56dftp", Tcp, False
+    settings = (
+        (["fingers", "*", "normal_force", "scale"], 0.01),
+        (["fingers", "*", "command", "gain"], "100 /N"),
+    )
+
+    def hear(self, request, harm):
+        while request:
+            transaction, protocol, size, unit, function, first, count = struct.unpack_from(
+                ">HHHBBHH", request
+            )
+            assert (protocol, unit) == (0, 1)
+            if function == 3:
+                assert (first, count, size) == (1582, 6, 6)
+                body = struct.pack(">BBB6h", 1, 3, 12, *[round(100 * NORMAL)] * 5, -1)
+            else:
+                assert (function, first, count, size) == (16, 1498, 5, 17)
+                self.heard.append(struct.unpack_from(">5h", request, 13))
+                body = struct.pack(">BBHH", 1, 16, first, count)
+            self.port.write(harm(struct.pack(">HHH", transaction, 0, len(body)) + body))
+            request = request[6 + size :]
 
 
 class CanDevice:
@@ -365,5 +392,5 @@ class Xela(CanDevice):
             self.send(0x710 + taxel, struct.pack(">BHHH", 0, *(round(count) for count in counts)))
 
 
-DEVICES = (Bota, Ati, Hex, Paxini, Robotiq, Papillarray, Tesollo)
+DEVICES = (Bota, Ati, Hex, Paxini, Robotiq, Papillarray, Tesollo, Inspire)
 CAN_DEVICES = (Dexhand, Linkerhand, Omnihand, Xela)

@@ -18,7 +18,7 @@ from hands import PLAIN_DBC, PLAIN_MAP, seeded, written
 from vegrip.clock import NS
 from vegrip.demo.product import open_product
 from vegrip.errors import ConfigError, DeviceError, InputError
-from vegrip.messages import FingertipState, ForceCommand, Reason
+from vegrip.messages import DeviceReport, FingertipState, ForceCommand, Reason
 from vegrip.transport.byte_link import Link
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped import dialogue, link_endpoint
@@ -70,7 +70,7 @@ class Wire:
 
     def __init__(self, product, monkeypatch):
         self.now, self.is_cut, self.harm = NS, False, lambda data: data
-        self.arriving = deque()
+        self.arriving, self.reports = deque(), []
         plan = product.plan
         self.device = VirtualDevice(plan, 0, product.latency)
         self.codec = MappedCodec(plan)
@@ -97,7 +97,9 @@ class Wire:
             self.arriving += [self.harm(frame.data) for frame in self.device.due(self.now)]
             if self.is_cut:
                 self.arriving.clear()
-            return [one for one in self.endpoint.receive(0.0) if isinstance(one, FingertipState)]
+            heard = self.endpoint.receive(0.0)
+            self.reports += [one for one in heard if isinstance(one, DeviceReport)]
+            return [one for one in heard if isinstance(one, FingertipState)]
         for frame in () if self.is_cut else self.codec.due(self.now):
             self.device.hear(frame, self.now)
         sent = [frame._replace(data=self.harm(frame.data)) for frame in self.device.due(self.now)]
@@ -148,6 +150,26 @@ def test_what_a_device_sends_is_what_it_feels_to_its_resolution(product, monkeyp
     assert dict(wire.device.taken()) == pytest.approx(dict.fromkeys(product.fingers, 3.21), abs=0.01)
     assert not wire.device.counts
     assert not wire.faults.keys() - {"resync"}  # what was an answer to the opening is no packet
+
+
+@pytest.mark.parametrize("product", ["contactile-papillarray"], indirect=True)
+def test_a_device_that_watches_slip_states_the_friction_of_the_last_slide_by_the_law_of_coulomb(
+    product, monkeypatch
+):
+    wire = Wire(product, monkeypatch)
+    for number in range(300):
+        wire.now += NS // 500
+        slides = 100 <= number < 110
+        load = {"tangential_force_x": 1.2, "tangential_force_y": -0.9} if slides else {}
+        for finger in product.fingers:
+            felt = FELT | load | {"slip": float(slides)}
+            wire.device.sense(FingertipState(wire.now, finger, number, **felt))
+        wire.exchange()
+    first, last = wire.reports[0], wire.reports[-1]
+    assert math.isnan(first.friction)
+    assert math.isnan(first.grip_force)
+    assert (last.slip_state, last.friction) == (1.0, pytest.approx(1.5 / 2.0))
+    assert last.grip_force == pytest.approx(math.hypot(0.5, 0.25) / 0.75, rel=1e-6)
 
 
 def hold(product, wire, seconds, disturb):

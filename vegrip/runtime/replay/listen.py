@@ -19,7 +19,7 @@ def record_node(
     entry: Entry,
     writer: RecordingWriter,
     duration: float,
-    report: Callable[[str], None] = lambda _: None,
+    report: Callable[[int], None] = lambda _: None,
     should_stop: Callable[[], bool] = lambda: False,
 ) -> int:
     """Write what ``entry`` receives and says for ``duration`` [s] (0 = until stopped); return the states."""
@@ -32,9 +32,8 @@ def record_node(
                     writer.write(message)
                     states += isinstance(message, FingertipState)
             writer.flush()
-            passed = time.monotonic() - begin
-            report(f"{states} states in {passed:.0f} s")
-            if not states and passed > SILENCE_S:
+            report(states)
+            if not states and time.monotonic() - begin > SILENCE_S:
                 raise DeviceError(f"{entry.name} has received no state for {SILENCE_S:g} s; is it active?")
     finally:
         reader.close()

@@ -38,7 +38,7 @@ def about(name: str) -> dict[str, Any]:
         "carrier": table["transport"]["kind"] + (" fd" if table["transport"].get("fd") else ""),
         "fingers": [finger for finger in table["fingers"] if finger != ALL],
         "channels": sorted(channels),
-        "commands": keys.get("command", {}).get("kind", ""),
+        "commands": keys["command"].get("kind", "force") if "command" in keys else "",
         "source": product["source"],
         "checked_against": product["checked_against"],
         "tried_on": product["tried_on"],

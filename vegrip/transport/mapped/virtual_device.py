@@ -67,6 +67,7 @@ class VirtualDevice:
         self._measured: dict[str, float] = {}  # [N] the last normal force
         self._values: dict[str, dict[str, float]] = {}  # finger -> channel -> value in the maker's frame
         self._zeros: dict[str, dict[str, float]] = {}
+        self._frictions: dict[str, float] = {}  # [-] of its own estimate, by finger
         self._outbox: list[tuple[int, Frame]] = []
         self._heard = bytearray()
         self.reset()
@@ -83,7 +84,8 @@ class VirtualDevice:
         finger = next((one for one in self._plan.fingers if one.name == state.finger), None)
         if finger is None:
             return
-        self._values[state.finger] = _theirs(finger, state)
+        values = self._values[state.finger] = _theirs(finger, state)
+        values |= self._own_estimate(finger, values)
         self._fill(finger)
 
     def hear(self, frame: Frame, now: int) -> None:
@@ -203,6 +205,21 @@ class VirtualDevice:
             self._twist(finger, felt)
         if finger.name in self._plan.feedback:
             self._stand(finger)
+
+    def _own_estimate(self, finger: FingerPlan, felt: Mapping[str, float]) -> dict[str, float]:
+        """Return what a device says that watches slip itself: by Coulomb's law, from the last slide on."""
+        if "device_friction" not in finger.channels:
+            return {}
+        normal = felt["normal_force"]
+        tangential = math.hypot(*(felt[name] for name in VECTORS[0][:2]))
+        if felt["slip"] > 0.0 and normal > 0.0:
+            self._frictions[finger.name] = tangential / normal
+        friction = self._frictions.get(finger.name, math.nan)
+        return {
+            "device_slip_state": float(normal > 0.0),
+            "device_friction": friction,
+            "device_grip_force": tangential / friction if friction > 0.0 else math.nan,
+        }
 
     def _spread(self, name: str, channel: ChannelPlan, value: float) -> None:
         """Share ``value`` among the slots of a channel; each takes what those before it could not hold."""
