@@ -14,7 +14,6 @@ anything is felt (:func:`shared_part`), else ``FINGER_CORRELATION``.
 from functools import cache
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
 _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(96)
@@ -58,6 +57,8 @@ def each_confidence(probability: float, fingers: int, correlation: float) -> flo
         return probability
     root: float = probability ** (1.0 / fingers)
     alone, independent = float(ndtri(probability)), float(ndtri(root))
+
+    from scipy.optimize import brentq  # noqa: PLC0415 (slow to import, and for one finger not needed)
 
     def missing(quantile: float) -> float:
         return joint_confidence(quantile, fingers, correlation) - probability

@@ -11,7 +11,6 @@ from scipy.optimize import minimize
 
 from tests.grip.stages import balance_forces
 from vegrip.errors import ConfigError
-from vegrip.grip.allocation import internal_forces
 from vegrip.grip.allocation.internal_forces import ContactPlace, InternalForces, contacts_of, grasp_map
 
 force = st.floats(0.01, 20.0)
@@ -109,7 +108,7 @@ def test_when_the_solver_gives_up_the_needs_stand(monkeypatch: pytest.MonkeyPatc
     def give_up(*_: Any) -> None:
         raise RuntimeError("Maximum number of iterations reached.")
 
-    monkeypatch.setattr(internal_forces, "nnls", give_up)
+    monkeypatch.setattr("scipy.optimize.nnls", give_up)
     asked = dict.fromkeys(PLATE, 1.5)
     assert grasp.shared(asked) == asked
     assert grasp.failures == 1

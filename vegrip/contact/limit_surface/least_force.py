@@ -10,8 +10,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from scipy.optimize import brentq
-
 from vegrip.contact.coupling import exponent_after_creep
 from vegrip.contact.domain import not_negative, positive
 from vegrip.contact.elastic import PowerStiffness
@@ -124,6 +122,8 @@ def _of_power_law(force: float, torque: float, grip: float, contact: PowerLawCon
 
 
 def _of_any_law(force: float, torque: float, grip: float, contact: LawOfForce) -> float:
+    from scipy.optimize import brentq  # noqa: PLC0415 (slow to import)
+
     def excess(log2_force: float) -> float:
         """Logarithm of the gauge, which falls as the normal force grows."""
         N = 2.0**log2_force

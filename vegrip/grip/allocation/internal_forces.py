@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import nnls
 
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
@@ -96,6 +95,8 @@ class InternalForces:
         self._asked, self._answer = {}, {}
 
     def _least_additions(self, least: Floats, grasp: Floats) -> list[float]:
+        from scipy.optimize import nnls  # noqa: PLC0415 (slow to import; first asked for by the constructor)
+
         scale = np.sqrt(least)
         size = BALANCE * grasp
         rows = np.vstack([np.eye(len(least)), size * scale])

@@ -8,17 +8,19 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import OptimizeResult, minimize
 
 from vegrip.compiled import njit
 from vegrip.identification.fit.whitening import ForceNoise
 from vegrip.identification.recording import Recording
 from vegrip.identification.recording.channels import noise_name
 from vegrip.types import Floats
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 MIN_SLOW_GAIN_NATS = 8.0  # [nats] that the slow part has to gain
 LOG_LOW, LOG_HIGH = (
@@ -150,8 +152,10 @@ def innovations(
     return out, scale
 
 
-def _least(cost: Callable[[Floats], float], start: Floats) -> OptimizeResult:
+def _least(cost: Callable[[Floats], float], start: Floats) -> "OptimizeResult":
     """Minimise by simplex; its first steps given, because scipy's are relative and one start is ln 1 = 0."""
+    from scipy.optimize import minimize  # noqa: PLC0415 (slow to import, which the virtual hand would pay)
+
     simplex = np.vstack([start, *(start + 0.3 * row for row in np.eye(start.size))])
     options: Any = {"xatol": 1e-2, "fatol": 1e-2, "initial_simplex": simplex}
     return minimize(cost, start, method="Nelder-Mead", options=options)

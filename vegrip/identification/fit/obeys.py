@@ -12,7 +12,6 @@ An effect of the sensor may break none of them: it is the force of the contact t
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from scipy.integrate import trapezoid
 
 from vegrip.identification.fit.problem import Problem
 from vegrip.model import ContactModel
@@ -72,5 +71,5 @@ def _broken(model: ContactModel, depth: float, rise: float, hold: float) -> Iter
         yield f"{said} pressing deeper takes less force"
     for first, last in ((1, 3), (5, 7)):
         rows = (part >= first) & (part <= last)
-        if trapezoid(force[rows], felt[rows]) < -TOLERANCE * peak * depth:
+        if np.trapezoid(force[rows], felt[rows]) < -TOLERANCE * peak * depth:
             yield f"{said} a cycle gives back more work than was put in"
