@@ -52,10 +52,11 @@ def python(tmp_path_factory):
         copied = folder / "source" / source.name
         shutil.copytree(source, copied, ignore=NOT_SOURCE)
         subprocess.run([*build, "-w", str(folder / "wheels"), str(copied)], check=True)
-    venv.create(folder / "env", with_pip=True)
+    venv.create(folder / "env")
     own = folder / "env" / "bin" / "python"
     wheels = [str(path) for path in (folder / "wheels").glob("*.whl")]
-    subprocess.run([own, "-m", "pip", "install", "-q", "--no-deps", "--no-index", *wheels], check=True)
+    install = [sys.executable, "-m", "pip", "--python", str(own), "install", "-q", "--no-deps", "--no-index"]
+    subprocess.run([*install, "--no-compile", *wheels], check=True)
     site = next((folder / "env" / "lib").glob("python*/site-packages"))
     (site / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
     return own

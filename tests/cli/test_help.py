@@ -192,21 +192,14 @@ def is_run_by(name: str, other: str) -> bool:
 
 RUN_BY_ANOTHER = {name for name in RUN_HERE for other in RUN_HERE if is_run_by(name, other)}
 """Their examples are the first lines of another one."""
-LONG = {
-    "controllers",
-    "fleet",
-    "experiment",
-    "bench",
-    "replay",
-    "export learned",
-    "paper",
-}  # several seconds each
+LONG = {"controllers", "fleet", "experiment", "diagnose", "draft", "bench", "replay", "export", "paper"}
+"""First words of those that take several seconds each."""
 
 
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=pytest.mark.long if name in LONG else ())
+        pytest.param(name, marks=pytest.mark.long if name.split()[0] in LONG else ())
         for name in RUN_HERE
         if name not in RUN_BY_ANOTHER
     ],

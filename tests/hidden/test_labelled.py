@@ -8,12 +8,12 @@ import pytest
 from vegrip.identification.diagnosis import diagnose
 from vegrip.identification.recording import read_recording
 
-OTHERS = ("load-dependent-friction", "second-relaxation", "sensor-lag", "series-compliance")
+LONG = ("adhesion", "load-dependent-friction", "second-relaxation", "sensor-lag", "series-compliance")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "folder", ["adhesion", "nothing", *(pytest.param(name, marks=pytest.mark.long) for name in OTHERS)]
+    "folder", ["nothing", *(pytest.param(name, marks=pytest.mark.long) for name in LONG)]
 )
 def test_what_the_folder_is_named_after_is_named(folder: str, measured: Callable[[str], Path]) -> None:
     found = diagnose(read_recording(measured("hidden-effects") / folder))

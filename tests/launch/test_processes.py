@@ -6,7 +6,6 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
 import time
 
 import pytest
@@ -97,12 +96,17 @@ def test_a_launch_starts_watches_restarts_and_stops_in_reverse(tmp_path, vegrip)
         assert echoed["node"] in ("/first", "/second")
         rates = json.loads(vegrip("topic", "hz", "/diagnostics", "--duration", "3", "--json")[1])
         assert rates["/diagnostics"]["hz"] == pytest.approx(2.0, rel=0.5)
+
+        lost = hub_process("launch")
+        os.kill(lost, signal.SIGKILL)
+        assert wait_for(lambda: now if (now := hub_process("launch")) != lost else None)
     finally:
         launched.send_signal(signal.SIGINT)
         output, _ = launched.communicate(timeout=PATIENCE)
     lines = [line for line in output.splitlines() if "-- " in line]
     assert launched.returncode == 0
     assert "ended with signal SIGKILL; starts again in 1 s" in output
+    assert "the bus was lost" in output
     assert [line.split()[0] for line in lines if line.endswith("stopped")] == ["/second", "/first"]
     assert states() == {}
 
@@ -120,26 +124,17 @@ def test_nodes_end_when_their_launcher_is_killed(tmp_path):
     wait_for(lambda: True if states() == {} else None)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_node_ends_well_when_told_to(number):
+@pytest.mark.parametrize("times", [1, 10_000], ids=["once", "again and again, as of a dying launcher"])
+def test_a_node_that_is_terminated_ends_well_and_leaves_nothing(times):
     process = start("node", "echo", "--set", "transport.channel=single")
-    try:
-        wait_for(lambda: True if [state for _, state in states().values()] == ["active"] else None)
-    finally:
-        process.send_signal(number)
-        output, _ = process.communicate(timeout=PATIENCE)
+    wait_for(the_active_one)
+    while process.poll() is None and times:
+        process.terminate()
+        times -= 1
+        time.sleep(0.001)
+    output, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0
     assert output.splitlines()[-1] == "INFO /echo: ended"
-
-
-def test_a_node_that_gets_the_death_signal_of_its_launcher_again_and_again_leaves_nothing():
-    process = start("node", "echo", "--set", "transport.channel=again")
-    wait_for(lambda: True if [state for _, state in states().values()] == ["active"] else None)
-    while process.poll() is None:
-        process.terminate()
-        time.sleep(0.001)
-    process.communicate(timeout=PATIENCE)
-    assert process.returncode == 0
     assert list(runtime_folder("nodes").iterdir()) == []
 
 
@@ -262,22 +257,3 @@ def test_a_monitor_into_a_pipe_before_any_node_has_said_what_it_waits_for_when_i
     assert "--json" in told[0]
     assert "waits for one" in told[1]
     assert vegrip("monitor", "--once")[0] == 2
-
-
-@pytest.mark.slow
-def test_a_bus_whose_process_is_killed_comes_back_and_the_log_of_the_launch_says_that_it_was_lost(tmp_path):
-    path = tmp_path / "two.toml"
-    path.write_text(LAUNCH)
-    launched = start("launch", str(path))
-    deadline = threading.Timer(PATIENCE, launched.kill)
-    try:
-        wait_for(both_active)
-        lost = wait_for(lambda: hub_process("launch"))
-        os.kill(lost, signal.SIGKILL)
-        deadline.start()
-        assert any("the bus was lost" in line for line in launched.stdout)
-        assert wait_for(lambda: hub_process("launch") if hub_process("launch") != lost else None)
-    finally:
-        deadline.cancel()
-        launched.send_signal(signal.SIGINT)
-        launched.communicate(timeout=PATIENCE)

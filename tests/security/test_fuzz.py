@@ -7,27 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from validation.bus_bytes import request_of, unpack_request
 from vegrip.canopen.endpoint import CanopenCodec
 from vegrip.canopen.network import finger_nodes, identifiers
 from vegrip.runtime.control_socket import Answers
-from vegrip.transport.canbus.frame_time import BusFrame
-from vegrip.transport.canbus.hub_wire import unpack_delivery
 from vegrip.transport.codec import CanCodec, Frame
 
 FINGERS = ("thumb", "index")
-
-
-@given(st.binary(max_size=120))
-def test_any_packet_to_or_from_the_hub_is_a_frame_or_nothing(packet):
-    for found in (unpack_request(packet), unpack_delivery(packet)):
-        assert found is None or isinstance(found, tuple)
-
-
-@given(st.integers(0, 0x7FF), st.binary(max_size=8), st.integers(0, 2**63))
-def test_a_frame_through_the_hub_is_the_same_frame(identifier, data, time):
-    frame = BusFrame(identifier, data, length_code=len(data))
-    assert unpack_request(request_of(time, frame)) == (time, frame)
 
 
 @given(st.integers(0, 0x7FF), st.binary(max_size=8))

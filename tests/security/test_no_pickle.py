@@ -37,22 +37,21 @@ def dangers(tree):
             yield from (k.arg for k in node.keywords if k.arg in ("allow_pickle", "shell"))
 
 
-@pytest.mark.parametrize("file", FILES, ids=lambda file: f"{file.parent.name}/{file.name}")
-def test_no_module_reads_pickles_or_runs_text(file):
-    found = {(file.name, danger) for danger in dangers(ast.parse(file.read_text(encoding="utf-8")))}
-    assert found <= EXCEPTIONS
+def test_no_module_reads_pickles_or_runs_text():
+    found = {(f.name, danger) for f in FILES for danger in dangers(ast.parse(f.read_text(encoding="utf-8")))}
+    assert found == EXCEPTIONS
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "import pickle",
-        "from pickle import loads",
-        "eval(x)",
-        "s.recv_pyobj()",
-        "np.load(f, allow_pickle=True)",
-    ],
+SEEN = (
+    "import pickle",
+    "from pickle import loads",
+    "eval(x)",
+    "s.recv_pyobj()",
+    "np.load(f, allow_pickle=True)",
 )
+
+
+@pytest.mark.parametrize("text", SEEN)
 def test_the_search_is_not_blind(text):
     assert list(dangers(ast.parse(text)))
 

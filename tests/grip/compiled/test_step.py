@@ -46,7 +46,7 @@ def test_numba_leaves_the_bits_of_plain_python(false_log: Log) -> None:
 
 @pytest.mark.skipif(host.compiler() is None, reason="no C compiler")
 def test_c_and_plain_python_leave_the_same_bits_of_a_recorded_grasp(hand_log: Log) -> None:
-    short = Log(hand_log.fingers, hand_log.sender_time, hand_log.events[: 4 * FRAMES])
+    short = Log(hand_log.fingers, hand_log.sender_time, hand_log.events[: 2 * FRAMES])
     assert bits_left(Replay(short, "c")) == bits_left(Replay(short, "python"))
 
 

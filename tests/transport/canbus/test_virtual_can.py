@@ -257,7 +257,7 @@ def test_two_processes_exchange_frames_and_the_hub_ends_after_them(bus, runtime)
 
 def test_many_that_open_at_once_share_one_bus(bus):
     opened = []
-    threads = [threading.Thread(target=lambda: opened.append(bus())) for _ in range(6)]
+    threads = [threading.Thread(target=lambda: opened.append(bus())) for _ in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -279,7 +279,7 @@ frames = st.builds(
 @given(st.integers(0, 2**63), frames)
 def test_packets_carry_frames_unchanged(stamp, sent):
     stamp_back, back = unpack_request(request_of(stamp, sent))
-    assert (stamp_back, back.identifier, back.data, back.fd) == (stamp, sent.identifier, sent.data, sent.fd)
+    assert (stamp_back, back._replace(length_code=-1)) == (stamp, sent)
     packet = delivery_of(2**32 + 3, Transmission(stamp, stamp + 5, 7, sent), 11)
     delivery = unpack_delivery(packet)
     assert (delivery.end, delivery.busy, delivery.number, delivery.node) == (stamp + 5, 11, 3, 7)
@@ -287,8 +287,8 @@ def test_packets_carry_frames_unchanged(stamp, sent):
 
 @given(st.binary(max_size=200))
 def test_any_bytes_are_a_frame_or_nothing(packet):
-    for unpack in (unpack_request, unpack_delivery):
-        unpack(packet)
+    for found in (unpack_request(packet), unpack_delivery(packet)):
+        assert found is None or isinstance(found, tuple)
 
 
 @given(frames=st.lists(frames, min_size=1, max_size=9))
