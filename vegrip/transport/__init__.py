@@ -1,8 +1,4 @@
-"""Transport: how messages travel, one interface (:class:`Endpoint`) over CAN, ZeroMQ and in-process pairs.
+"""Transport: how messages travel, one interface (:class:`vegrip.transport.endpoint.Endpoint`) over all wires.
 
-Light on purpose: python-can loads this package for any user of the ``vegrip`` interface.
+Light on purpose: the process of a virtual bus loads this package, and python-can for any user of ``vegrip``.
 """
-
-from vegrip.transport.endpoint import Endpoint
-
-__all__ = ["Endpoint"]
