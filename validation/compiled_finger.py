@@ -209,7 +209,9 @@ class Replay:
             if done & COMMANDED:
                 self.answers.commands.append((line.command_id, told.answer_frame.tobytes()))
             if done & REPORT:
-                pairs = zip(told.report_ids, told.report_frames, strict=True) if told.tell(now) else ()
+                pairs = (
+                    zip(told.on_wire.report_ids, told.report_frames, strict=True) if told.tell(now) else ()
+                )
                 packed = [(name, data.tobytes()) for name, data in pairs]
                 self.answers.reports += packed
                 self.answers.packed_reports += len(packed)

@@ -12,6 +12,7 @@ declaration serves the configuration file, the help text and ``vegrip param`` on
 
 import dataclasses
 import datetime
+import functools
 import json
 import math
 import re
@@ -81,6 +82,10 @@ def parameter(
     if isinstance(default, (list, dict, set)):
         return dataclasses.field(default_factory=lambda: type(default)(default), metadata=declared)
     return dataclasses.field(default=default, metadata=declared)
+
+
+fixed_parameter = functools.partial(parameter, live=False)
+"""Declare one that stays as it is while the node runs."""
 
 
 def declaration(cls: type[Any] | Any, name: str) -> Declaration:

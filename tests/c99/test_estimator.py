@@ -4,6 +4,7 @@ With ``VEGRIP_KERNEL=numba`` they are compared with what numba compiles. That ta
 model, so the effects come in groups.
 """
 
+import ctypes
 import math
 from collections.abc import Iterator
 
@@ -13,11 +14,11 @@ import pytest
 from vegrip.c99 import host
 from vegrip.effects import BUILT_IN, effect
 from vegrip.effects.contract import OUTSIDE
-from vegrip.estimator import ContactEstimator, SensorNoise, kernels_c
-from vegrip.estimator.compiled import Kernels, module_for, node_text_of
-from vegrip.estimator.layout import COUNTS
+from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.estimator.compiled import KINDS, Kernels, module_for, node_text_of
+from vegrip.estimator.layout import COUNTS, Layout
 from vegrip.model import BASE, ContactModel, paper_model
-from vegrip.model.native import kernel_mode
+from vegrip.model.native import kernel_mode, run_by
 
 DT = 4e-3
 ADDED = [name for name in BUILT_IN if name not in BASE]
@@ -48,10 +49,14 @@ def other_than_c(estimator: ContactEstimator) -> Kernels:
     return module_for(estimator.model, estimator.layout, plain=kernel_mode() != "numba")
 
 
+def in_c(model: ContactModel, layout: Layout) -> Kernels:
+    return run_by("c", node_text_of(model, layout), KINDS, results={"least_force": ctypes.c_double})
+
+
 def differing(model: ContactModel, samples: int = 600) -> str:
     """Return where the two differ first; nothing when they do not."""
     estimator = ContactEstimator(model, SensorNoise())
-    by_other, by_c = other_than_c(estimator), kernels_c.load(node_text_of(model, estimator.layout))
+    by_other, by_c = other_than_c(estimator), in_c(model, estimator.layout)
     memories, margins = (
         [estimator._blank.copy(), estimator._blank.copy()],
         [np.full(5, np.nan), np.full(5, np.nan)],
@@ -98,7 +103,7 @@ def test_every_effect(names: list[str]) -> None:
 @needs_compiler
 def test_the_filter_alone() -> None:
     estimator = ContactEstimator(paper_model(8e-3), SensorNoise())
-    by_other, by_c = other_than_c(estimator), kernels_c.load(node_text_of(estimator.model, estimator.layout))
+    by_other, by_c = other_than_c(estimator), in_c(estimator.model, estimator.layout)
     ours, theirs = estimator.numbers.copy(), estimator.numbers.copy()
     for _, sample in eventful(estimator.model, 150):
         dt = max(sample[0], 0.0)

@@ -10,7 +10,7 @@ import pytest
 from vegrip.c99 import UntranslatableError, host
 from vegrip.effects import Effect, hook
 from vegrip.errors import UsageError
-from vegrip.estimator import ContactEstimator, SensorNoise, compiled, kernels_c
+from vegrip.estimator import ContactEstimator, SensorNoise, compiled
 from vegrip.estimator.layout import layout_of
 from vegrip.estimator.origins import Origins
 from vegrip.export import Request
@@ -106,7 +106,7 @@ def test_an_effect_that_c_has_no_words_for_is_told_by_file_and_line() -> None:
     model = paper_model(8e-3).with_effect(Effect("falling", "", (), (hook(falling, stage="force"),)))
     text = compiled.text_of(model, layout_of(model))
     with pytest.raises(UntranslatableError, match=r"test_kernel_mode\.py:\d+: .*cannot be translated to C"):
-        kernels_c.load(text, Origins(model.effects).place)
+        native.library_of(text, compiled.KINDS, Origins(model.effects).place)
 
 
 def test_a_mode_that_does_not_exist_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

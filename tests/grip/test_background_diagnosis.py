@@ -1,5 +1,6 @@
 """The running node notices that its model fails, says where, and names who may be behind it."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
@@ -10,7 +11,7 @@ from vegrip.nodes.grasp_force import build
 from validation.health_detection import fit_finger, run_estimator
 from vegrip.estimator.health import NO_CELL, HealthHysteresis
 from vegrip.grip import background_diagnosis
-from vegrip.grip.background_diagnosis import BackgroundDiagnosis, SampleRing
+from vegrip.grip.background_diagnosis import BackgroundDiagnosis, KeptStates, SampleRing
 from vegrip.grip.model_swap import ModelSwap
 from vegrip.identification.diagnosis.error_ladder import add_effect
 from vegrip.identification.fit import fit
@@ -169,43 +170,43 @@ def state(i: int, period: int = 2_000_000, **values: float) -> FingertipState:
     )
 
 
+def kept(count: int, touching: Callable[[int], bool], period: int = 2_000_000) -> KeptStates:
+    states = [state(i, period) for i in range(count)]
+    values = np.array([[*one[3:], float(touching(i))] for i, one in enumerate(states)])
+    return KeptStates("index", np.array([one.stamp for one in states]), np.arange(count), values)
+
+
 def test_evidence_is_thinned_bounded_and_without_long_air(monkeypatch) -> None:
     monkeypatch.setattr(background_diagnosis, "RING_SAMPLES", 100)
     ring = SampleRing()
-    for i in range(3000):
-        ring.note(state(i), touching=i % 700 > 350)
-    kept = ring.columns()
+    ring.note(kept(3000, lambda i: i % 700 > 350))
+    columns = ring.columns()
     assert len(ring) == 100
-    assert kept["t"].size <= 100
-    assert np.all(np.diff(kept["t"]) >= 0.005)
-    assert kept["normal_force"][-1] == pytest.approx(2998.0, abs=3)
-    assert set(kept) == {"t", "normal_force", "displacement"}
+    assert columns["t"].size <= 100
+    assert np.all(np.diff(columns["t"]) >= 0.005)
+    assert columns["normal_force"][-1] == pytest.approx(2998.0, abs=3)
+    assert set(columns) == {"t", "normal_force", "displacement"}
     quiet = SampleRing()
-    for i in range(3000):
-        quiet.note(state(i), touching=False)
+    quiet.note(kept(3000, lambda _: False))
     assert len(quiet) == 0
     assert quiet.columns()["t"].size == 0
 
 
 def test_evidence_begins_in_the_middle_of_a_true_stay_in_the_air() -> None:
     ring = SampleRing()
-    for i in range(2000):
-        lost_for_a_moment = 300 < i < 320
-        ring.note(state(i), touching=(i < 500 and not lost_for_a_moment) or i > 700)
+    ring.note(kept(2000, lambda i: (i < 500 and not 300 < i < 320) or i > 700))  # lost for a moment
     assert ring.columns()["normal_force"][0] == pytest.approx(600.0, abs=4)
 
 
 def test_evidence_in_which_the_touch_never_ends_is_all_there() -> None:
     ring = SampleRing()
-    for i in range(100):
-        ring.note(state(i), touching=True)
+    ring.note(kept(100, lambda _: True))
     assert ring.columns()["normal_force"][0] == 0.0
 
 
 def test_what_comes_after_the_question_is_left_out() -> None:
     ring = SampleRing()
-    for i in range(2000):
-        ring.note(state(i), touching=i > 100)
+    ring.note(kept(2000, lambda i: i > 100))
     assert ring.columns(state(1000).stamp)["normal_force"][-1] == pytest.approx(1000.0, abs=3)
 
 
@@ -224,8 +225,7 @@ def inquiries(monkeypatch):
 
     monkeypatch.setattr(background_diagnosis, "diagnose_in_subprocess", answer)
     made = BackgroundDiagnosis(lambda: {"index": None}, NOISE, "node")
-    for i in range(5000):
-        made.note("index", state(i, 6_000_000), touching=i % 100 > 20)
+    made.note(kept(5000, lambda i: i % 100 > 20, 6_000_000))
     made.asked = asked
     return made
 

@@ -120,7 +120,7 @@ def test_a_load_that_is_there_is_answered_from_its_second_sample_on() -> None:
     for number in range(1000):
         values = {"tangential_force_x": 1.0} if number >= 990 else {}
         hand.step(states(number, values), number * PERIOD)
-        needed.append(hand.fingers["thumb"].required_force)
+        needed.append(hand.fingers["thumb"].memory["GRIP_REQUIRED"])
     assert needed[990] < 1.25 * needed[989]
     assert needed[991] > 1.5 * needed[989]
     assert needed[991] == pytest.approx(needed[999], rel=0.01)

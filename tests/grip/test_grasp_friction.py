@@ -185,7 +185,7 @@ def test_probing_says_why_it_is_off_and_is_careful_then(
     assert bool(why) == bool(sentence)
     careful = Bench(controller(FrictionSettings()))
     careful.run(seconds, 0.6, dict.fromkeys(NAMES, slip))
-    needs = [b.hand.fingers["index"].required_force for b in (bench, careful)]
+    needs = [b.hand.fingers["index"].memory["GRIP_REQUIRED"] for b in (bench, careful)]
     if sentence:
         assert needs[0] == pytest.approx(needs[1], rel=1e-6)
     else:
@@ -196,7 +196,7 @@ def test_a_flag_that_lies_is_named_and_not_used_and_the_grip_comes_back_while_it
     bench = Bench(controller())
     bench.run(2.0, 0.6)
     before = [bench.hand.friction.belief(name) for name in NAMES]
-    held = bench.hand.fingers["index"].required_force
+    held = bench.hand.fingers["index"].memory["GRIP_REQUIRED"]
     bench.run(4.0, 0.6, {"index": 1.0}, speed=0.0)
     assert bench.hand.friction.doubted_channel("index") == "slip"
     assert bench.hand.friction.doubted_channel("thumb") == ""
@@ -210,8 +210,8 @@ def test_a_flag_that_lies_is_named_and_not_used_and_the_grip_comes_back_while_it
         assert after[1] > 0.9 * std
     careful = Bench(controller(FrictionSettings()))
     careful.run(6.0, 0.6)
-    most = max(held, careful.hand.fingers["index"].required_force)
-    assert bench.hand.fingers["index"].required_force < 1.1 * most
+    most = max(held, careful.hand.fingers["index"].memory["GRIP_REQUIRED"])
+    assert bench.hand.fingers["index"].memory["GRIP_REQUIRED"] < 1.1 * most
 
 
 def test_a_slip_speed_of_a_slide_raises_the_grip_without_a_flag() -> None:
@@ -220,7 +220,7 @@ def test_a_slip_speed_of_a_slide_raises_the_grip_without_a_flag() -> None:
         bench = Bench(controller())
         bench.run(2.0, 0.6)
         bench.run(0.02, 0.6, all_speeds=speed)
-        forces.append(bench.hand.fingers["index"].required_force)
+        forces.append(bench.hand.fingers["index"].memory["GRIP_REQUIRED"])
     assert forces[1] > 1.1 * forces[0]
 
 

@@ -1,21 +1,19 @@
 """The generated module of an estimator: effects, limit surface and kernels in one flat file."""
 
+import ctypes
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
-from vegrip.c99 import UntranslatableError
-from vegrip.c99.host import CompilerError
+from vegrip.c99 import LONGS, MEMORY, REAL
 from vegrip.contact import limit_surface
 from vegrip.effects.contract import Effect
-from vegrip.estimator import kernels_c
 from vegrip.estimator.layout import Layout
 from vegrip.estimator.memory import SampleLayout
 from vegrip.estimator.origins import Origins
-from vegrip.model import ContactModel, cache, writer
+from vegrip.model import ContactModel, native, writer
 from vegrip.model.composer import compose
-from vegrip.model.native import kernel_mode, tell_once
 
 KERNELS = (
     "state", "covariance_root", "motion", "predict", "scalar_update", "measure", "displacement_loss",
@@ -26,6 +24,17 @@ ENTRIES = ("update", "margin_of", "least_force", "filter_step")
 NODE_ENTRIES = ("look_at_cells",)
 """What only a node calls; the firmware that is exported does not have it."""
 CLOCK_ENTRIES = ("assimilate",)
+KINDS: Final[native.Entries] = {
+    "update": (MEMORY, *[REAL] * 7),
+    "filter_step": (MEMORY, *[REAL] * 4),
+    "margin_of": (MEMORY, REAL, REAL, MEMORY),
+    "least_force": (MEMORY, *[REAL] * 4),
+    "look_at_cells": (MEMORY, REAL, MEMORY),
+    "assimilate": (MEMORY, LONGS),
+}
+"""Of the arguments of all of them."""
+WRITTEN: Final = {"margin_of": 5, "look_at_cells": 6}
+"""How many numbers an entry writes besides the memory."""
 
 ELLIPSE = "RADIUS_TABLE = 0.0 * RADIUS_TABLE"
 """Takes the correction off the limit surface: what is left is the ellipse through the same two ends."""
@@ -39,19 +48,16 @@ def module_for(
 ) -> Kernels:
     """Return the module; ``plain`` leaves it uncompiled, to step through with a debugger.
 
-    Where C cannot be had, numba runs it; the reason is told once if C was asked for, or the compiler failed.
+    In single precision the memory stays an array of doubles, which are copied at each call.
     With ``ellipse`` the limit surface is the usual one, (f / mu N)^2 + (m / m_max)^2 = 1, for comparisons.
     """
-    text, mode = node_text_of(model, layout, late=late, ellipse=ellipse), kernel_mode()
-    if plain or mode == "python":
-        return cache.load_plain(text)
-    if mode in {"c", "c-float"}:
-        try:
-            single = (layout.size, SampleLayout(layout, late).n_reals) if mode == "c-float" else None
-            return kernels_c.load(text, Origins(model.effects).place, single=single)
-        except (CompilerError, UntranslatableError) as error:
-            tell_once(str(error))
-    return cache.load(text)
+    text = node_text_of(model, layout, late=late, ellipse=ellipse)
+    single: dict[str, tuple[int, ...]] = {name: (layout.size, WRITTEN.get(name, 0)) for name in KINDS}
+    single["assimilate"] = (SampleLayout(layout, late).n_reals,)
+    return native.run_by(
+        "python" if plain else native.kernel_mode(), text, KINDS, Origins(model.effects).place,
+        single=single, results={"least_force": ctypes.c_double},
+    )  # fmt: skip
 
 
 def text_of(model: ContactModel, layout: Layout, *, ellipse: bool = False) -> str:

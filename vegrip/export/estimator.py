@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from vegrip.c99 import LONGS, literals
 from vegrip.estimator import ContactEstimator
-from vegrip.estimator.compiled import clock_text_of
+from vegrip.estimator.compiled import KINDS, clock_text_of
 from vegrip.estimator.estimator import quantile
-from vegrip.estimator.kernels_c import ENTRIES
 from vegrip.estimator.layout import FRICTION, Layout
 from vegrip.estimator.memory import CHANNELS
 from vegrip.estimator.origins import Origins
@@ -113,7 +112,7 @@ def unit(request: Request) -> Unit:
     vectors, settings = record(request), request.settings
     blank = ContactEstimator(model, request.noise, replace(settings, late=0))
     layout = blank.layout
-    entries = {name: ENTRIES[name] for name in ("assimilate", "margin_of", "least_force")}
+    entries = {name: KINDS[name] for name in ("assimilate", "margin_of", "least_force")}
     measured = (f"    e->f.named.state.{name} = sample->{name};" for name in CHANNELS)
     words = {
         "recovery": str(settings.recovery), "horizon": f"{settings.horizon:g}",

@@ -89,31 +89,22 @@ class SampleRing:
         self._values = np.full((RING_SAMPLES, len(DIAGNOSED_CHANNELS)), np.nan)
         self._stamps = np.zeros(RING_SAMPLES, dtype=np.int64)
         self._touching = np.zeros(RING_SAMPLES, dtype=bool)
-        self.clear()
+        self._clear()
 
-    def clear(self) -> None:
+    def _clear(self) -> None:
         self._count = self._rolling = 0
         self._last = self._touched = NEVER_NS  # [ns]
 
-    def note(self, state: FingertipState, touching: bool) -> None:
-        """Keep a state, if it is time for one."""
-        if self._is_due(state.stamp, touching):
-            values = [getattr(state, name) for name in DIAGNOSED_CHANNELS]
-            self._keep(state.stamp, values, touching)
-
-    def note_kept(self, kept: KeptStates) -> None:
+    def note(self, kept: KeptStates) -> None:
         """Keep of these states those for which it is time."""
         touching = kept.values[:, -1] > 0.5
         for i, (stamp, touches) in enumerate(zip(kept.stamps.tolist(), touching.tolist(), strict=True)):
-            if self._is_due(stamp, touches):
+            if stamp < self._last:
+                self._clear()  # the sender's clock began anew
+            if touches:
+                self._touched = stamp
+            if stamp - self._last >= SAMPLE_SPACING_S * NS:
                 self._keep(stamp, kept.values[i, _MEASURED], touches)
-
-    def _is_due(self, stamp: int, touching: bool) -> bool:
-        if stamp < self._last:
-            self.clear()  # the sender's clock began anew
-        if touching:
-            self._touched = stamp
-        return stamp - self._last >= SAMPLE_SPACING_S * NS
 
     def _keep(self, stamp: int, values: Any, touching: bool) -> None:
         self._last = stamp
@@ -166,10 +157,7 @@ def _middle_of_first_air(touching: Flags) -> int:
 class NoDiagnosis:
     """No search for the cause of a misfit: health is reported as it is."""
 
-    def note(self, finger: str, state: FingertipState, touching: bool) -> None:
-        """Keep nothing."""
-
-    def note_kept(self, kept: KeptStates) -> None:
+    def note(self, kept: KeptStates) -> None:
         """Keep nothing."""
 
     def annotate(self, health: ModelHealth) -> ModelHealth:
@@ -200,17 +188,8 @@ class BackgroundDiagnosis(NoDiagnosis):
         self._asked: dict[str, int] = {}  # [ns] when last
         self.busy: SideTask | None = None
 
-    def note(self, finger: str, state: FingertipState, touching: bool) -> None:
-        self._ring_of(finger).note(state, touching)
-
-    def note_kept(self, kept: KeptStates) -> None:
-        if len(kept):
-            self._ring_of(kept.finger).note_kept(kept)
-
-    def _ring_of(self, finger: str) -> SampleRing:
-        if finger not in self._samples:
-            self._samples[finger] = SampleRing()
-        return self._samples[finger]
+    def note(self, kept: KeptStates) -> None:
+        self._samples.setdefault(kept.finger, SampleRing()).note(kept)
 
     def annotate(self, health: ModelHealth) -> ModelHealth:
         """Return ``health`` with the suspect; begin to look when it has failed for long enough."""

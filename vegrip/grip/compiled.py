@@ -13,9 +13,8 @@ from typing import Any, Final
 from numba import typeof
 from numba.core.dispatcher import Dispatcher
 
-from vegrip.c99 import BYTES, LONG, LONGS, MEMORY, UntranslatableError
+from vegrip.c99 import BYTES, LONG, LONGS, MEMORY
 from vegrip.c99.bridge import Lengths
-from vegrip.c99.host import CompilerError
 from vegrip.c99.kinds import Kind
 from vegrip.effects.contract import Effect
 from vegrip.estimator.compiled import clock_parts, estimator_parts
@@ -24,7 +23,7 @@ from vegrip.estimator.origins import Origins
 from vegrip.grip.layout import MECHANICAL_CHANNELS, WINDOW_SLOTS, FingerLayout
 from vegrip.grip.slip_trust import TRUST_SIZE
 from vegrip.grip.wires import ENTRIES, FRAME_ENTRIES, MESSAGE_ENTRIES, NODE_ENTRIES
-from vegrip.model import ContactModel, cache, native, writer
+from vegrip.model import ContactModel, native, writer
 from vegrip.model.composer import compose
 from vegrip.transport.codec.kernel_text import wire_text
 
@@ -56,19 +55,11 @@ def finger_module(
     model: ContactModel, finger: FingerLayout, *, ellipse: bool = False, mode: str = ""
 ) -> FingerKernels:
     """Return the compiled finger step of a model; ``mode`` goes before ``VEGRIP_KERNEL``."""
-    text, mode = finger_text(model.effects, finger, ellipse), mode or _mode()
-    if mode == "python":
-        return cache.load_plain(text)
-    if mode in {"c", "c-float"}:
-        try:
-            lengths = single_lengths(finger) if mode == "c-float" else None
-            more = ROWS.read_text(encoding="utf-8")
-            place = finger_places(model).place
-            library = native.library_of(text, entries_of(finger), place, more, single=lengths)
-            return native.ModuleC(library, NODE_ENTRIES, ctypes.c_int)
-        except (CompilerError, UntranslatableError) as error:
-            native.tell_once(str(error))
-    return cache.load(text)
+    return native.run_by(
+        mode or _mode(), finger_text(model.effects, finger, ellipse), entries_of(finger),
+        finger_places(model).place, ROWS.read_text(encoding="utf-8"), single=single_lengths(finger),
+        usual=ctypes.c_int,
+    )  # fmt: skip
 
 
 def bound_step(module: FingerKernels, f: Any, t: Any, g: Any, out: Any) -> Step:

@@ -127,13 +127,13 @@ class CompiledBatch(CompiledRows):
     """Rows of a batch; what is told of the fingers leaves as batches, too."""
 
     def __init__(self, fingers: Sequence[GraspFinger], needs: Floats) -> None:
-        heads = [ROW_ID.pack(finger.command_id) for finger in fingers]
+        heads = [ROW_ID.pack(finger.on_wire.command_id) for finger in fingers]
         super().__init__(fingers, needs, heads, FIRST_ROW)
         self.contacts = bytearray(FIRST_ROW + len(fingers) * 2 * CONTACT_ROW)
         """The batch of the last contacts; its head is still to be written, as that of :attr:`commands`."""
         self.margins = bytearray(FIRST_ROW + len(fingers) * MARGIN_ROW)
         """The batch of the last slip margins, likewise."""
-        self._numbers = {finger.state_id: number for number, finger in enumerate(fingers)}
+        self._numbers = {finger.on_wire.state_id: number for number, finger in enumerate(fingers)}
         self._named = {finger.name: finger for finger in fingers}
         self._identifiers = b"", b""  # of the rows that came last, low and high bytes,
         self._names: list[str] = []  # and whose they are
@@ -178,7 +178,7 @@ class CompiledBatch(CompiledRows):
                 continue
             rows = [
                 ROW_ID.pack(identifier) + frame.tobytes()
-                for identifier, frame in zip(finger.report_ids, finger.report_frames, strict=True)
+                for identifier, frame in zip(finger.on_wire.report_ids, finger.report_frames, strict=True)
             ]
             at, margin = FIRST_ROW + len(told) * 2 * CONTACT_ROW, FIRST_ROW + len(told) * MARGIN_ROW
             self.contacts[at : at + 2 * CONTACT_ROW] = rows[0] + rows[1]
@@ -191,9 +191,9 @@ class CompiledPackets(CompiledRows):
     """Frames of a packet of the virtual bus; their commands leave as requests to it."""
 
     def __init__(self, fingers: Sequence[GraspFinger], needs: Floats) -> None:
-        heads = [pack_request(0, f.command_id, bytes(COMMAND_BYTES), PLAIN_FLAGS) for f in fingers]
+        heads = [pack_request(0, f.on_wire.command_id, bytes(COMMAND_BYTES), PLAIN_FLAGS) for f in fingers]
         super().__init__(fingers, needs, [head[: REQUEST.size] for head in heads], 0)
-        self._numbers = {finger.state_id: number for number, finger in enumerate(fingers)}
+        self._numbers = {finger.on_wire.state_id: number for number, finger in enumerate(fingers)}
         self._names = [finger.name for finger in fingers]
         self._requests, self._size = memoryview(self.commands), REQUEST.size + COMMAND_BYTES
 
@@ -249,7 +249,7 @@ def join(fingers: Sequence[GraspFinger], needs: Floats) -> CompiledBatch | Compi
     """Return one call that answers for all, by how their frames travel; None: one module does not run all."""
     if len({getattr(finger.module, "library", id(finger.module)) for finger in fingers}) != 1:
         return None
-    if all(finger.state_id >= ROW_STRIDE for finger in fingers):
+    if all(finger.on_wire.state_id >= ROW_STRIDE for finger in fingers):
         return CompiledBatch(fingers, needs)
-    is_plain = all(finger.state_id < IDENTIFIERS and finger.report_ids for finger in fingers)
+    is_plain = all(finger.on_wire.state_id < IDENTIFIERS and finger.on_wire.report_ids for finger in fingers)
     return CompiledPackets(fingers, needs) if is_plain else None

@@ -11,9 +11,9 @@ what the Python costs, and some 20 us; frames are then decoded to messages.
 import math
 import struct
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from types import FunctionType
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 
@@ -37,6 +37,7 @@ from vegrip.model.native import ModuleC, bound_call
 from vegrip.transport.codec.frame_codec import Line
 from vegrip.types import Floats
 
+Told = TypeVar("Told", messages.ContactEstimate, messages.SlipMargin)
 Wanted = tuple[float, float]
 """Margin to keep [-], and the one-sided confidence to keep it with."""
 
@@ -51,6 +52,7 @@ NO_QUICKEST: Final = 1 << 62
 LARGEST_WHOLE: Final = (1 << 63) - 1
 """A counter or stamp beyond counts as this one."""
 
+NO_MARGIN: Final = dict.fromkeys(("lower_bound", "force_reserve", "time_to_slip", "earliest_slip"), math.nan)
 DEGRADED: Final = int(messages.Condition.DEGRADED)
 FIRST_QUANTITY: Final = messages.FingertipState._fields.index("normal_force")  # type: ignore[attr-defined]
 CONDITIONS: Final = tuple(messages.Condition)
@@ -132,11 +134,7 @@ class GraspFinger:
         self.memory = FingerMemory(self.layout)
         self._build(estimator)
         memory = self.memory
-        for names in (FRESH, UNHEARD):
-            for key, value in names.items():
-                memory[key] = value
-        for section in UNKNOWN_AT_FIRST:
-            memory.section(section)[:] = math.nan
+        self._put_first({**FRESH, **UNHEARD})
         memory["SETUP_FINGER"], memory["SETUP_FINGERS"] = place.number, place.fingers
         memory["SETUP_THUMB"] = place.thumb
         self._settings = settings
@@ -336,11 +334,14 @@ class GraspFinger:
         self._estimator.reset()
         for section in INPUT_SECTIONS:
             memory.section(section)[:] = 0
-        for key, value in UNHEARD.items():
-            memory[key] = value
-        for section in UNKNOWN_AT_FIRST:
-            memory.section(section)[:] = math.nan
+        self._put_first(UNHEARD)
         memory["TURN_SEEN"] = memory["TURN_HAS_MARGIN"] = 0
+
+    def _put_first(self, values: Mapping[str, float]) -> None:
+        for key, value in values.items():
+            self.memory[key] = value
+        for section in UNKNOWN_AT_FIRST:
+            self.memory.section(section)[:] = math.nan
 
     def note_broken(self, now: int) -> None:
         """Note that a frame of this finger arrived broken at ``now`` [ns]."""
@@ -366,20 +367,8 @@ class GraspFinger:
     # frames in
 
     @property
-    def state_id(self) -> int:
-        return self._on_wire.state_id
-
-    @property
-    def command_id(self) -> int:
-        return self._on_wire.command_id
-
-    @property
-    def report_ids(self) -> tuple[int, ...]:
-        """Identifiers of :attr:`report_frames`."""
-        return self._on_wire.report_ids
-
-    @property
-    def _on_wire(self) -> Line:
+    def on_wire(self) -> Line:
+        """How its frames travel; its ``report_ids`` are those of :attr:`report_frames`."""
         assert self.line is not None  # noqa: S101 (asked only of a finger with frames)
         return self.line
 
@@ -393,14 +382,13 @@ class GraspFinger:
 
     def leave_line(self) -> None:
         """Let the codec have the counters of the line: it decodes what comes next."""
-        if self.is_on_line:
-            self._on_wire.read_from(self.memory)
-            self.is_on_line = False
+        self.read_counters()
+        self.is_on_line = False
 
     def read_counters(self) -> None:
         """Let the codec know what was counted of frames; the memory goes on counting."""
         if self.is_on_line:
-            self._on_wire.read_from(self.memory)
+            self.on_wire.read_from(self.memory)
 
     def step(self, frame: np.ndarray, length: int, arrival: int, now: int) -> int:
         """Answer a frame; what is done is told in bits, and LEFT_ALONE means nothing at all."""
@@ -423,11 +411,6 @@ class GraspFinger:
     def held(self) -> float:
         """The force commanded last [N]; NaN before the start."""
         return self._reals[self._given[0]]
-
-    @property
-    def required_force(self) -> float:
-        """What the finger needs on its own [N]."""
-        return float(self.memory["GRIP_REQUIRED"])
 
     @property
     def need(self) -> float:
@@ -517,7 +500,7 @@ class GraspFinger:
         contact = replace(
             self._estimator.contact_estimate(), finger=self.name, seq=self.memory["TURN_REPORTS"]
         )
-        return contact if self._is_fresh else _untrusted_contact(contact, self._age(now))
+        return contact if self._is_fresh else _untrusted(contact, self._age(now))
 
     def margin(self, now: int) -> messages.SlipMargin:
         """Return the slip margin at ``now`` [ns]; not valid while the input is not trusted."""
@@ -600,7 +583,7 @@ class GraspFinger:
 
     def _judged_margin(self, margin: messages.SlipMargin, now: int) -> messages.SlipMargin:
         margin = replace(margin, finger=self.name, seq=self.memory["TURN_REPORTS"])
-        return margin if self._is_fresh else _untrusted_margin(margin, self._age(now))
+        return margin if self._is_fresh else _untrusted(margin, self._age(now), **NO_MARGIN)
 
     @property
     def _is_fresh(self) -> bool:
@@ -619,32 +602,9 @@ def _due(last: float, now: int, period: float) -> bool:
     return now - last >= period * NS or now < last  # a clock that jumped back must not silence the reports
 
 
-def _untrusted_contact(contact: messages.ContactEstimate, age: float) -> messages.ContactEstimate:
-    return replace(
-        contact,
-        indentation=_untrusted(contact.indentation, age),
-        normal_force=_untrusted(contact.normal_force, age),
-        contact_radius=_untrusted(contact.contact_radius, age),
-        pressure_exponent=_untrusted(contact.pressure_exponent, age),
-        friction_coefficient=_untrusted(contact.friction_coefficient, age),
-        limit_force=_untrusted(contact.limit_force, age),
-        limit_torque=_untrusted(contact.limit_torque, age),
-        limit_radius=_untrusted(contact.limit_radius, age),
-    )
-
-
-def _untrusted_margin(margin: messages.SlipMargin, age: float) -> messages.SlipMargin:
-    unknown = math.nan
-    return replace(
-        margin,
-        margin=_untrusted(margin.margin, age),
-        lower_bound=unknown,
-        force_reserve=unknown,
-        time_to_slip=unknown,
-        earliest_slip=unknown,
-    )
-
-
-def _untrusted(estimate: messages.Estimate, age: float) -> messages.Estimate:
-    """Nothing is known of the present: any spread is possible."""
-    return messages.Estimate(estimate.value, math.inf, valid=False, age=age)
+def _untrusted(message: Told, age: float, **unknown: float) -> Told:
+    """Return ``message`` with nothing known of the present: any spread is possible."""
+    values = {field.name: getattr(message, field.name) for field in fields(message)}
+    found = {name: one for name, one in values.items() if isinstance(one, messages.Estimate)}
+    vague = {name: replace(one, std=math.inf, valid=False, age=age) for name, one in found.items()}
+    return replace(message, **vague, **unknown)

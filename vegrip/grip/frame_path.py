@@ -105,7 +105,7 @@ class FramePath:
         """
         for name, finger in self._of(fingers).items():
             if not self._is_watched(name) and finger.is_on_line and finger.tell(now):
-                pairs = zip(finger.report_ids, finger.report_frames, strict=True)
+                pairs = zip(finger.on_wire.report_ids, finger.report_frames, strict=True)
                 self._endpoint.send_frames([Frame(one, data.tobytes(), True) for one, data in pairs])
                 self._count_reports(name)
                 yield None

@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass
 
-from vegrip.config import parameter
+from vegrip.config import fixed_parameter
 
 COARSEST_CREEP_M_S = 2e-4
 """Threshold of felt slip above which creep passes for holding, and probing would learn from it."""
+WIDEST_VARIANCE = 4.0
+"""Of ln mu, beyond which nothing is known at all."""
 LATEST_SLIP_S = 0.03
 """Delay of felt slip beyond which probing would slide too far."""
 
@@ -14,53 +16,40 @@ LATEST_SLIP_S = 0.03
 class FrictionSettings:
     """Belief of the grasp and probing; see :mod:`vegrip.grip.friction_belief`, ``friction_probe``."""
 
-    shared: bool = parameter(False, doc="what one finger learns of the object counts for all", live=False)
-    object: str = parameter(
-        "", live=False,
+    shared: bool = fixed_parameter(False, doc="what one finger learns of the object counts for all")
+    object: str = fixed_parameter(
+        "",
         doc="of what is held: its friction is kept in the folder 'learned' for the next grasp; empty = none",
     )  # fmt: skip
-    own_spread: float = parameter(
-        0.08, unit="1", low=0.0, high=2.0, doc="std of ln mu between the fingers on one object", live=False
+    own_spread: float = fixed_parameter(
+        0.08, unit="1", low=0.0, high=2.0, doc="std of ln mu between the fingers on one object"
     )
-    shock: float = parameter(
-        0.08, unit="1", low=0.0, high=2.0, doc="std of ln mu of what befalls all faces at once", live=False
+    shock: float = fixed_parameter(
+        0.08, unit="1", low=0.0, high=2.0, doc="std of ln mu of what befalls all faces at once"
     )
-    slip_threshold: float = parameter(
-        0.0, unit="m/s", low=0.0, high=10.0, doc="slip speed from which the tips feel slip", live=False
+    slip_threshold: float = fixed_parameter(
+        0.0, unit="m/s", low=0.0, high=10.0, doc="slip speed from which the tips feel slip"
     )
-    slip_delay: float = parameter(
-        0.0, unit="s", low=0.0, high=10.0, doc="by which felt slip is late", live=False
-    )
-    sliding_speed: float = parameter(
+    slip_delay: float = fixed_parameter(0.0, unit="s", low=0.0, high=10.0, doc="by which felt slip is late")
+    sliding_speed: float = fixed_parameter(
         1e-3, unit="m/s", low=0.0, high=10.0,
-        doc="slip speed from which a tip slides, whatever its flag says; 0 = none", live=False,
+        doc="slip speed from which a tip slides, whatever its flag says; 0 = none",
     )  # fmt: skip
-    onsets: bool = parameter(True, doc="learn from the beginning of slip too", live=False)
-    onset_noise: float = parameter(
-        0.1, unit="1", low=1e-3, high=2.0, doc="std of ln mu from one onset to the next", live=False
+    onsets: bool = fixed_parameter(True, doc="learn from the beginning of slip too")
+    onset_noise: float = fixed_parameter(
+        0.1, unit="1", low=1e-3, high=2.0, doc="std of ln mu from one onset to the next"
     )
-    probing: bool = parameter(False, doc="let go slowly until friction is known", live=False)
-    climb: float = parameter(2.0, unit="1/s", low=0.0, high=10.0, doc="of ln mu, object unknown", live=False)
-    rate: float = parameter(0.6, unit="1/s", low=0.0, high=10.0, doc="of ln mu, object known", live=False)
-    unknown: float = parameter(
-        0.2, unit="1", low=0.0, high=2.0, doc="std from which an object is unknown", live=False
+    probing: bool = fixed_parameter(False, doc="let go slowly until friction is known")
+    climb: float = fixed_parameter(2.0, unit="1/s", low=0.0, high=10.0, doc="of ln mu, object unknown")
+    rate: float = fixed_parameter(0.6, unit="1/s", low=0.0, high=10.0, doc="of ln mu, object known")
+    unknown: float = fixed_parameter(
+        0.2, unit="1", low=0.0, high=2.0, doc="std from which an object is unknown"
     )
-    known: float = parameter(
-        0.06, unit="1", low=0.0, high=2.0, doc="std below which a finger is known", live=False
-    )
-    quiet_time: float = parameter(
-        0.2, unit="s", low=0.0, high=10.0, doc="no load has changed for", live=False
-    )
-    quiet_change: float = parameter(
-        0.05, unit="1", low=0.0, high=1.0, doc="relative change of a load", live=False
-    )
-    pause: float = parameter(0.5, unit="s", low=0.0, high=100.0, doc="after a slip", live=False)
-    reach: float = parameter(2.0, unit="1", low=0.0, high=10.0, doc="std above the mean", live=False)
-
-    @property
-    def widest_variance(self) -> float:
-        """Variance of ln mu beyond which nothing is known at all."""
-        return 4.0
+    known: float = fixed_parameter(0.06, unit="1", low=0.0, high=2.0, doc="std below which a finger is known")
+    quiet_time: float = fixed_parameter(0.2, unit="s", low=0.0, high=10.0, doc="no load has changed for")
+    quiet_change: float = fixed_parameter(0.05, unit="1", low=0.0, high=1.0, doc="relative change of a load")
+    pause: float = fixed_parameter(0.5, unit="s", low=0.0, high=100.0, doc="after a slip")
+    reach: float = fixed_parameter(2.0, unit="1", low=0.0, high=10.0, doc="std above the mean")
 
     @property
     def why_too_coarse(self) -> str:

@@ -39,7 +39,7 @@ from vegrip.grip.friction_change import (
     begin_changes,
     stated_friction,
 )
-from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.friction_settings import WIDEST_VARIANCE, FrictionSettings
 from vegrip.grip.joint_confidence import FINGER_CORRELATION, shared_part
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.late_slip import begin_late_slip
@@ -140,7 +140,7 @@ class GraspFriction:
         memory["SETUP_SHARES"] = self.active
         memory["SETUP_LEADS"] = self._is_leading and i < BELIEF_MOST
         memory["SHARED_KNOWN_QUANTILE"] = quantile(wanted[1])
-        memory["SHARED_WIDEST"], memory["SHARED_LOAD_NOISE"] = self._settings.widest_variance, self._noise
+        memory["SHARED_WIDEST"], memory["SHARED_LOAD_NOISE"] = WIDEST_VARIANCE, self._noise
         if self.active:
             level, spread, unknown = self._change_of(i)
             memory["SHARED_LEVEL"], memory["SHARED_SPREAD"] = level, spread

@@ -391,7 +391,7 @@ class GraspForce(NodeBase):
 
     def _note_past(self, finger: GraspFinger) -> None:
         if (kept := finger.fetch()) is not None:
-            self.diagnoser.note_kept(kept)
+            self.diagnoser.note(kept)
 
     def _with_suspects(self, report: Message, controller: GripController) -> Message:
         if isinstance(report, ContactEstimate):

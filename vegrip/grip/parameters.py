@@ -6,7 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from vegrip.config import build, parameter
+from vegrip.config import build, fixed_parameter, parameter
 from vegrip.errors import ConfigError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.estimator.layout import friction_symbol
@@ -36,15 +36,15 @@ class TipParameters:
 class GraspParameters(ControlSettings):
     """The parameters of the program ``grasp_force``."""
 
-    tip: TipParameters = parameter(TipParameters(), doc="every fingertip", live=False)
-    tips: dict[str, Any] = parameter({}, doc="what is different at a finger, by its name", live=False)
-    noise: SensorNoise = parameter(SensorNoise(), doc="of the sensors", live=False)
-    estimator: EstimatorSettings = parameter(EstimatorSettings(), doc="the estimator", live=False)
-    suspects: bool = parameter(
-        True, doc="look for the effect that a failing model lacks, in a process of low priority", live=False
+    tip: TipParameters = fixed_parameter(TipParameters(), doc="every fingertip")
+    tips: dict[str, Any] = fixed_parameter({}, doc="what is different at a finger, by its name")
+    noise: SensorNoise = fixed_parameter(SensorNoise(), doc="of the sensors")
+    estimator: EstimatorSettings = fixed_parameter(EstimatorSettings(), doc="the estimator")
+    suspects: bool = fixed_parameter(
+        True, doc="look for the effect that a failing model lacks, in a process of low priority"
     )
-    learned: str = parameter(
-        "", doc="folder that keeps what the fingers learn, read at the start; empty = none", live=False
+    learned: str = fixed_parameter(
+        "", doc="folder that keeps what the fingers learn, read at the start; empty = none"
     )
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from vegrip.config import build, parameter
+from vegrip.config import build, fixed_parameter, parameter
 from vegrip.errors import ConfigError
 from vegrip.grip.allocation.internal_forces import InternalForces, contacts_of
 from vegrip.grip.friction_settings import FrictionSettings
@@ -19,17 +19,14 @@ from vegrip.grip.safety import FailSafeSettings, LimitSettings, WatchdogSettings
 class ControlSettings:
     """How the grasp is controlled; the same for all its fingers."""
 
-    policy: str = parameter(
+    policy: str = fixed_parameter(
         "margin",
         doc="rule that finds the required force: margin, constant, cone, elastic, or one of another package",
-        live=False,
     )
-    policy_settings: dict[str, Any] = parameter({}, doc="of a policy of another package", live=False)
-    thumb: str = parameter(
-        "thumb", doc="finger that the others press against; empty = no balance", live=False
-    )
-    contacts: dict[str, Any] = parameter(
-        {}, doc="place [m] and inward normal of each contact, instead of a thumb", live=False
+    policy_settings: dict[str, Any] = fixed_parameter({}, doc="of a policy of another package")
+    thumb: str = fixed_parameter("thumb", doc="finger that the others press against; empty = no balance")
+    contacts: dict[str, Any] = fixed_parameter(
+        {}, doc="place [m] and inward normal of each contact, instead of a thumb"
     )
     report_period: float = parameter(0.02, unit="s", low=0.0, high=10.0, doc="of estimates; 0 = every state")
     health_period: float = parameter(0.2, unit="s", low=0.0, high=60.0, doc="of ModelHealth")

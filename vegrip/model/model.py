@@ -6,7 +6,7 @@
 import ctypes
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -15,8 +15,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vegrip.c99 import MEMORY, UntranslatableError
-from vegrip.c99.host import CompilerError
+from vegrip.c99 import MEMORY
 from vegrip.c99.kinds import INT
 from vegrip.contact import limit_surface
 from vegrip.effects import Effect, effect, place
@@ -52,14 +51,19 @@ class Batch:
         states = sum(len(effect.states) for effect in effects)
         values = sum(len(effect.parameters) for effect in effects)
         self._room = values + len(GEOMETRY) + len(OUTSIDE) + 2 * states
-        self._is_native = False
         mode = "python" if plain else native.kernel_mode()
-        self._entries: dict[str, Callable[..., None]] = {}
-        if mode.startswith("c"):
-            self._take_native(text)
-        if not self._is_native:
+        library = native.library_by(mode, text, ENTRIES)
+        self._is_native = library is not None
+        if library is None:
             module = cache.load_plain(text) if mode == "python" else cache.load(text)
             self._entries = {name: getattr(module, name) for name in ENTRIES}
+            return
+        loaded = ctypes.CDLL(str(library))  # lets other threads run: a recording takes longer than a switch
+        self._entries = {name: loaded[f"vg_{name}"] for name in ENTRIES}
+        for name, kinds in ENTRIES.items():
+            entry = self._entries[name]
+            entry.argtypes = [ctypes.c_void_p if kind == MEMORY else ctypes.c_int32 for kind in kinds]
+            entry.restype = None
 
     def run(self, values: Floats, states: Floats, t: Floats, inputs: Floats, out: Floats) -> None:
         """Fill ``out`` (n, 7) for ``inputs`` (n, 2 + outside) at ``t``; ``states`` ends as the last ones."""
@@ -79,19 +83,6 @@ class Batch:
                 raise TypeError("arrays of a recording are of doubles, without gaps")
         taken: list[Any] = [a.ctypes.data if self._is_native else a.reshape(-1) for a in given]
         self._entries[name](*taken, arrays[2].size)
-
-    def _take_native(self, text: str) -> None:
-        try:
-            path = native.library_of(text, ENTRIES)
-        except (CompilerError, UntranslatableError) as error:
-            native.tell_once(str(error))
-            return
-        library = ctypes.CDLL(str(path))  # lets other threads run: a recording takes longer than a switch
-        for name, kinds in ENTRIES.items():
-            entry = self._entries[name] = library[f"vg_{name}"]
-            entry.argtypes = [ctypes.c_void_p if kind == MEMORY else ctypes.c_int32 for kind in kinds]
-            entry.restype = None
-        self._is_native = True
 
 
 @lru_cache(maxsize=64)
@@ -188,12 +179,6 @@ class ContactModel:
     @property
     def initial_states(self) -> Floats:
         return np.array([s.initial for e in self.effects for s in e.states], dtype=np.float64)
-
-    @property
-    def conventional(self) -> tuple[float, float]:
-        """``m, b`` of the paper's power stiffness ``m delta^b`` [TiezziKao2007]_, eq. (12), in SI units."""
-        K, p = self.values["K"].value, self.values["p"].value
-        return K * p / self.reference_depth**p, p - 1.0
 
     def source(self, kernels: Sequence[str] = (), entries: Sequence[str] = ()) -> str:
         return writer.write(self.plan, [e.name for e in self.effects], kernels, entries)

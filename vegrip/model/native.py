@@ -17,13 +17,14 @@ from pathlib import Path
 from typing import Any, Final
 
 from vegrip import c99
-from vegrip.c99 import LONG, REAL, host, translate
+from vegrip.c99 import LONG, REAL, UntranslatableError, host, translate
 from vegrip.c99.bridge import Lengths, behind_doubles
 from vegrip.c99.kinds import DOUBLE, FLOAT, Kind
 from vegrip.c99.names import Place, unknown_place
 from vegrip.compiling import announce_compiling
 from vegrip.errors import UsageError
 from vegrip.host import compiled_folder
+from vegrip.model import cache
 
 MODES: Final = ("numba", "c", "c-float", "python")
 SENTENCE: Final = (
@@ -54,6 +55,41 @@ def tell_once(reason: str) -> None:
     log.warning(
         "VEGRIP_KERNEL=c is not possible: %s; numba is used, which compiles for half a minute", reason
     )
+
+
+def run_by(
+    mode: str,
+    text: str,
+    entries: Entries,
+    place: Place = unknown_place,
+    more: str = "",
+    *,
+    single: Lengths | None = None,
+    results: Mapping[str, Any] | None = None,
+    usual: Any = None,
+) -> Any:
+    """Return the module of a ``text`` as ``mode`` runs it, a :class:`ModuleC` where C does.
+
+    Where C cannot be had, numba runs it, and the reason is told once; the other arguments are those of
+    :func:`library_of` and :class:`ModuleC`, ``single`` for ``c-float`` alone.
+    """
+    library = library_by(mode, text, entries, place, more, single=single if mode == "c-float" else None)
+    if library is not None:
+        return ModuleC(library, entries, usual, results)
+    return cache.load_plain(text) if mode == "python" else cache.load(text)
+
+
+def library_by(
+    mode: str, text: str, entries: Entries, *more: Any, single: Lengths | None = None
+) -> Path | None:
+    """Return the library of :func:`library_of` if ``mode`` is C and it can be had."""
+    if not mode.startswith("c"):
+        return None
+    try:
+        return library_of(text, entries, *more, single=single)
+    except (host.CompilerError, UntranslatableError) as error:
+        tell_once(str(error))
+        return None
 
 
 def library_of(

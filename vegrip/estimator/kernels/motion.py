@@ -5,8 +5,6 @@ other, and how fast the tip moves. It is not mixed with the contact: drives star
 sample, and a contact that is told where the motion should be has to explain the difference.
 """
 
-import math
-
 from vegrip.estimator.kernels.generated import *
 
 LEAST_LEFT = 1e-12  # of a variance, whatever rounding leaves
@@ -66,10 +64,3 @@ def adapt_process_noise(m: Floats, nis: float) -> None:
     if nis > SUDDEN:
         calm = max(calm, 1.0)
     m.motion.restless = min(max(calm, 1e-4), 100.0)
-
-
-def stop_motion(m: Floats, dt: float) -> None:
-    """Nothing was heard for ``dt`` [s]: the tip may be anywhere, at any speed."""
-    m.motion.speed = m.motion.cov = 0.0
-    m.motion.var_speed = m.prior[SPEED]
-    m.motion.var_position = math.inf if math.isinf(dt) else m.prior[DELTA]
