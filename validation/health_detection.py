@@ -19,7 +19,8 @@ import numpy as np
 from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, Setting
 from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator, SensorNoise
-from vegrip.grip.background_diagnosis import SampleRing, diagnose_in_subprocess
+from vegrip.estimator.memory import CHANNELS
+from vegrip.grip.background_diagnosis import KeptStates, SampleRing, diagnose_in_subprocess
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.identification.simulate import Protocol, Segment
@@ -138,16 +139,21 @@ def watch_finger(hidden: str, finger: int, count: int, *, ask: bool) -> Detectio
     tip = plain_fingertip(finger)
     model = fit_finger(tip, 1000 + finger)
     estimator, evidence = ContactEstimator(model, SensorNoise()), SampleRing()
+    touching: list[bool] = []
     reports: list[tuple[float, str]] = []
     next_look = 0
     states = run_estimator(tip, count, finger, strong(hidden, tip, finger))
     for state in states:
         estimator.assimilate(state)
-        evidence.note(state, estimator.in_contact)
+        touching.append(estimator.in_contact)
         if state.stamp >= next_look:
             next_look = state.stamp + round(REPORT_PERIOD_S * NS)
             health = estimator.health()
             reports.append((state.stamp / NS, f"{health.channel}, {health.regime}" if health.channel else ""))
+    values = np.array([[*(getattr(one, name) for name in CHANNELS), 0.0] for one in states])
+    values[:, -1] = touching
+    stamps, numbers = (np.array([getattr(one, name) for one in states]) for name in ("stamp", "seq"))
+    evidence.note(KeptStates("felt", stamps, numbers, values))
     failing = [(time, cell) for time, cell in reports if cell]
     said = np.array([bool(cell) for _, cell in reports])
     return Detections(

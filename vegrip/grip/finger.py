@@ -13,7 +13,7 @@ import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from types import FunctionType
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -607,4 +607,5 @@ def _untrusted(message: Told, age: float, **unknown: float) -> Told:
     values = {field.name: getattr(message, field.name) for field in fields(message)}
     found = {name: one for name, one in values.items() if isinstance(one, messages.Estimate)}
     vague = {name: replace(one, std=math.inf, valid=False, age=age) for name, one in found.items()}
-    return replace(message, **vague, **unknown)
+    told: Any = {**vague, **unknown}
+    return replace(message, **told)
