@@ -92,25 +92,11 @@ class CompiledBus:
             setattr(self, name, function)
 
 
-def _loaded(path: Path) -> CompiledBus | None:
+def load(path: Path) -> CompiledBus | None:
     try:
         return CompiledBus(path)
     except (OSError, AttributeError):
         return None
-
-
-@cache
-def compiled() -> CompiledBus | None:
-    """Return the functions of the library, compiled if need be; None: C is not wanted, or not possible."""
-    if not is_wanted():
-        return None
-    path = compiled_folder.found_library(library_name())
-    if path is None and compiler() is not None:
-        from vegrip.c99.host import CompilerError  # noqa: PLC0415
-
-        with suppress(OSError, CompilerError):
-            path = compile_library()
-    return None if path is None else _loaded(path)
 
 
 class Search:
@@ -131,7 +117,7 @@ class Search:
         path = compiled_folder.found_library(library_name())
         if path is not None:
             self._next_look = sys.maxsize
-            self._found = _loaded(path)
+            self._found = load(path)
         elif self._compiling is None and compiler() is not None:
             self._compiling = _started()
         elif self._compiling is None or self._compiling.returncode:
