@@ -1,7 +1,7 @@
 """A CAN bus on a simulated clock, in one process: every bit takes its time, and nothing waits.
 
-The bus is a :class:`~validation.faults.simulated_bus.SimulatedBus`, the text that runs the virtual one too. Messages
-go through the codec, frames through arbitration; what a node receives has the stamp of the end of its frame.
+The bus is :mod:`validation.faults.simulated_bus`. Messages go through the codec, frames through arbitration;
+what a node receives has the stamp of the end of its frame.
 """
 
 import heapq

@@ -117,9 +117,12 @@ class ZmqEndpoint(Endpoint):
     def send_payload(self, topic: bytes, payload: bytes | bytearray) -> None:
         """Publish a payload as it is."""
         try:
-            self._publisher.send_multipart([topic, payload], zmq.DONTWAIT)
+            self._publisher.send_multipart(self.parts_of(topic, payload), zmq.DONTWAIT)
         except zmq.ZMQError:
             self._faults["unsent"] += 1
+
+    def parts_of(self, topic: bytes, payload: bytes | bytearray) -> list[bytes | bytearray]:
+        return [topic, payload]
 
     def close(self) -> None:
         """Close the sockets; what is queued has 100 ms to leave."""

@@ -251,7 +251,7 @@ class MappedCodec(ForeignHand):
         self.dialogue = (
             None
             if plan.database.packets
-            else Dialogue(hand.device, 0, hand.sending.period, self.rejected, str(hand.path), on_can=True)
+            else Dialogue(hand.device, 0, hand.command.period, self.rejected, str(hand.path), on_can=True)
         )
         talks = self.dialogue is not None and bool(self.dialogue.poll or self.dialogue.opening)
         self._talk = self.dialogue if talks else None  # that has to know what comes
@@ -317,7 +317,7 @@ def _nodes(plan: Plan, rejected: Counter[str]) -> CanopenNodes | None:
         if plan.database.messages[slot.message].asked and slot.place is not None
         for where in slot.place.selectors[:1]
     ]
-    return CanopenNodes(plan.hand.nodes.values(), objects, round(plan.hand.sending.poll * NS), rejected)
+    return CanopenNodes(plan.hand.nodes.values(), objects, round(plan.hand.command.poll * NS), rejected)
 
 
 class TopicCodec(ForeignHand):

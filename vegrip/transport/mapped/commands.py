@@ -140,8 +140,8 @@ class Commands(ABC):
         self._plan = plan
         self._state_of = state_of
         self._clipped = clipped
-        self._period = round(plan.hand.sending.period * NS)
-        self._stops = plan.hand.sending.silence == "holds"
+        self._period = round(plan.hand.command.period * NS)
+        self._stops = plan.hand.command.silence == "holds"
         self._outgoing: dict[Any, Outgoing] = {}
         self._of: dict[str, tuple[Outgoing, Target]] = {}  # by finger
         for finger in plan.fingers:

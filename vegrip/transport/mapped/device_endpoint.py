@@ -239,7 +239,7 @@ def open_device(table: Mapping[str, Any], hand: Hand, where: str) -> VirtualDevi
     settings = build(DeviceSettings, table, where)
     plan = open_plan(settings.map, tuple(name for name in hand.fingers if name) or None)
     device = VirtualDevice(plan, 0, settings.latency)
-    lifetime = LIFETIME_PERIODS * plan.hand.sending.period
+    lifetime = LIFETIME_PERIODS * plan.hand.command.period
     return VirtualDeviceEndpoint(device, _port(plan.hand.transport, settings), lifetime)
 
 

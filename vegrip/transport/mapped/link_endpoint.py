@@ -370,7 +370,7 @@ class MappedLinkEndpoint(Endpoint):
 
     def _dialogue(self, device: int) -> Dialogue:
         hand = self._codec.plan.hand
-        return Dialogue(hand.device, device, hand.sending.period, self._faults, str(hand.path))
+        return Dialogue(hand.device, device, hand.command.period, self._faults, str(hand.path))
 
     @property
     def sentences(self) -> Sequence[str]:

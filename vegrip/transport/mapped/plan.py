@@ -341,13 +341,13 @@ def _check_protection(hand: schema.HandMap, database: Database, name: str, spec:
 def read_database(hand: schema.HandMap) -> Database:
     if hand.packets:
         return packet_database(hand.packets, str(hand.path), hand.device.offset)
-    if hand.database is None:
+    if hand.file is None:
         return Database("", {})
     if hand.format:
-        return _descriptors(hand.database)
-    if hand.nodes and hand.database.suffix.lower() != ".eds":
-        raise ConfigError(f"{hand.path}: 'nodes' belongs to an .eds, not to {hand.database.name}")
-    return read_frames(hand.database, hand.nodes)
+        return _descriptors(hand.file)
+    if hand.nodes and hand.file.suffix.lower() != ".eds":
+        raise ConfigError(f"{hand.path}: 'nodes' belongs to an .eds, not to {hand.file.name}")
+    return read_frames(hand.file, hand.nodes)
 
 
 def read_frames(path: Path, nodes: Mapping[str, int]) -> Database:

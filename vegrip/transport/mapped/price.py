@@ -179,7 +179,7 @@ def _messages(plan: Plan) -> list[str]:
     if asked:
         said.append(
             f"{_list(asked)}: values are asked for one after the other, one each "
-            f"{1e3 * plan.hand.sending.poll:g} ms and node, so they are not of the same moment"
+            f"{1e3 * plan.hand.command.poll:g} ms and node, so they are not of the same moment"
         )
     if bare:
         said.append(
@@ -218,7 +218,7 @@ def _commands(plan: Plan) -> list[str]:
         said.append(f"{_list(mute)}: no command is mapped: margins are published, no finger is commanded")
     if len(mute) == len(plan.fingers):
         return said
-    sending = plan.hand.sending
+    sending = plan.hand.command
     ending = {
         "holds": "it holds when they stop, as the map says",
         "opens": "it OPENS when they stop: should this computer fail, the grip is lost",

@@ -47,7 +47,7 @@ class VirtualDevice:
         hand, on_can = plan.hand, not plan.database.packets
         self._on_can = on_can
         self._dialogue = Dialogue(
-            hand.device, number, hand.sending.period, Counter(), str(hand.path), on_can=on_can
+            hand.device, number, hand.command.period, Counter(), str(hand.path), on_can=on_can
         )
         commands = FrameCommands(plan, self._state_of, Counter())
         self._commands = {
