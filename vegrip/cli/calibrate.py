@@ -11,7 +11,7 @@ import typer
 
 from vegrip.cli._options import JSON, OPENS, PORT
 from vegrip.cli._terminal import announce_page, answer, figures, printer, progress
-from vegrip.config import parse_toml
+from vegrip.config import parse_toml, toml_value
 from vegrip.errors import InputError, UsageError, VegripError
 from vegrip.whole_file import write_whole, writing
 
@@ -399,7 +399,6 @@ def _serve(
 
 def write_friction(path: Path, settings: Mapping[str, Any], by: str) -> None:
     """Write ``settings`` as ``friction`` of the grip controller of a launch file, or of a map."""
-    from vegrip.config import toml_value
     from vegrip.transport.mapped.writer import changed_text
 
     try:

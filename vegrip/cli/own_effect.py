@@ -8,6 +8,7 @@ import typer
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, require_writable
 from vegrip.cli._terminal import print_json, printer
+from vegrip.errors import UsageError
 
 NAMES = Annotated[
     list[str] | None,
@@ -56,7 +57,6 @@ def effect_laws(
     Example: vegrip test-effect adhesion
     """
     from vegrip.effects import BUILT_IN, effect, names
-    from vegrip.errors import UsageError
     from vegrip.model.laws import LAWS, broken_laws
 
     chosen = effects or [name for name in names() if name not in BUILT_IN]

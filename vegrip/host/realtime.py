@@ -124,7 +124,8 @@ class LoopPriority:
                 return _advice("real-time priority is")
         _loops.add(self)
         if wanted.lock_memory:
-            self._locked = _lock_memory()
+            # what is touched from now on stays; what was reserved and is never used takes no memory
+            self._locked = ctypes.CDLL(None).mlockall(_LOCK_PRESENT_AND_COMING | _ON_FAULT) == 0
             return "" if self._locked else _advice("locked memory is")
         return wanted.sentence
 
@@ -222,11 +223,6 @@ def _set(thread: int, policy: int, parameter: os.sched_param) -> bool:
     except OSError:
         return False
     return True
-
-
-def _lock_memory() -> bool:
-    """Keep what is touched from now on in memory; what was reserved and is never used takes none."""
-    return bool(ctypes.CDLL(None).mlockall(_LOCK_PRESENT_AND_COMING | _ON_FAULT) == 0)
 
 
 FIELDS_BEFORE_TIMES = 11

@@ -214,7 +214,8 @@ class Runner:
         wait = (self.due - self._clock.now()) / NS
         self._answer_all(self._gather(min(max(wait, 0.0), LONGEST_WAIT)))
         while self._unfinished and not (self._stop or self.managed.node.finished):
-            self._answer_all(self._newcomers())
+            if len(self._unfinished) < MOST_UNFINISHED:
+                self._answer_all(self._endpoint.receive(0.0))
             if self._clock.now() >= self.due:
                 self._serve_due()
             self._finish_one()
@@ -320,10 +321,6 @@ class Runner:
         """Yield the reports of ``fingers``; where they end, they are owed no longer."""
         yield from reports
         self._owed.difference_update(fingers)
-
-    def _newcomers(self) -> Sequence[Message]:
-        """Return what has come while reports were sent, unless too much waits to be sent."""
-        return () if len(self._unfinished) >= MOST_UNFINISHED else self._endpoint.receive(0.0)
 
     def _finish_one(self) -> None:
         while self._unfinished:

@@ -97,7 +97,7 @@ class TelemetrySocket:
 
     def takes(self, message: Message, direction: Direction) -> bool:
         """Whether a subscriber wants every message of this stream; else the newest is kept here."""
-        key = kind, owner = _stream_of(message)
+        key = kind, owner = type(message), _owner(message)
         stream = self._streams.get(key, UNSORTED)  # the thread may clear it at any time
         if stream is UNSORTED:
             return True  # :meth:`publish` finds out who wants it
@@ -205,10 +205,6 @@ class TelemetrySocket:
 
 def _owner(message: Message) -> str:
     return message.node if isinstance(message, OF_NODES) else message.finger
-
-
-def _stream_of(message: Message) -> tuple[type[Message], str]:
-    return type(message), _owner(message)
 
 
 def _waiting(socket: zmq.Socket[bytes]) -> Iterator[tuple[str, str, bytes]]:

@@ -75,11 +75,12 @@ class FingerSummary:
 
     def as_dict(self) -> dict[str, Any]:
         last = self.last or ContactEstimate(0, "", 0)
+        square = self.force_error / self.force_count if self.force_count else math.nan
         return {
             "samples": self.samples,
             "duration": self.duration,
             "contact_time": self.contact_time,
-            "force_rms": _known(_root_mean(self.force_error, self.force_count)),
+            "force_rms": _known(math.sqrt(square)),
             "nis": _share(self.nis_sum, self.nis_count),
             "consistent": _share(self.consistent, self.judged),
             "rejected": self.rejected,
@@ -130,10 +131,6 @@ class FingerSummary:
 
 def _share(part: float, whole: int) -> float | None:
     return _known(part / whole) if whole else None
-
-
-def _root_mean(squares: float, count: int) -> float:
-    return math.sqrt(squares / count) if count else math.nan
 
 
 def _known(value: float) -> float | None:

@@ -184,7 +184,9 @@ class _Maker:
             for each, weight in zip(source.names, weights, strict=True)
         ]
         gated = not source.zero_is_measured and name not in ("tangential_direction", *schema.REPORTED)
-        return ChannelPlan(tuple(slots), offset, _table(name, source, where), source.above, gated=gated)
+        own, first = conversion(source.table_unit, SI[name], f"{where}: 'table_unit'")
+        table = tuple((float(x), float(y) * own + first) for x, y in source.table)
+        return ChannelPlan(tuple(slots), offset, table, source.above, gated=gated)
 
     def _taxels(
         self, finger: str, taxels: schema.TaxelMap, channels: dict[str, ChannelPlan], where: str
@@ -286,11 +288,6 @@ def _to_si(name: str, source: schema.SourceMap, unit: str, where: str) -> tuple[
         scale, offset = worth(unit, source.gain, SI[name], where)
     scale *= source.sign
     return scale * source.scale, scale * (source.offset - source.zero) + offset
-
-
-def _table(name: str, source: schema.SourceMap, where: str) -> tuple[tuple[float, float], ...]:
-    scale, offset = conversion(source.table_unit, SI[name], f"{where}: 'table_unit'")
-    return tuple((float(x), float(y) * scale + offset) for x, y in source.table)
 
 
 def _check_polar(given: set[str], where: str) -> None:

@@ -321,7 +321,8 @@ def leave_out_unknown_units(proposal: Proposal) -> None:
             options.setdefault(
                 f"--set 'fingers.*.{channel}.gain={worth}'", f"{_in_unit(draft)} for {channel}"
             )
-        _forget_trigger(finger)
+        if finger.trigger not in {*finger.signals, *(name.partition(".")[0] for name in finger.signals)}:
+            finger.trigger = ""
         command = finger.command
         if command is not None and _is_open(command):
             finger.command = None
@@ -391,11 +392,6 @@ def option_of(signal: str, proposal: Proposal, database: Database) -> str:
     channel = next(lacking, "displacement")
     worth = f"{ONE_IS_WORTH[SI[channel]]}/{database.signal(signal).unit or 'count'}"
     return f'--set \'fingers.*.{channel}={{ signal = "{signal}", gain = "{worth}" }}\''
-
-
-def _forget_trigger(finger: FingerDraft) -> None:
-    if finger.trigger not in {*finger.signals, *(name.partition(".")[0] for name in finger.signals)}:
-        finger.trigger = ""
 
 
 def _is_open(command: Draft) -> bool:
