@@ -255,7 +255,6 @@ class LoopNetwork(canopen.Network):  # type: ignore[misc]
             logging.getLogger("vegrip.canopen").debug("frame %x: %r", can_id, error)
 
     def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
-        """Put a data frame on the bus; remote frames are not used here."""
         if not remote:
             self._send(can_id, bytes(data))
 

@@ -161,7 +161,6 @@ def _opened(
 
 
 def _judged(calibration: "Calibration") -> "Standing":
-    """Judge what there is; keep it, and write the motion that is next."""
     from vegrip.identification.calibration.session import NEXT, judge, save
     from vegrip.identification.simulate import write_protocol
 
@@ -230,7 +229,6 @@ def _practised(
 def _guide(
     calibration: "Calibration", standing: "Standing", node: str, finger: str
 ) -> "tuple[bool, Standing]":
-    """Ask for one trial after the other; return whether the end was asked for, and where it then stands."""
     while True:
         _print(calibration, standing, None)
         if standing.next.trial is None:

@@ -263,7 +263,6 @@ def _tell(
     unknown: str = "",
     as_json: bool,
 ) -> None:
-    """Tell what a map makes of the traffic, what was found, and what its hand does not say."""
     from vegrip.transport.mapped.price import price
     from vegrip.transport.mapped.traffic import values_of
 

@@ -106,7 +106,6 @@ def _next(found: "Diagnosis", recording: Path, model: Path | None) -> list[objec
 
 
 def _as_dict(found: "Diagnosis", draws: int) -> dict[str, Any]:
-    """Return what is printed: the diagnosis, what would tell its candidates apart, and how sure it is."""
     from vegrip.identification.diagnosis.certainty import certainty_of
     from vegrip.identification.experiment.design import next_experiment
 

@@ -170,7 +170,6 @@ class SideTask:
         return not self._over.is_set()
 
     def join(self, timeout: float | None = None) -> None:
-        """Wait until it is over, ``timeout`` [s] at most."""
         self._over.wait(timeout)
 
     def _run(self) -> None:

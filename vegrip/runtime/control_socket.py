@@ -102,7 +102,6 @@ class NodeCalls:
         self._in_loop(call)
 
     def _of_grip(self, name: str, argument: Any) -> dict[str, Any] | None:
-        """Ask a node that grips; return its GraspStatus where it gives one."""
         node = self._runner.managed.node
         call = getattr(node, name, None)
         if call is None:

@@ -41,7 +41,6 @@ class CallQueue:
         return future
 
     def close(self) -> None:
-        """Refuse what waits and what still comes: the loop has ended."""
         self._closed = True
         self._refuse()
 
@@ -174,7 +173,6 @@ class Runner:
             self._report(self._clock.now())
 
     def give_up(self) -> None:
-        """Say on the bus that this node is finalized; it could not be brought up."""
         self.change("shutdown")
         self._report(self._clock.now())
 
@@ -318,7 +316,6 @@ class Runner:
     def _until_delivered(
         self, fingers: Sequence[str], reports: Iterator[Message | None]
     ) -> Iterator[Message | None]:
-        """Yield the reports of ``fingers``; where they end, they are owed no longer."""
         yield from reports
         self._owed.difference_update(fingers)
 

@@ -6,7 +6,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 import can
 
@@ -107,14 +107,6 @@ class Codec(Lossy, Protocol):
         """Return the frames of ``message``."""
 
 
-@runtime_checkable
-class Selecting(Protocol):
-    """A codec that knows which identifiers messages have."""
-
-    def filters(self, kinds: Collection[type[Message]]) -> list[tuple[int, int]]:
-        """Return identifiers and masks of 11 bits."""
-
-
 class CanEndpoint(Endpoint):
     """Frames in and out, decoded and encoded.
 
@@ -174,7 +166,7 @@ class CanEndpoint(Endpoint):
 
     def select(self, kinds: Collection[type[Message]]) -> None:
         """Have the controller bring only messages of ``kinds`` to this hand, and what is not understood."""
-        if isinstance(self._codec, Selecting):
+        if isinstance(self._codec, CanCodec):
             self._filters = [
                 {"can_id": identifier, "can_mask": mask, "extended": False}
                 for identifier, mask in self._codec.filters(kinds)
@@ -222,12 +214,10 @@ class CanEndpoint(Endpoint):
         return take_block(self._bus)
 
     def send(self, message: Message) -> None:
-        """Queue the frames of ``message``; what the bus does not take at once is counted as unsent."""
         for frame in self._codec.encode(message):
             self.send_frame(frame)
 
     def send_all(self, messages: Sequence[Message]) -> None:
-        """Queue the frames of ``messages``; all are counted as unsent when the bus does not take them."""
         self.send_frames([frame for message in messages for frame in self._codec.encode(message)])
 
     def send_frames(self, frames: Sequence[Frame]) -> None:
@@ -251,7 +241,6 @@ class CanEndpoint(Endpoint):
             self._faults["unsent"] += count
 
     def _is_answered_at_once(self, timeout: float, look: LookAtPacket) -> bool:
-        """Return whether ``look`` has dealt with frames that came together, or nothing came."""
         if not isinstance(self._port, VirtualPort):
             return False
         try:

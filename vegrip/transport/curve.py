@@ -68,7 +68,6 @@ def check_reach(address: str, encrypted: bool) -> None:
 
 
 def _check_path(path: str) -> None:
-    """Refuse a path that is none: a name without a file is one, but only with keys."""
     if not path.startswith(("/", ABSTRACT)) or ".." in Path(path).parts:
         raise ConfigError(f"{path!r} is no path of a socket; use ipc:NAME, or a full path without '..'")
     if len(os.fsencode(path)) > LONGEST_SOCKET:
@@ -76,7 +75,6 @@ def _check_path(path: str) -> None:
 
 
 def _is_private(folder: Path) -> bool:
-    """Whether this user alone can make files in ``folder``, and no other can exchange a folder above it."""
     try:
         return not (why_not_private(folder) or why_not_trusted(folder))
     except OSError:

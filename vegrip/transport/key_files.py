@@ -76,6 +76,5 @@ def read_keys(file: Path) -> tuple[bytes, bytes | None]:
 
 
 def _check_key(key: bytes | None) -> None:
-    """Raise ValueError unless ``key`` is one of CURVE, or none."""
     if key is not None and (len(key) != LENGTH or not set(key) <= set(z85.Z85CHARS)):
         raise ValueError(f"a key has {LENGTH} characters of Z85")

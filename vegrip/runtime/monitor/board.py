@@ -154,7 +154,6 @@ class Board:
             self.say(f"{command.finger}: slip detected, grip raised", now, "red")
 
     def _track_condition(self, row: FingerRow, condition: messages.Condition, now: int) -> None:
-        """Note a change of condition; :meth:`refresh` tells it, several fingers in one line."""
         if condition is row.announced or (row.announced is None and condition in ABSENT):
             row.pending = None
         elif row.pending is None or row.pending[0] is not condition:

@@ -191,7 +191,6 @@ class Screen:
                 self._console.print(line, soft_wrap=True, markup=False, highlight=False)
 
     def _refresh(self) -> int:
-        """Put on the board what has come, and return the time [ns]."""
         for _ in range(len(self._queue)):
             news, then, node = self._queue.popleft()
             if isinstance(news, Message):

@@ -28,10 +28,10 @@ from vegrip.messages import (
 from vegrip.runtime import NodeContext
 from vegrip.runtime.node import NodeBase, find_program
 from vegrip.runtime.runner import LoopSettings, Runner
+from vegrip.transport.can_port import message_of
 from vegrip.transport.canbus.bus_events import BusLoad
 from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
 from vegrip.transport.codec import CanCodec, Frame
-from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.endpoint import Endpoint
 
 
@@ -356,14 +356,6 @@ def play_frames(
         if not count:
             start, first = clock.now(), frame.stamp
         clock.sleep_until(start + round((frame.stamp - first) / speed))
-        send(
-            can.Message(
-                arbitration_id=frame.arbitration_id & ~EXTENDED,
-                is_extended_id=bool(frame.arbitration_id & EXTENDED),
-                is_fd=frame.fd,
-                bitrate_switch=frame.fd,
-                data=frame.data,
-            )
-        )
+        send(message_of(frame))
         count += 1
     return count

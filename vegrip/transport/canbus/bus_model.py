@@ -63,7 +63,6 @@ class BusModel:
         self._forget()
 
     def accept(self, node: int, pairs: Sequence[tuple[int, int]]) -> None:
-        """Bring ``node`` what passes one of the filters ``pairs``."""
         wanted = self.node(node)
         wanted.filters = len(pairs)
         for number, pair in enumerate(pairs):

@@ -103,7 +103,6 @@ class Hub:
             self._step()
 
     def _step(self) -> None:
-        """Carry frames until something is out of the ordinary; deal with that."""
         bus, why = self._bus, carry.NEWCOMER
         patience = LINGER / 4
         if bus is not None:
@@ -140,7 +139,6 @@ class Hub:
         self._watch(member)
 
     def _watch(self, member: Member) -> None:
-        """Hear at the door when a member that is behind reads again."""
         assert self._bus is not None  # noqa: S101 (there are no nodes without)
         node, fd = self._bus.node(member.number), member.connection.fileno()
         node.is_behind = member.is_behind
@@ -151,7 +149,6 @@ class Hub:
                 self._door.unregister(fd)
 
     def _open_door(self) -> None:
-        """Hear newcomers while there is room; else the next one waits."""
         is_open = len(self._members) < MOST_MEMBERS + MOST_NEWCOMERS
         if is_open and not self._is_open:
             self._door.register(self._listener.fileno(), select.EPOLLIN)
@@ -214,7 +211,6 @@ class Hub:
             self._dismiss(member)
 
     def _take(self, member: Member, packet: bytes) -> None:
-        """Deal with what a node has sent that is no request; nothing: it has gone."""
         if not packet:
             self._dismiss(member)
         elif self._bus is not None and (pairs := unpack_filters(packet)) is not None:

@@ -236,7 +236,6 @@ class VegripBus(can.BusABC):
         return None
 
     def put_back(self, deliveries: bytes) -> None:
-        """Take back what :meth:`take_packets` has given."""
         if deliveries:
             self._packets.extend(hub_wire.split_deliveries(deliveries))
 
@@ -408,7 +407,6 @@ def hub_process(channel: str) -> int | None:
 def _join(
     channel: str, bitrate: int | None, data_bitrate: int | None, character: Mapping[str, Any]
 ) -> tuple[socket.socket, dict[str, Any]]:
-    """Connect to the hub of ``channel``, started if need be; return socket and the hub's answer."""
     if not channel.replace("-", "").replace("_", "").isalnum():
         raise can.CanInitializationError(f"{channel!r} is no name for a bus: letters, digits, - and _ only")
     rates = {"bitrate": bitrate, "data_bitrate": data_bitrate}

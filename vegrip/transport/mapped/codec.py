@@ -308,7 +308,6 @@ class MappedCodec(ForeignHand):
 
 
 def _nodes(plan: Plan, rejected: Counter[str]) -> CanopenNodes | None:
-    """Return the nodes of a CANopen hand, with what is asked of them; None for other hands."""
     if not plan.hand.nodes:
         return None
     objects = [

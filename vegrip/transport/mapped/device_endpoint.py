@@ -219,7 +219,6 @@ class VirtualDeviceEndpoint(Endpoint):
         return messages
 
     def send(self, message: Message) -> None:
-        """Have the device feel a state; other messages are not for it."""
         if isinstance(message, FingertipState):
             self._device.sense(message)
 

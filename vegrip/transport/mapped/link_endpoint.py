@@ -48,7 +48,6 @@ class PacketStream:
         return len(self._buffer)
 
     def reset(self) -> None:
-        """Forget what has come: what comes next begins anew."""
         self._buffer.clear()
 
     def feed(self, chunk: bytes, stamp: int) -> list[Frame]:
@@ -456,7 +455,6 @@ class MappedLinkEndpoint(Endpoint):
 
 
 def _is_read(plan: Plan, packet: str) -> bool:
-    """Whether the device sends ``packet``: it is none that only carries commands."""
     commands = {
         finger.command.signal.partition(".")[0]
         for finger in plan.hand.fingers.values()

@@ -75,7 +75,6 @@ def settings(plan: Plan) -> dict[str, Any]:
 
 
 def _waits(plan: Plan) -> dict[str, float]:
-    """Return for how long values may repeat themselves [s] before they count as frozen."""
     names = {"frozen_after": MECHANICAL, "force_frozen_after": ("normal_force",)}
     return {
         name: max(_longest_run(plan, finger, channels) for finger in plan.fingers)
@@ -125,7 +124,6 @@ def _longest_run(plan: Plan, finger: FingerPlan, channels: Sequence[str]) -> flo
 
 
 def _noise_of(hand: HandMap, finger: str, channel: str) -> float:
-    """Return the noise of a channel, as the map says it or as it is believed without."""
     mapped = hand.fingers[finger]
     source = mapped.channels.get(channel) or mapped.taxels
     return (source.noise if source is not None else 0.0) or USUAL_NOISE[NOISE_CHANNELS[channel]]

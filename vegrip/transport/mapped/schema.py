@@ -220,7 +220,6 @@ class HandMap(HandKeys):
 
 
 def read_map(path: Path | str) -> HandMap:
-    """Read the map of a hand; what it names in the database is looked up later."""
     path = Path(path)
     return parse_map(read_toml(path), path)
 

@@ -119,7 +119,6 @@ class VirtualDevice:
         return sent
 
     def taken(self) -> list[tuple[str, float]]:
-        """Return the forces commanded since the last call, by finger [N]."""
         found, self._fresh = list(self._fresh.items()), {}
         return found
 
