@@ -255,7 +255,11 @@ class GraspEndpoint(CanopenEndpoint):
         for finger in missing:
             name = self._names[finger]
             self._begin(HEARTBEAT_LOST, finger, f"no heartbeat from {name} (node {finger}); {IS_IT}")
-            self._react(node)
+            # what object 1029h says; by default the node goes on, with that finger held
+            target = ON_ERROR.get(self.device.number(0x1029, 1))
+            if target is not None and node.state is Lifecycle.ACTIVE:
+                self._start_pending = False
+                node.request(target, refused=self._refused)
         for finger, sensor in self.sensors.all.items():
             if sensor.difference:
                 what = f"{self._names[finger]} (node {finger}) is not what fingertip.eds says: "
@@ -269,16 +273,6 @@ class GraspEndpoint(CanopenEndpoint):
             self._begin(SOFTWARE, self.device.id, "the node has failed; its last safe commands are held")
         elif node.state is Lifecycle.ACTIVE:
             self._end(SOFTWARE, self.device.id)
-        self._start_if_ready(node)
-
-    def _react(self, node: NodeHandle) -> None:
-        """Do what object 1029h asks for when a heartbeat is lost; by default go on, with that finger held."""
-        target = ON_ERROR.get(self.device.number(0x1029, 1))
-        if target is not None and node.state is Lifecycle.ACTIVE:
-            self._start_pending = False
-            node.request(target, refused=self._refused)
-
-    def _start_if_ready(self, node: NodeHandle) -> None:
         ready = self.sensors.is_ready and not self.device.emergencies.standing
         if self._start_pending and ready and self.device.state == network.PRE_OPERATIONAL:
             self._start_pending = False

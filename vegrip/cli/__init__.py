@@ -186,7 +186,10 @@ def main(arguments: list[str] | None = None) -> int:
         _print_help()
         return 0
     if name == "--version":
-        return _print_version()
+        from importlib.metadata import version
+
+        typer.echo(f"vegrip {version('vegrip')}")
+        return 0
     if name in COMPLETION:
         return run(whole(), arguments, "vegrip")
     if name not in COMMANDS:
@@ -286,13 +289,6 @@ def _as_app(command: typer.Typer | Callable[..., Any]) -> typer.Typer:
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     app.command()(command)
     return app
-
-
-def _print_version() -> int:
-    from importlib.metadata import version
-
-    typer.echo(f"vegrip {version('vegrip')}")
-    return 0
 
 
 def _print_help() -> None:

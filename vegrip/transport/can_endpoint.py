@@ -70,15 +70,12 @@ class InOrder:
         held = self._held[finger]
         while held and held[0][0].seq <= self._next[finger]:
             state, arrival = held.pop(0)
-            stamp = self._in_place(state, held)
+            after = held[0][0].stamp if held else state.stamp + 1
+            before = self._stamp.get(state.finger, min(state.stamp, after) - 1)
+            is_between = before < state.stamp < after  # else it is put between its neighbours
+            stamp = state.stamp if is_between else max(before + 1, (before + after) // 2)
             self._stamp[finger], self._next[finger] = stamp, state.seq + 1
             passed.append((state if stamp == state.stamp else replace(state, stamp=stamp), arrival))
-
-    def _in_place(self, state: FingertipState, held: Sequence[tuple[FingertipState, int]]) -> int:
-        """Return the stamp of ``state``; one that is not in order is put between its neighbours'."""
-        after = held[0][0].stamp if held else state.stamp + 1
-        before = self._stamp.get(state.finger, min(state.stamp, after) - 1)
-        return state.stamp if before < state.stamp < after else max(before + 1, (before + after) // 2)
 
 
 MOST_FRAMES = 256  # taken in one go; a babbling node must not keep the loop from its ticks

@@ -114,7 +114,11 @@ class Hub:
                 self._hear(fd, events)
         elif bus is not None and why in (carry.OTHER_PACKET, carry.GONE):
             member = self._nodes[bus.record.nodes[bus.record.who].number]
-            self._take(member, bytes(bus.record.packet[: bus.record.length]))
+            packet = bytes(bus.record.packet[: bus.record.length])
+            if not packet:  # it has gone
+                self._dismiss(member)
+            elif (pairs := unpack_filters(packet)) is not None:
+                bus.accept(member.number, pairs)
         self._dismiss_the_dead()
         self._dismiss_the_silent()
         self._open_door()
@@ -209,12 +213,6 @@ class Hub:
             self._greet(member, packet)
         else:
             self._dismiss(member)
-
-    def _take(self, member: Member, packet: bytes) -> None:
-        if not packet:
-            self._dismiss(member)
-        elif self._bus is not None and (pairs := unpack_filters(packet)) is not None:
-            self._bus.accept(member.number, pairs)
 
     def _greet(self, member: Member, packet: bytes) -> None:
         try:

@@ -320,7 +320,10 @@ class VegripBus(can.BusABC):
     def _is_for_us(self, delivery: hub_wire.Delivery) -> bool:
         self._count(delivery.number, delivery.end, delivery.busy)
         if delivery.is_error:
-            self._learn(delivery)
+            self._unheard = self._unheard or bool(delivery.identifier & ACKNOWLEDGEMENT)
+            self.error_counters = delivery.data[6], delivery.data[7]
+            told = hub_wire.reported_state(delivery.identifier, delivery.data)
+            self._error_state = self._error_state if told is None else told
             return self._error_frames
         self._unheard = False
         if delivery.flags & FD and not self._fd:
@@ -332,12 +335,6 @@ class VegripBus(can.BusABC):
         self.overruns += (number - self._next_number) & 0xFFFFFFFF
         self._next_number = (number + 1) & 0xFFFFFFFF
         self._load.carried(end, busy)
-
-    def _learn(self, error: hub_wire.Delivery) -> None:
-        self._unheard = self._unheard or bool(error.identifier & ACKNOWLEDGEMENT)
-        self.error_counters = error.data[6], error.data[7]
-        told = hub_wire.reported_state(error.identifier, error.data)
-        self._error_state = self._error_state if told is None else told
 
     def _message(self, delivery: hub_wire.Delivery) -> can.Message:
         frame = delivery.frame

@@ -65,18 +65,15 @@ class FingerStates:
         if seq is None:
             seq = self._count = self._count + 1
         if self._held:
-            self._leave_out_old(stamp)
+            for group, numbers in self._held.items():
+                if stamp - self._heard[group] > self._max_age:
+                    for number in numbers:
+                        self._values[number] = math.nan
         if self._always_zero:
             self._leave_out_zeros(self._values)
         state = self.build(self._values, stamp, self.name, seq)
         self.last = state.normal_force
         return state
-
-    def _leave_out_old(self, stamp: int) -> None:
-        for group, numbers in self._held.items():
-            if stamp - self._heard[group] > self._max_age:
-                for number in numbers:
-                    self._values[number] = math.nan
 
     def _leave_out_zeros(self, s: compiled.Slots) -> None:
         for name, zeros in list(self._always_zero.items()):

@@ -153,7 +153,12 @@ class _Maker:
             key: self._channel(name, key, source, f"{where}.{key}]")
             for key, source in mapped.channels.items()
         }
-        _check_polar(set(channels), f"{where}]")
+        polar = schema.POLAR & channels.keys()
+        if polar and (polar != schema.POLAR or channels.keys() & set(VECTORS[0][:2])):
+            raise ConfigError(
+                f"{where}]: a tangential force is either tangential_magnitude and tangential_direction, or x "
+                "and y"
+            )
         torque = None
         if mapped.taxels is not None:
             torque = self._taxels(name, mapped.taxels, channels, f"{where}.taxels]")
@@ -288,13 +293,6 @@ def _to_si(name: str, source: schema.SourceMap, unit: str, where: str) -> tuple[
         scale, offset = worth(unit, source.gain, SI[name], where)
     scale *= source.sign
     return scale * source.scale, scale * (source.offset - source.zero) + offset
-
-
-def _check_polar(given: set[str], where: str) -> None:
-    if given & schema.POLAR and (not given >= schema.POLAR or given & set(VECTORS[0][:2])):
-        raise ConfigError(
-            f"{where}: a tangential force is either tangential_magnitude and tangential_direction, or x and y"
-        )
 
 
 def _check_rotated(rotation: tuple[tuple[float, ...], ...], given: set[str], where: str) -> None:

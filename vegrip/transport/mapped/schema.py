@@ -89,7 +89,10 @@ class SourceMap:
         if self.sign not in (1, -1):
             raise ConfigError(f"'sign' is {self.sign}; it must be 1 or -1")
         if self.table:
-            _check_table(self.table)
+            if len(self.table) < 2 or not all(_are_numbers(row, 2) for row in self.table):
+                raise ConfigError("'table' must be two or more pairs [their value, our value]")
+            if not all(one[0] < other[0] for one, other in itertools.pairwise(self.table)):
+                raise ConfigError("'table' must ascend in its first column")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -337,13 +340,6 @@ def _built(cls: Any, table: Mapping[str, Any], where: str) -> Any:
         raise ConfigError(said if said.startswith(where) else f"{where}: {said}") from None
 
 
-def _check_table(table: tuple[Any, ...]) -> None:
-    if len(table) < 2 or not all(_are_numbers(row, 2) for row in table):
-        raise ConfigError("'table' must be two or more pairs [their value, our value]")
-    if not all(one[0] < other[0] for one, other in itertools.pairwise(table)):
-        raise ConfigError("'table' must ascend in its first column")
-
-
 def _are_numbers(row: Any, count: int) -> bool:
     is_row = isinstance(row, list) and len(row) == count
     return is_row and all(isinstance(value, (int, float)) for value in row)
@@ -374,7 +370,14 @@ def _rotation(keys: FingerMap, where: str) -> tuple[tuple[float, ...], ...]:
     rows = [_axis(word, where) for word in keys.axes] or [tuple(map(float, row)) for row in keys.rotation]
     if not rows:
         return ()
-    _check_rotation(rows, where)
+    matrix = np.array(rows)
+    if not np.allclose(matrix @ matrix.T, np.eye(3), rtol=0.0, atol=1e-3):
+        raise ConfigError(f"{where}: the rows of 'rotation' must be of length 1 and at right angles")
+    if np.linalg.det(matrix) < 0.0:
+        raise ConfigError(
+            f"{where}: this is a mirror image, not a rotation: a left-handed frame; turn one sign round "
+            "by 'sign' of that channel instead"
+        )
     return tuple(rows)
 
 
@@ -385,14 +388,3 @@ def _axis(word: str, where: str) -> tuple[float, ...]:
             f"{where}: an axis is {word!r}; it must be x, y or z, with a minus in front if it is turned round"
         )
     return tuple(sign if name == axis else 0.0 for axis in "xyz")
-
-
-def _check_rotation(rows: list[tuple[float, ...]], where: str) -> None:
-    matrix = np.array(rows)
-    if not np.allclose(matrix @ matrix.T, np.eye(3), rtol=0.0, atol=1e-3):
-        raise ConfigError(f"{where}: the rows of 'rotation' must be of length 1 and at right angles")
-    if np.linalg.det(matrix) < 0.0:
-        raise ConfigError(
-            f"{where}: this is a mirror image, not a rotation: a left-handed frame; turn one sign round "
-            "by 'sign' of that channel instead"
-        )
