@@ -104,7 +104,10 @@ def calibrate(
         _serve(folder, radius, own, limits, node, port, opens=opens)
         return
     asks = ask and sys.stdin.isatty() and not (as_json or take or drop or end or virtual is not None)
-    _check_launch(launch, is_end=end or asks or virtual is not None)
+    if launch is not None and not (end or asks or virtual is not None):
+        raise UsageError("--launch belongs to the end of a calibration; add --end")
+    if launch is not None and not launch.is_file():
+        raise InputError(f"{launch}: there is no such launch file")
     calibration = _opened(folder, radius, limits, own, virtual)
     if drop:
         calibration.drop(drop)
@@ -322,13 +325,6 @@ def _print(calibration: "Calibration", standing: "Standing", ended: "Ended | Non
     console.print(
         f"then: vegrip calibrate {calibration.folder} --take RECORDING", soft_wrap=True, markup=False
     )
-
-
-def _check_launch(launch: Path | None, *, is_end: bool) -> None:
-    if launch is not None and not is_end:
-        raise UsageError("--launch belongs to the end of a calibration; add --end")
-    if launch is not None and not launch.is_file():
-        raise InputError(f"{launch}: there is no such launch file")
 
 
 def _use_slip(ended: "Ended", launch: Path | None, folder: Path, *, say: bool) -> None:

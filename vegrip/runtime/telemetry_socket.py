@@ -145,7 +145,14 @@ class TelemetrySocket:
         for _ in range(SUBSCRIBER_QUEUE_MESSAGES):
             if not int(self._socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
                 break
-            self._subscribe(self._socket.recv(zmq.DONTWAIT))
+            # one frame: to wait for all of a message would be to wait for ever, since libzmq drops some
+            frame = self._socket.recv(zmq.DONTWAIT)
+            kind, prefix = frame[:1], frame[1:]
+            if kind not in (SUBSCRIBE, UNSUBSCRIBE):
+                self._refused["subscription"] += 1
+            elif kind == SUBSCRIBE:
+                self._subscribed.add(prefix if len(self._subscribed) < MOST_PREFIXES else b"")
+                self._streams.clear()
         if self._subscribed and self._is_left():  # asked last: who subscribed was connected before
             self._subscribed.clear()
             self._streams.clear()
@@ -159,15 +166,6 @@ class TelemetrySocket:
             return False
         self._connected_due = now + CONNECTED_PERIOD
         return not self._limit.connected()
-
-    def _subscribe(self, frame: bytes) -> None:
-        """Take one frame; to wait for all of a message would be to wait for ever, since libzmq drops some."""
-        kind, prefix = frame[:1], frame[1:]
-        if kind not in (SUBSCRIBE, UNSUBSCRIBE):
-            self._refused["subscription"] += 1
-        elif kind == SUBSCRIBE:
-            self._subscribed.add(prefix if len(self._subscribed) < MOST_PREFIXES else b"")
-            self._streams.clear()
 
     def _stream(self, kind: type[Message], owner: str) -> _Stream | None:
         key = (kind, owner)

@@ -119,18 +119,14 @@ class Search:
             self._next_look = sys.maxsize
             self._found = load(path)
         elif self._compiling is None and compiler() is not None:
-            self._compiling = _started()
+            root, quiet = str(HERE.parents[2]), subprocess.DEVNULL
+            text = f"import sys; sys.path.append({root!r}); from {__name__} import main; main()"
+            self._compiling = subprocess.Popen(
+                [sys.executable, "-c", text], stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True
+            )
         elif self._compiling is None or self._compiling.returncode:
             self._next_look = sys.maxsize  # there is no compiler, or it has failed
         return self._found
-
-
-def _started() -> subprocess.Popen[bytes]:
-    root, quiet = str(HERE.parents[2]), subprocess.DEVNULL
-    text = f"import sys; sys.path.append({root!r}); from {__name__} import main; main()"
-    return subprocess.Popen(
-        [sys.executable, "-c", text], stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True
-    )
 
 
 def main() -> None:

@@ -279,7 +279,14 @@ def main(path: Path) -> None:
         listener.listen(64)
         if os.fork():
             os._exit(0)  # the bus is there: the caller may connect
-        _detach()
+        for name in FOLDERS:
+            if given := os.environ.get(name):
+                os.environ[name] = str(Path(given).absolute())
+        os.setsid()
+        os.chdir("/")
+        nothing = os.open(os.devnull, os.O_RDWR)
+        for standard in (0, 1, 2):
+            os.dup2(nothing, standard)
         os.pwrite(lock, f"{os.getpid()}\n".encode(), 0)  # for people who look for it
         gc.freeze()
         realtime.priority_of(realtime.HUB_PRIORITY).take()  # without: the nodes say what is not permitted
@@ -287,17 +294,6 @@ def main(path: Path) -> None:
             Hub(listener, Search()).serve()
         path.unlink(missing_ok=True)
         path.with_suffix(".lock").unlink(missing_ok=True)
-
-
-def _detach() -> None:
-    for name in FOLDERS:
-        if given := os.environ.get(name):
-            os.environ[name] = str(Path(given).absolute())
-    os.setsid()
-    os.chdir("/")
-    nothing = os.open(os.devnull, os.O_RDWR)
-    for standard in (0, 1, 2):
-        os.dup2(nothing, standard)
 
 
 if __name__ == "__main__":

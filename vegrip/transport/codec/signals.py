@@ -340,7 +340,14 @@ def plan(message: DbcMessage) -> tuple[struct.Struct, Mapping[str, Place]]:
     """Lay out the cells of ``message``; reserved bytes become padding, sent as zero."""
     groups: dict[int, list[Signal]] = {}  # by their first byte
     for signal in sorted(message.signals, key=lambda s: s.start):
-        _check(message, signal)
+        fits = signal.start % 8 == 0 if signal.length >= 8 else signal.start % 8 + signal.length <= 8
+        multiplexed = signal.is_multiplexer or signal.multiplexer_ids
+        if not fits or multiplexed or signal.byte_order != "little_endian":
+            raise _unsupported(message, signal)
+        if signal.offset != 0 or (signal.is_float and signal.scale != 1):
+            raise ConfigError(
+                f"fingertip.dbc: {message.name}.{signal.name} must have no offset, a float no scale"
+            )
         groups.setdefault(signal.start // 8, []).append(signal)
     places: dict[str, Place] = {}
     codes: list[str] = []
@@ -356,17 +363,6 @@ def plan(message: DbcMessage) -> tuple[struct.Struct, Mapping[str, Place]]:
             places |= {s.name: Place(cell, s.start % 8, (1 << s.length) - 1) for s in signals}
             end = start + 1
     return struct.Struct("<" + "".join(codes) + "x" * (message.length - end)), places
-
-
-def _check(message: DbcMessage, signal: Signal) -> None:
-    fits = signal.start % 8 == 0 if signal.length >= 8 else signal.start % 8 + signal.length <= 8
-    multiplexed = signal.is_multiplexer or signal.multiplexer_ids
-    if not fits or multiplexed or signal.byte_order != "little_endian":
-        raise _unsupported(message, signal)
-    if signal.offset != 0 or (signal.is_float and signal.scale != 1):
-        raise ConfigError(
-            f"fingertip.dbc: {message.name}.{signal.name} must have no offset, a float no scale"
-        )
 
 
 def _struct_code(message: DbcMessage, signal: Signal) -> str:

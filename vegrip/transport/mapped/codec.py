@@ -56,10 +56,6 @@ class FingerStates:
             if plan.gated and plan.slots and name != "normal_force"
         }
 
-    @property
-    def always_zero(self) -> set[str]:
-        return set(self._always_zero)
-
     def state(self, seq: int | None, stamp: int) -> FingertipState:
         """Return the state that is complete at ``stamp`` [ns]; changes slots that are missing to NaN."""
         if seq is None:
@@ -140,10 +136,6 @@ class ForeignHand(ABC):
     @property
     def lost(self) -> int:
         return sum(sequence.lost for sequence in self._sequences)
-
-    @property
-    def always_zero(self) -> dict[str, set[str]]:
-        return {name: states.always_zero for name, states in self._states.items()}
 
     def reset(self) -> None:
         for sequence in self._sequences:

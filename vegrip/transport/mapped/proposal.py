@@ -163,19 +163,15 @@ def _finger(found: list[Guess], database: Database) -> FingerDraft:
         draft.others = []
     elif "normal_force" not in draft.channels and forces:
         draft.channels["normal_force"] = _channel(forces[0], database)
-    _second_shear(draft, database)
-    command = next((one for one in found if one.channel == "command"), None)
-    if command is not None:
-        draft.command = _command(command, database)
-    return draft
-
-
-def _second_shear(draft: FingerDraft, database: Database) -> None:
-    """Two shears of no named axis are x and y in their order, until a shear tells."""
+    # two shears of no named axis are x and y in their order, until a shear tells
     second = next((one for one in draft.others if one.channel == "tangential_force_x"), None)
     if second is not None and "tangential_force_y" not in draft.channels:
         draft.channels["tangential_force_y"] = _channel(second, database)
         draft.others.remove(second)
+    command = next((one for one in found if one.channel == "command"), None)
+    if command is not None:
+        draft.command = _command(command, database)
+    return draft
 
 
 def _natural(name: str) -> list[tuple[int, str]]:

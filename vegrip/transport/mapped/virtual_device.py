@@ -123,13 +123,6 @@ class VirtualDevice:
         return found
 
     @property
-    def next_at(self) -> int:
-        """When it sends next if it is told nothing [ns]; far ahead when it waits to be asked."""
-        times = [at for at, _ in self._outbox]
-        times += [self._next] if self._streams and self._by_itself else []
-        return min(times, default=1 << 62)
-
-    @property
     def _steps(self) -> Sequence[Step]:
         dialogue = self._dialogue
         return (*dialogue.opening, *dialogue.poll, *dialogue.zeroing, *dialogue.closing)
