@@ -134,17 +134,11 @@ def _opened(
     folder: Path, radius: str, limits: Path | None, own: dict[str, float | None], virtual: int | None
 ) -> "Calibration":
     from vegrip.cli.experiment import rig_limits
-    from vegrip.identification.calibration.session import (
-        Calibration,
-        load,
-        other_limits,
-        save,
-        usual_limits,
-    )
+    from vegrip.identification.calibration import session
     from vegrip.identification.calibration.trials import practice_tip
     from vegrip.identification.recording.units import parse_length
 
-    found = load(folder)
+    found = session.load(folder)
     given: RigLimits = rig_limits(limits, own)
     metres = parse_length(radius, "--radius") if radius else None
     if virtual is not None:
@@ -152,14 +146,14 @@ def _opened(
     if found is not None:
         if metres is not None and metres != found.radius:
             raise UsageError(f"{folder} is the calibration of a fingertip of radius {found.radius:g} m")
-        found.limits = other_limits(found.limits, given)
+        found.limits = session.other_limits(found.limits, given)
         return found
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InputError(f"{folder}: is no calibration; give another folder")
     if metres is None:
         raise UsageError("state the radius of the fingertip: --radius '9 mm'")
-    made = Calibration(folder, metres, usual_limits(given, metres))
-    save(made)
+    made = session.Calibration(folder, metres, session.usual_limits(given, metres))
+    session.save(made)
     return made
 
 
