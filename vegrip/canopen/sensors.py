@@ -106,12 +106,6 @@ class HeartbeatConsumer:
     def missing(self) -> list[int]:
         return [node for node, watched in self._nodes.items() if watched.missing]
 
-    @property
-    def due(self) -> int:
-        """When the next node can become missing [ns]."""
-        waiting = [w.heard + w.limit + w.grace + 1 for w in self._nodes.values() if not w.missing]
-        return min(waiting, default=2**63 - 1)
-
 
 Send = Callable[[int, bytes], None]
 RESTART_PERIOD_NS = 1_000_000_000  # [ns] between two commands to start
