@@ -48,6 +48,15 @@ class Outputs:
             _refuse_folder(path, force=self._force)
             self._try(path, path)
 
+    def log(self, path: Path | None) -> None:
+        """Announce a file that grows: what is in it stays, unless ``--force`` is given."""
+        if path is None:
+            return
+        _refuse_file(path, force=True)
+        self._try(path, path.parent)
+        if self._force:
+            self.write(path, lambda old: old.unlink(missing_ok=True))
+
     def picture(self, path: Path | None) -> None:
         """Announce a picture."""
         if path is not None:
