@@ -79,9 +79,10 @@ def diagnose(
 def _next(found: "Diagnosis", recording: Path, model: Path | None) -> list[object]:
     """Return the command that goes on from the verdict.
 
-    None where the recording itself is doubted, or episodes have laws of their own, which no other knows.
+    None where the recording itself is doubted or shows one motion alone, or episodes have laws of their own,
+    which no other knows.
     """
-    if found.start.laws or any(doubt.is_grave for doubt in found.doubts):
+    if found.start.laws or found.unproven or any(doubt.is_grave for doubt in found.doubts):
         return []
     name = recording.resolve().name
     base = ["--model", model] if model is not None else []
@@ -145,7 +146,9 @@ def _print(found: "Diagnosis", draws: int) -> None:
         table.add_row(str(one["round"]), one["name"], *cells, one["outcome"])
     console.print(table)
     added = ", ".join(one.candidate.name for one in found.search.accepted)
-    if added and told["verdict"] == "unexplained":
+    if found.unproven:
+        console.print(f"a suggestion: {added} leaves {error['after']:.3f} times the noise; {found.unproven}")
+    elif added and told["verdict"] == "unexplained":
         misfit = told["misfit"]
         console.print(
             f"not enough: with {added} {error['after']:.3f} times the noise is left, and depends on depth, "
