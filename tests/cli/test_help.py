@@ -192,7 +192,18 @@ def is_run_by(name: str, other: str) -> bool:
 
 RUN_BY_ANOTHER = {name for name in RUN_HERE for other in RUN_HERE if is_run_by(name, other)}
 """Their examples are the first lines of another one."""
-LONG = {"controllers", "fleet", "experiment", "diagnose", "draft", "bench", "replay", "export", "paper"}
+LONG = {
+    "controllers",
+    "fleet",
+    "experiment",
+    "diagnose",
+    "draft",
+    "bench",
+    "trial",
+    "replay",
+    "export",
+    "paper",
+}
 """First words of those that take several seconds each."""
 
 
