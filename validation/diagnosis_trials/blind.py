@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS
 from validation.diagnosis_trials.cases import STYLES, Case, draw_cases, fingertip, make_recording
 from validation.diagnosis_trials.unmodelled import UNMODELLED
 from validation.diagnosis_trials.visible import VISIBLE_NATS, remaining_evidence
-from vegrip.effects import effect
+from vegrip.effects import BUILT_IN, effect
 from vegrip.identification.blind import Truth
 from vegrip.identification.fit.solve import Report
 from vegrip.identification.recording import write_recording
+from vegrip.model import BASE
 from vegrip.whole_file import write_whole
 
 DRAWN_FROM = 10  # cases for each that is taken
@@ -74,7 +74,7 @@ def make_blind(folder: Path, truth: Path, count: int, seed: int, jobs: int, repo
         ):
             told[name] = asdict(one)
             report(f"{len(told)} of {count}")
-    known = sorted(CATALOGUE_AMOUNTS)
+    known = sorted({*BUILT_IN} - {*BASE})
     text = json.dumps({"seed": seed, "effects": known, "recordings": told}, indent=1) + "\n"
     write_whole(truth, text)
     about = README.format(

@@ -61,7 +61,8 @@ def test_the_command_says_it_when_asked(tip, tmp_path, capsys) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("seed", "pull"), [(13, 0.03), (12, 0.012)])
 def test_an_effect_is_certified_by_episodes_that_did_not_tell_its_values(tip, seed, pull) -> None:
-    assert certify(diagnose(tip(seed, kinds=KINDS, pull=pull)))["adhesion"] < 1e-6
+    found = diagnose(tip(seed, kinds=KINDS, pull=pull))
+    assert certainty_of(found, draws=1).certified["adhesion"] < 1e-6
 
 
 def test_the_certificate_has_exact_size_without_an_effect() -> None:
@@ -129,7 +130,7 @@ def diagnosed(linear, where, amount=1.0, rival=None) -> Diagnosis:
     rest = [] if rival is None else [tried("sensor_lag", rival(y), ())]
     contest = Step(base, [], [own, *rest], own)
     search = Search([contest, Step(new, [], [])], regimes=np.zeros(160), contests={"adhesion": contest})
-    found = Diagnosis(SimpleNamespace(problem=None), search)
+    found = Diagnosis(SimpleNamespace(problem=SimpleNamespace(episodes=np.zeros(1))), search)
     vars(found).update(_rest=None, groups=GROUPS)
     return found
 
@@ -192,4 +193,11 @@ def test_a_certificate_is_the_worse_of_two_tests_each_on_episodes_that_told_no_v
         r, J = base.table(base.solved().u), base.columns
         expected.append(ordinary((left[0] - left[1])[rows], r[rows], J[rows]))
     assert min(expected) < 0.5 * max(expected)
-    assert certify(found)["adhesion"] == pytest.approx(max(expected), rel=0.01)
+    both, neither = ["adhesion"], ["sensor_lag"]
+    for chosen, chance in (
+        ([both, both], max(expected)),
+        ([neither, both], 2.0 * expected[0]),
+        ([both, neither], 2.0 * expected[1]),
+        ([neither, neither], 1.0),
+    ):
+        assert certify(found, chosen)["adhesion"] == pytest.approx(chance, rel=0.01)
