@@ -2,7 +2,6 @@
 
 import math
 import struct
-from dataclasses import replace
 from functools import cache
 from statistics import NormalDist
 
@@ -11,12 +10,13 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.errors import InputError
 from vegrip.estimator.compiled import module_for
-from vegrip.estimator.health import NO_CELL, HealthHysteresis, Look, health_of
+from vegrip.estimator.health import NO_CELL, HealthHysteresis, Look
 from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import (
     CHANNELS,
     FRICTION,
     PER_CHANNEL,
+    REGIMES,
     REPORT,
     Layout,
     layout_of,
@@ -310,13 +310,20 @@ class ContactEstimator:
         if not self._is_valid():
             condition = Condition.STALE
         self._module.look_at_cells(self.numbers, float(self._hysteresis.failing), self._look)
-        taken, look = FingertipState(memory["SAMPLE_STAMP"], self._finger, 0), Look(*self._look.tolist())
-        health = health_of(taken, memory["SAMPLE_SEQ"], condition, look, self._hysteresis)
-        if self.lost == 0.0:
-            beyond = self._beyond() if not health.channel else ""
-            return replace(health, channel=beyond, regime=BEYOND_FIT) if beyond else health
-        channel = CHANNELS[0 if memory["DISPLACEMENT_STREAK"] > 0.0 else 1]
-        return replace(health, consistent=False, channel=channel, regime=LOST)
+        stamp, look = memory["SAMPLE_STAMP"], Look(*self._look.tolist())
+        failing = self._hysteresis.update(int(look.worst), look.misfit, look.misfit_told, stamp)
+        channel = regime = ""
+        if self.lost > 0.0:
+            channel, regime = CHANNELS[0 if memory["DISPLACEMENT_STREAK"] > 0.0 else 1], LOST
+        elif failing != NO_CELL:
+            channel, regime = CHANNELS[failing // len(REGIMES)], REGIMES[failing % len(REGIMES)]
+        explains = look.judged > 0.0 and not channel
+        if not channel and (channel := self._beyond()):
+            regime = BEYOND_FIT
+        return ModelHealth(
+            stamp, self._finger, memory["SAMPLE_SEQ"], condition, look.nis, explains, channel, regime,
+            rejected=int(look.rejected),
+        )  # fmt: skip
 
     def _beyond(self) -> str:
         """Return the channel of what is surely beyond the range over which the model was fitted, or ""."""

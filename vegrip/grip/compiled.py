@@ -109,12 +109,7 @@ def finger_places(model: ContactModel) -> Origins:
 
 @lru_cache(maxsize=32)
 def finger_text(effects: tuple[Effect, ...], finger: FingerLayout, ellipse: bool) -> str:
-    """Return the text of the module.
-
-    Raises:
-        ModelError: two functions or constants have one name.
-
-    """
+    """Return the text of the module."""
     kernels = [path.read_text(encoding="utf-8") for path in kernels_of(finger)]
     known = [*clock_parts(finger), constants(), wire_text()]
     parts = [*estimator_parts(finger.filter, ellipse=ellipse), *known]

@@ -92,12 +92,7 @@ def _replayed(estimator: Estimator, past: Iterable[FingertipState]) -> Estimator
 
 
 def compile_in_subprocess(model: ContactModel) -> None:
-    """Have another process put the compiled estimator of ``model`` into the cache.
-
-    Raises:
-        ModelError: it does not compile.
-
-    """
+    """Have another process put the compiled estimator of ``model`` into the cache."""
     given = model_text(model).encode()
     done = run_behind("vegrip.grip.compile_worker", ["/dev/stdin"], idle=False, given=given)
     if done.returncode:

@@ -311,12 +311,7 @@ def probe(
     values: Floats,
     reference_depth: float,
 ) -> None:
-    """Run every hook once at each depth and step.
-
-    Raises:
-        ModelError: a hook fails, returns the wrong number of values, or something not finite.
-
-    """
+    """Run every hook once at each depth and step."""
     functions = _functions(plan)
     constants = dict(zip([*plan.parameters, *GEOMETRY], map(float, values), strict=True))
     states = {s.name: s.initial for e in effects for s in e.states}

@@ -53,9 +53,6 @@ def write(
         kernels: texts of kernel files to append.
         entries: functions that Python calls; they are cached on disk, the others live inside them.
 
-    Raises:
-        ModelError: two of the texts define the same name; in one module the last one would count for both.
-
     """
     sizes = {"states": len(plan.states), "values": len(plan.parameters), "outside": len(OUTSIDE)}
     sizes["geometry"] = len(GEOMETRY)
@@ -74,12 +71,7 @@ def write(
 
 
 def refuse_shared_names(texts: Sequence[str]) -> None:
-    """Refuse texts that define the same function or constant.
-
-    Raises:
-        ModelError: names what is defined twice, and where.
-
-    """
+    """Refuse texts that define the same function or constant."""
     owners: dict[str, str] = {}
     for text in texts:
         tree = parsed(text)

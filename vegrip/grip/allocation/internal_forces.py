@@ -54,9 +54,6 @@ class InternalForces:
     Args:
         contacts: place and normal of every finger that takes part.
 
-    Raises:
-        ConfigError: no forces at these contacts balance while all of them press.
-
     """
 
     def __init__(self, contacts: Mapping[str, ContactPlace]) -> None:
