@@ -29,9 +29,9 @@ from vegrip.transport.codec.kernel_text import wire_text
 
 HERE: Final = Path(__file__).parent / "kernels"
 ROWS: Final = HERE.with_name("rows.c")
-INPUT_KERNELS: Final = ("bits", "words", "protection", "receive", "stillness", "noise", "watchdog")
+INPUT_KERNELS: Final = ("bits", "protection", "receive", "stillness", "noise", "watchdog")
 GRIP_KERNELS: Final = (
-    "demand", "takeover", "usual_need", "margin_grip", "fail_safe", "limits", "share", "control",
+    "demand", "takeover", "margin_grip", "fail_safe", "limits", "share", "control",
     "finger_step", "reports",
 )  # fmt: skip
 SHARED_FRICTION: Final = (
