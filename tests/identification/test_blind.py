@@ -69,15 +69,18 @@ def test_what_no_recording_shows_is_not_asked_and_no_answer_is_no_point() -> Non
 def test_answers_and_truth_are_files_and_a_wrong_name_is_an_error_with_its_place(tmp_path, capsys) -> None:
     truth, answers = tmp_path / "hidden.json", tmp_path / "ours.json"
     about = {"hidden": ["adhesion"], "visible": ["adhesion"], "kind": "one", "style": "use", "exponent": 2.0}
-    truth.write_text(json.dumps({"seed": 1, "effects": ["adhesion"], "recordings": {"001": about}}))
+    hidden = {"001": about, "002": about}
+    truth.write_text(json.dumps({"seed": 1, "effects": ["adhesion"], "recordings": hidden}))
 
-    def scored(told: object) -> int:
+    def scored(told: object, *options: str) -> int:
         answers.write_text(told if isinstance(told, str) else json.dumps(told))
-        return main(["trial", "--score", str(answers), "--truth", str(truth), "--json"])
+        return main(["trial", "--score", str(answers), "--truth", str(truth), "--json", *options])
 
-    assert scored({"001": {"verdict": "named", "named": ["adhesion"], "exponent": 1.9}}) == 0
-    (told,) = json.loads(capsys.readouterr().out).values()
-    assert told["score"] == 1.0
+    right = {"001": {"verdict": "named", "named": ["adhesion"], "exponent": 1.9}}
+    for options, share in ((), 0.5), (("-n", "1"), 1.0):
+        assert scored(right, *options) == 0
+        (told,) = json.loads(capsys.readouterr().out).values()
+        assert told["score"] == share
     assert told["bias"] == pytest.approx(0.1)
     for wrong, said in (
         ({"001": {"verdict": "named", "named": ["adhesoin"]}}, "did you mean adhesion?"),

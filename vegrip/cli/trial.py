@@ -17,7 +17,12 @@ if TYPE_CHECKING:
 
 FOLDER = Annotated[Path | None, typer.Argument(help="Folder for the recordings.")]
 TRUTH = Annotated[Path, typer.Option("--truth", help="File of what is hidden: written, or read to score.")]
-COUNT = Annotated[int, typer.Option("--recordings", "-n", min=1, help="How many, of three styles in turn.")]
+COUNT = Annotated[
+    int | None,
+    typer.Option(
+        "--recordings", "-n", min=1, help="How many to make, 60 when not given; or to score, of the first."
+    ),
+]
 SEED = Annotated[
     int | None, typer.Option("--seed", min=0, help="Of all that is drawn; a secret one when not given.")
 ]
@@ -30,7 +35,7 @@ JOBS = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Recordings at a 
 def trial(
     truth: TRUTH,
     folder: FOLDER = None,
-    recordings: COUNT = 60,
+    recordings: COUNT = None,
     seed: SEED = None,
     score: SCORE = None,
     jobs: JOBS = 1,
@@ -48,13 +53,14 @@ def trial(
     if (folder is None) == (not score):
         raise UsageError("give a folder to make recordings in, or --score ANSWERS")
     if folder is not None:
-        _make(folder, truth, recordings, seed, jobs, force=force)
+        _make(folder, truth, recordings or 60, seed, jobs, force=force)
         return
     from vegrip.identification.blind import read_answers, read_truths
     from vegrip.identification.blind import score as score_answers
 
     truths, effects = read_truths(truth)
-    told = {str(path): score_answers(truths, read_answers(path, truths, effects)) for path in score or ()}
+    asked = dict(list(truths.items())[:recordings])
+    told = {str(path): score_answers(asked, read_answers(path, truths, effects)) for path in score or ()}
     answer(told, lambda: show(_table(told)), as_json=as_json)
 
 
