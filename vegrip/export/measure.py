@@ -78,16 +78,7 @@ def measure(
     entry: str = "estimator",
     precision: Precision = PRECISIONS["double"],
 ) -> Measured:
-    """Compile the export in ``folder``, run its self-test, and read off sizes.
-
-    Args:
-        folder: of the export.
-        prefix: of its names.
-        calls: the kernels' functions -> those they call.
-        entry: what is exported, ``estimator`` or ``finger``.
-        precision: of its numbers, and the processor that it is tried on.
-
-    """
+    """Compile the export in ``folder``, run its self-test, and read off sizes."""
     folder = folder.resolve()  # compilers run elsewhere
     missing, processor = [], precision.processor
     compiler, arm, qemu = host.compiler(), which("arm-none-eabi-gcc"), which("qemu-system-arm")

@@ -227,14 +227,7 @@ class GraspFriction:
 def share_friction(
     estimators: Mapping[str, object], settings: ControlSettings, known: ObjectFriction | None = None
 ) -> GraspFriction:
-    """Return what fingers learn of friction together, from what their estimators believe now.
-
-    Args:
-        estimators: of the fingers, by name.
-        settings: of the grasp.
-        known: what former grasps have learned of the object.
-
-    """
+    """Return what fingers learn of friction together, from what their estimators believe now."""
     noise = getattr(settings, "noise", SensorNoise())
     estimator = getattr(settings, "estimator", EstimatorSettings())
     return GraspFriction(

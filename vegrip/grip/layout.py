@@ -87,8 +87,6 @@ class FingerLayout(SampleLayout):
     """Sizes and places for one finger.
 
     Args:
-        filter: of the filter's numbers.
-        late: samples that the estimator can go back.
         history: states that are kept for others; 0 keeps none.
         is_shared: whether it is one of a node: fingers can share friction and lead their loads, and
             policies can be chosen.

@@ -23,14 +23,7 @@ Successor = tuple[Estimator, FingerKernels]
 
 
 class ModelSwap:
-    """Builds the successors of the estimators of a node.
-
-    Args:
-        factory: gives, for parameters, the function that makes the estimator of a finger.
-        models: gives, for parameters, the models whose code must be compiled first.
-        node: whose log it writes to.
-
-    """
+    """Builds the successors of the estimators of a node."""
 
     def __init__(
         self,
