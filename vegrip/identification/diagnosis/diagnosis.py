@@ -274,7 +274,7 @@ class Diagnosis:
             "certainty": certainty,
             "out_of_sight": s.out_of_sight,
             "suggestion": self.unproven or None,
-            "doubts": [doubt.text for doubt in self.doubts],
+            "doubts": [doubt.text for doubt in self.doubts] + [self.unproven] * bool(self.unproven),
             "noise": dict(self.start.problem.measured.noise.source),
             "warnings": self.result.warnings(advise=False),
         }
