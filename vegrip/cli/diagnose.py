@@ -147,7 +147,7 @@ def _print(found: "Diagnosis", draws: int) -> None:
     console.print(table)
     added = ", ".join(one.candidate.name for one in found.search.accepted)
     if found.unproven:
-        console.print(f"a suggestion: {added} leaves {error['after']:.3f} times the noise; {found.unproven}")
+        console.print(f"a suggestion: {added} leaves {error['after']:.3f} times the noise")
     elif added and told["verdict"] == "unexplained":
         misfit = told["misfit"]
         console.print(
