@@ -296,7 +296,7 @@ def _indent(lines: Sequence[str]) -> str:
 
 @lru_cache(maxsize=KEPT_TEXTS)
 def _kernel(text: str, entries: frozenset[str]) -> str:
-    """Return a kernel file as it goes on below another, without our imports; all models share most of them."""
+    """Return a kernel file as it goes on below another, without our imports; models share most of them."""
     tree = parsed(text)
     tree.body = [node for node in tree.body if not _is_ours_or_text(node)]
     return "\n" * (1 + isinstance(tree.body[0], ast.FunctionDef)) + _decorated(PLACES.visit(tree), entries)

@@ -1,5 +1,6 @@
 """How sure a verdict is: as often as a new recording would lead to the same."""
 
+import functools
 import json
 from types import SimpleNamespace
 
@@ -26,23 +27,29 @@ from vegrip.identification.recording import write_recording
 KINDS = ("hold", "ramp", "hold", "ramp", "hold", "ramp")
 
 
+@pytest.fixture(scope="module")
+def sticky(tip):
+    """Give the diagnosis of a tip that sticks, by seed and pull."""
+    return functools.cache(lambda seed, pull: diagnose(tip(seed, kinds=KINDS, pull=pull)))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("pull", "answer", "least", "most"),
     [(0.0, "adequate", 19, 20), (0.03, "named: adhesion", 19, 20), (0.006, "named: adhesion", 2, 18)],
 )
 def test_what_is_plain_is_the_same_in_all_draws_and_what_is_at_the_limit_in_some(
-    tip, pull, answer, least, most
+    sticky, pull, answer, least, most
 ) -> None:
-    found = certainty_of(diagnose(tip(13, kinds=KINDS, pull=pull)))
+    found = certainty_of(sticky(13, pull))
     assert least <= found.answers.get(answer, 0) <= most
     assert sum(found.answers.values()) == found.draws == 20
     assert next(iter(found.answers.values())) == found.same
 
 
 @pytest.mark.slow
-def test_with_even_weights_the_evidence_is_that_of_the_fit(tip) -> None:
-    found = diagnose(tip(12, kinds=KINDS, pull=0.03))
+def test_with_even_weights_the_evidence_is_that_of_the_fit(sticky) -> None:
+    found = sticky(12, 0.012)
     last = found.search.last
     redrawn, even = Redrawn(last, found.groups), np.ones(np.unique(found.groups).size)
     assert redrawn.evidence(even) == pytest.approx(last.evidence, abs=0.05)
@@ -60,9 +67,8 @@ def test_the_command_says_it_when_asked(tip, tmp_path, capsys) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("seed", "pull"), [(13, 0.03), (12, 0.012)])
-def test_an_effect_is_certified_by_episodes_that_did_not_tell_its_values(tip, seed, pull) -> None:
-    found = diagnose(tip(seed, kinds=KINDS, pull=pull))
-    assert certainty_of(found, draws=1).certified["adhesion"] < 1e-6
+def test_an_effect_is_certified_by_episodes_that_did_not_tell_its_values(sticky, seed, pull) -> None:
+    assert certainty_of(sticky(seed, pull), draws=1).certified["adhesion"] < 1e-6
 
 
 def test_the_certificate_has_exact_size_without_an_effect() -> None:
