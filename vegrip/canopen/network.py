@@ -145,8 +145,7 @@ def read_eds(name: str, node: int, like: str) -> ObjectDictionary:
 
     They are of the same product, with the same mapping of every PDO; an empty name stands for ``like``.
     """
-    with as_file(files("vegrip.proto").joinpath(like)) as path:
-        shipped = _import(path, node)
+    shipped = _shipped(like, node)
     if not name:
         return shipped
     found = _import(Path(name), node)
@@ -183,6 +182,11 @@ def wanted_value(dictionary: ObjectDictionary, index: int, sub: int) -> int:
 def _entry(dictionary: ObjectDictionary, index: int, sub: int) -> ODVariable:
     found = dictionary[index]
     return found if isinstance(found, ODVariable) else found[sub]
+
+
+def _shipped(name: str, node: int) -> ObjectDictionary:
+    with as_file(files("vegrip.proto").joinpath(name)) as path:
+        return _import(path, node)
 
 
 def _import(path: Path, node: int) -> ObjectDictionary:
@@ -255,6 +259,7 @@ class LoopNetwork(canopen.Network):  # type: ignore[misc]
             logging.getLogger("vegrip.canopen").debug("frame %x: %r", can_id, error)
 
     def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+        """Put a data frame on the bus; remote frames are not used here."""
         if not remote:
             self._send(can_id, bytes(data))
 

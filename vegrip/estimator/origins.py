@@ -15,7 +15,13 @@ HERE = Path(__file__).parent / "kernels"
 
 
 class Origins:
-    """The files behind a generated module."""
+    """The files behind a generated module.
+
+    Args:
+        effects: of the model.
+        folders: with kernels, besides those of the estimator.
+
+    """
 
     def __init__(self, effects: Sequence[Effect], folders: Sequence[Path] = ()) -> None:
         self._hooks = dict(_hooks(effects))

@@ -36,7 +36,12 @@ def checksum(numbers: NDArray[np.float64]) -> float:
 
 
 def resumed(estimator: ContactEstimator, numbers: NDArray[np.float64]) -> None:
-    """Let ``estimator`` go on from saved numbers, as ``PREFIX_load()`` does."""
+    """Let ``estimator`` go on from saved numbers, as ``PREFIX_load()`` does.
+
+    Raises:
+        InputError: they were saved by the export of another model, or are damaged.
+
+    """
     if numbers.size <= HEAD or numbers[0] != _mark(estimator):
         raise InputError("these numbers were saved by the export of another model, or by another version")
     memory, places = estimator.memory, SavedNumbers(estimator.model, estimator.layout).places
@@ -53,7 +58,12 @@ def learned_model(
     noise: SensorNoise | None = None,
     settings: EstimatorSettings | None = None,
 ) -> ContactModel:
-    """Return ``model`` with the learned values and standard deviations in saved numbers."""
+    """Return ``model`` with the learned values and standard deviations in saved numbers.
+
+    Raises:
+        InputError: they were saved by the export of another model, or are damaged.
+
+    """
     estimator = ContactEstimator(model, noise or SensorNoise(), settings)
     resumed(estimator, numbers)
     places = (*estimator.layout.learned, estimator.layout.mu)
@@ -65,7 +75,12 @@ def learned_model(
 
 
 def read_numbers(path: Path) -> NDArray[np.float64]:
-    """Read saved numbers: raw little-endian doubles, or text, a decimal or hexadecimal number a line."""
+    """Read saved numbers: raw little-endian doubles, or text with one decimal or hexadecimal number a line.
+
+    Raises:
+        InputError: the file is neither.
+
+    """
     with reading(path), path.open("rb") as stream:
         data = stream.read(LARGEST_FILE + 1)
     if len(data) > LARGEST_FILE:

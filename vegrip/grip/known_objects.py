@@ -35,7 +35,12 @@ class ObjectFriction:
 
 
 class KnownObjects:
-    """The objects that are kept in a folder."""
+    """The objects that are kept in a folder.
+
+    Args:
+        folder: where ``learned`` of a node keeps what fingers learn.
+
+    """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder / "objects"

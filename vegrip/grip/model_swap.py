@@ -23,7 +23,14 @@ Successor = tuple[Estimator, FingerKernels]
 
 
 class ModelSwap:
-    """Builds the successors of the estimators of a node."""
+    """Builds the successors of the estimators of a node.
+
+    Args:
+        factory: gives, for parameters, the function that makes the estimator of a finger.
+        models: gives, for parameters, the models whose code must be compiled first.
+        node: whose log it writes to.
+
+    """
 
     def __init__(
         self,
@@ -85,7 +92,12 @@ def _replayed(estimator: Estimator, past: Iterable[FingertipState]) -> Estimator
 
 
 def compile_in_subprocess(model: ContactModel) -> None:
-    """Have another process put the compiled estimator of ``model`` into the cache."""
+    """Have another process put the compiled estimator of ``model`` into the cache.
+
+    Raises:
+        ModelError: it does not compile.
+
+    """
     given = model_text(model).encode()
     done = run_behind("vegrip.grip.compile_worker", ["/dev/stdin"], idle=False, given=given)
     if done.returncode:

@@ -80,7 +80,12 @@ Share = Callable[[Mapping[str, float]], Mapping[str, float]]
 
 
 def make_share(settings: ControlSettings, fingers: Sequence[str]) -> Share | None:
-    """Return how the ``fingers`` share internal forces by their contacts; None: against the thumb."""
+    """Return how the ``fingers`` share internal forces by their contacts; None: against the thumb.
+
+    Raises:
+        ConfigError: ``contacts`` names a finger that the hand does not have, or they cannot balance.
+
+    """
     if not settings.contacts:
         return None
     unknown = settings.contacts.keys() - set(fingers)

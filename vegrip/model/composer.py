@@ -19,7 +19,6 @@ import textwrap
 import types
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 from vegrip.effects.contract import (
@@ -52,9 +51,9 @@ class Texts:
         return name
 
     def _add(self, effect: str, name: str, text: str, scope: dict[str, Any]) -> None:
-        names = _foreign_names(effect, text)
-        renamed = tuple((local, self._needed(effect, local, scope)) for local in names)
-        self.parts[name] = _renamed(effect, text, name, renamed)
+        tree = _function(effect, text)
+        renamed = {local: self._needed(effect, local, scope) for local in _foreign_names(tree)}
+        self.parts[name] = ast.unparse(_Rename(renamed, name).visit(tree))
 
     def _needed(self, effect: str, local: str, scope: dict[str, Any]) -> str:
         """Bring along what a function finds in its file under the name ``local``; return its new name."""
@@ -98,15 +97,6 @@ class _Rename(ast.NodeTransformer):
         return node
 
 
-# A diagnosis composes a hundred models of the same hooks.
-
-
-@lru_cache(maxsize=1024)
-def _renamed(effect: str, text: str, name: str, renamed: tuple[tuple[str, str], ...]) -> str:
-    return ast.unparse(_Rename(dict(renamed), name).visit(_function(effect, text)))
-
-
-@lru_cache(maxsize=1024)
 def _text(effect: str, function: Callable[..., Any]) -> str:
     try:
         return inspect.getsource(function)
@@ -125,9 +115,7 @@ def _function(effect: str, text: str) -> ast.FunctionDef:
     return functions[0]
 
 
-@lru_cache(maxsize=1024)
-def _foreign_names(effect: str, text: str) -> tuple[str, ...]:
-    tree = _function(effect, text)
+def _foreign_names(tree: ast.FunctionDef) -> list[str]:
     bound = {argument.arg for argument in tree.args.args}
     used: dict[str, None] = {}
     for statement in tree.body:
@@ -137,7 +125,7 @@ def _foreign_names(effect: str, text: str) -> tuple[str, ...]:
                     bound.add(node.id)
                 else:
                     used[node.id] = None
-    return tuple(name for name in used if name not in bound)
+    return [name for name in used if name not in bound]
 
 
 DERIVED = ("stiffness", "elastic_exponent")
@@ -323,7 +311,12 @@ def probe(
     values: Floats,
     reference_depth: float,
 ) -> None:
-    """Run every hook once at each depth and step."""
+    """Run every hook once at each depth and step.
+
+    Raises:
+        ModelError: a hook fails, returns the wrong number of values, or something not finite.
+
+    """
     functions = _functions(plan)
     constants = dict(zip([*plan.parameters, *GEOMETRY], map(float, values), strict=True))
     states = {s.name: s.initial for e in effects for s in e.states}

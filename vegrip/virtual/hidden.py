@@ -16,8 +16,6 @@ from vegrip.errors import ConfigError
 from vegrip.types import Floats
 from vegrip.virtual.history import Relaxation
 
-HIDDEN: dict[str, type["Hidden"]] = {}
-"""By the names that a diagnosis gives them."""
 LAG_SUBSTEPS = 8  # steps of the lag within a step of the trial
 
 
@@ -38,10 +36,6 @@ class Hidden:
 
     compliance = 0.0
     """Of what carries the tip [m/N]."""
-
-    def __init_subclass__(cls, name: str = "") -> None:
-        if name:
-            HIDDEN[name] = cls
 
     def start(self, pause: float) -> None:
         """Begin an episode after ``pause`` [s] of rest, in which what recovers has recovered."""
@@ -128,7 +122,7 @@ class Clocked(Hidden):
 
 
 @dataclass
-class SecondRelaxation(Hidden, name="second_relaxation"):
+class SecondRelaxation(Hidden):
     """One more exponential."""
 
     amplitude: float = 0.1  # [-]
@@ -143,7 +137,7 @@ class SecondRelaxation(Hidden, name="second_relaxation"):
 
 
 @dataclass
-class PowerLawRelaxation(Hidden, name="power_law_relaxation"):
+class PowerLawRelaxation(Hidden):
     """A share that relaxes as ``(1 + t / time)^-exponent``."""
 
     amplitude: float = 0.3  # [-]
@@ -159,7 +153,7 @@ class PowerLawRelaxation(Hidden, name="power_law_relaxation"):
 
 
 @dataclass
-class NonSeparable(Hidden, name="nonseparable_relaxation"):
+class NonSeparable(Hidden):
     """The share that relaxes grows with the depth at which it was loaded: ``c (1 + growth (x / depth - 1))``.
 
     A single integral with a kernel that depends on the strain at the time of loading (Pipkin and Rogers).
@@ -180,7 +174,7 @@ class NonSeparable(Hidden, name="nonseparable_relaxation"):
 
 
 @dataclass
-class Drainage(Hidden, name="poroelastic_drainage"):
+class Drainage(Hidden):
     """All that relaxes does so by flow over the contact radius: the rate falls with the depth."""
 
     exponent: float = 1.0  # [-] by which it falls
@@ -209,7 +203,7 @@ class Drainage(Hidden, name="poroelastic_drainage"):
 
 
 @dataclass
-class FastDamping(Hidden, name="fast_damping"):
+class FastDamping(Hidden):
     """A dashpot beside the spring: it pushes with the rate of the elastic force.
 
     The rate is that at the end of a step, to second order: the mean rate over the step is half a step old,
@@ -229,7 +223,7 @@ class FastDamping(Hidden, name="fast_damping"):
 
 
 @dataclass
-class RateStiffening(Hidden, name="rate_stiffening"):
+class RateStiffening(Hidden):
     """While the indentation grows the elastic force is higher, by the logarithm of the speed."""
 
     growth: float = 0.03  # [-] per e-fold
@@ -245,7 +239,7 @@ class RateStiffening(Hidden, name="rate_stiffening"):
 
 
 @dataclass
-class ExponentialStiffness(Hidden, name="exponential_stiffness"):
+class ExponentialStiffness(Hidden):
     """The force grows by ``(e^s - 1) / s``, s the depth over a length."""
 
     length: float = 1.5e-3  # [m]
@@ -256,7 +250,7 @@ class ExponentialStiffness(Hidden, name="exponential_stiffness"):
 
 
 @dataclass
-class HardCore(Hidden, name="layer_over_core"):
+class HardCore(Hidden):
     """A rigid core under the soft layer, as Garcia and Garcia (Biophysical Journal 114, 2018) have it.
 
     The force on the layer grows with the radius of the contact over the thickness.
@@ -271,7 +265,7 @@ class HardCore(Hidden, name="layer_over_core"):
 
 
 @dataclass
-class Softening(Hidden, name="temperature_shift"):
+class Softening(Hidden):
     """Stiffness falls and rates grow exponentially with the temperature of the episode."""
 
     softening: float = 0.006  # [1/K]
@@ -290,7 +284,7 @@ class Softening(Hidden, name="temperature_shift"):
 
 
 @dataclass
-class PermanentSet(Hidden, name="permanent_set"):
+class PermanentSet(Hidden):
     """The surface keeps a share of its deepest indentation beyond a threshold, and never recovers."""
 
     share: float = 0.03  # [-]
@@ -305,7 +299,7 @@ class PermanentSet(Hidden, name="permanent_set"):
 
 
 @dataclass
-class Mullins(Hidden, name="mullins_softening"):
+class Mullins(Hidden):
     """Below the deepest indentation so far the material is softer; it does not heal."""
 
     loss: float = 0.12  # [-] of the force far below it
@@ -323,14 +317,14 @@ class Mullins(Hidden, name="mullins_softening"):
 
 
 @dataclass
-class SeriesCompliance(Hidden, name="series_compliance"):
+class SeriesCompliance(Hidden):
     """The mount gives way in proportion to the normal force."""
 
     compliance: float = 5e-5  # [m/N]
 
 
 @dataclass
-class Backlash(Hidden, name="displacement_backlash"):
+class Backlash(Hidden):
     """Play: the mount stands still until the drive has crossed the gap, and is pushed by a flank then."""
 
     width: float = 3e-5  # [m]
@@ -351,7 +345,7 @@ class Backlash(Hidden, name="displacement_backlash"):
 
 
 @dataclass
-class Adhesion(Hidden, name="adhesion"):
+class Adhesion(Hidden):
     """A constant pull in contact; in the gap it falls evenly to zero over the stretch of the neck.
 
     No pull on approach: the neck forms at touch, and holds until it is stretched too far.
@@ -374,7 +368,7 @@ class Adhesion(Hidden, name="adhesion"):
 
 
 @dataclass
-class RadiusLaw(Hidden, name="contact_radius_law"):
+class RadiusLaw(Hidden):
     """``a^2 = kappa R x``; the plain tip has ``kappa = 2``."""
 
     kappa: float = 1.4  # [-]
@@ -384,7 +378,7 @@ class RadiusLaw(Hidden, name="contact_radius_law"):
 
 
 @dataclass
-class PressureProfile(Hidden, name="pressure_profile"):
+class PressureProfile(Hidden):
     """One pressure exponent, whatever the contact has been through."""
 
     k: float = 5.0  # [-]
@@ -394,7 +388,7 @@ class PressureProfile(Hidden, name="pressure_profile"):
 
 
 @dataclass
-class LoadDependentFriction(Hidden, name="load_dependent_friction"):
+class LoadDependentFriction(Hidden):
     """A power of the normal force."""
 
     exponent: float = 0.15  # [-] by which it falls
@@ -405,7 +399,7 @@ class LoadDependentFriction(Hidden, name="load_dependent_friction"):
 
 
 @dataclass
-class RateDependentFriction(Hidden, name="rate_dependent_friction"):
+class RateDependentFriction(Hidden):
     """Static friction that gives way to a kinetic one, which grows with the logarithm of the speed."""
 
     kinetic: float = 0.85  # [-] over static
@@ -420,7 +414,7 @@ class RateDependentFriction(Hidden, name="rate_dependent_friction"):
 
 
 @dataclass
-class FrictionAgeing(Hidden, name="friction_ageing"):
+class FrictionAgeing(Hidden):
     """Friction grows with the logarithm of the age of the contact; sliding renews it."""
 
     growth: float = 0.05  # [-] per e-fold
@@ -437,7 +431,7 @@ class FrictionAgeing(Hidden, name="friction_ageing"):
 
 
 @dataclass
-class WetContact(Hidden, name="wet_contact"):
+class WetContact(Hidden):
     """A film that is squeezed out while the contact lasts."""
 
     loss: float = 0.3  # [-] of friction at first touch
@@ -455,7 +449,7 @@ class WetContact(Hidden, name="wet_contact"):
 
 
 @dataclass
-class SensorLag(Hidden, name="sensor_lag"):
+class SensorLag(Hidden):
     """The sensor follows with a time constant; integrated in small steps."""
 
     time: float = 5e-3  # [s]
@@ -472,7 +466,7 @@ class SensorLag(Hidden, name="sensor_lag"):
 
 
 @dataclass
-class SensorDelay(Hidden, name="sensor_delay"):
+class SensorDelay(Hidden):
     """The sensor shows what was felt some time ago, from a tape of times and forces."""
 
     time: float = 5e-3  # [s]
@@ -490,7 +484,7 @@ class SensorDelay(Hidden, name="sensor_delay"):
 
 
 @dataclass
-class CrossTalk(Hidden, name="cross_talk"):
+class CrossTalk(Hidden):
     """The sensor shows a share of the tangential force."""
 
     share: float = 0.02  # [-]
@@ -500,7 +494,7 @@ class CrossTalk(Hidden, name="cross_talk"):
 
 
 @dataclass
-class Saturation(Hidden, name="saturation"):
+class Saturation(Hidden):
     """The sensor ends at its full scale."""
 
     limit: float = 0.8  # [N]
@@ -510,7 +504,7 @@ class Saturation(Hidden, name="saturation"):
 
 
 @dataclass
-class GuideFriction(Hidden, name="guide_friction"):
+class GuideFriction(Hidden):
     """The guide of the drive drags against its motion; at rest it lets go."""
 
     force: float = 0.02  # [N]
@@ -524,7 +518,7 @@ class GuideFriction(Hidden, name="guide_friction"):
 
 
 @dataclass
-class ForceDrift(Clocked, name="force_drift"):
+class ForceDrift(Clocked):
     """The zero of the sensor runs away at a constant rate, in the pauses too."""
 
     rate: float = 2e-4  # [N/s]
@@ -533,10 +527,46 @@ class ForceDrift(Clocked, name="force_drift"):
         return shown + self.rate * self.time_passed
 
 
+HIDDEN: Mapping[str, type[Hidden]] = {
+    "adhesion": Adhesion,
+    "second_relaxation": SecondRelaxation,
+    "power_law_relaxation": PowerLawRelaxation,
+    "series_compliance": SeriesCompliance,
+    "displacement_backlash": Backlash,
+    "permanent_set": PermanentSet,
+    "mullins_softening": Mullins,
+    "exponential_stiffness": ExponentialStiffness,
+    "layer_over_core": HardCore,
+    "sensor_lag": SensorLag,
+    "sensor_delay": SensorDelay,
+    "cross_talk": CrossTalk,
+    "force_drift": ForceDrift,
+    "load_dependent_friction": LoadDependentFriction,
+    "rate_dependent_friction": RateDependentFriction,
+    "friction_ageing": FrictionAgeing,
+    "wet_contact": WetContact,
+    "contact_radius_law": RadiusLaw,
+    "pressure_profile": PressureProfile,
+    "nonseparable_relaxation": NonSeparable,
+    "poroelastic_drainage": Drainage,
+    "rate_stiffening": RateStiffening,
+    "fast_damping": FastDamping,
+    "temperature_shift": Softening,
+    "guide_friction": GuideFriction,
+    "saturation": Saturation,
+}
+"""By the names that a diagnosis gives them."""
+
+
 def make(
     settings: Mapping[str, Mapping[str, float]], known: Mapping[str, type[Hidden]] = HIDDEN
 ) -> tuple[Hidden, ...]:
-    """Return the effects of ``settings``: name -> parameters, SI; those left out have their default."""
+    """Return the hidden effects of ``settings``: name -> parameters, SI; those left out have their default.
+
+    Raises:
+        ConfigError: there is no such effect or parameter.
+
+    """
     made = []
     for name, given in settings.items():
         if name not in known:
