@@ -10,9 +10,10 @@ import pytest
 
 from vegrip.contact.limit_surface import reference
 from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.estimator import estimator as module_of_the_estimator
 from vegrip.estimator.compiled import module_for
-from vegrip.estimator.health import HealthHysteresis
-from vegrip.messages import BEYOND_FIT, NAN, Channel, ContactEstimate, FingertipState
+from vegrip.estimator.health import health_of
+from vegrip.messages import BEYOND_FIT, NAN, Channel, ContactEstimate, FingertipState, ModelHealth
 from vegrip.model import ContactModel, Shown, paper_model
 
 Record = Callable[..., list[FingertipState]]
@@ -183,13 +184,12 @@ def test_the_verdict_on_a_sample_is_reached_once_and_stays_until_the_next(
 ) -> None:
     looks = 0
 
-    def counted(verdict: HealthHysteresis, *given: Any) -> int:
+    def counted(*given: Any) -> ModelHealth:
         nonlocal looks
         looks += 1
-        return update(verdict, *given)
+        return health_of(*given)
 
-    update = HealthHysteresis.update
-    monkeypatch.setattr(HealthHysteresis, "update", counted)
+    monkeypatch.setattr(module_of_the_estimator, "health_of", counted)
     states = press(model, KNOTS, DEPTHS)
     run(estimator, states[:-1])
     assert estimator.health() == estimator.health()

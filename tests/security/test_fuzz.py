@@ -1,7 +1,6 @@
 """Bytes from outside never raise: the parsers that the tests of the codec do not reach."""
 
 from collections import Counter
-from types import SimpleNamespace
 
 import msgpack
 import pytest
@@ -20,8 +19,9 @@ FINGERS = ("thumb", "index")
 def test_any_frame_on_a_canopen_bus_is_refused_by_name_or_left_to_the_services(identifier, data):
     left = []
     codec = CanCodec(FINGERS, fd=False)
-    end = SimpleNamespace(service=left.append, hears=lambda _: True)
-    pdos = CanopenCodec(codec, identifiers(finger_nodes(32, 0, 2), 16, 0), end)
+    pdos = CanopenCodec(
+        codec, identifiers(finger_nodes(32, 0, 2), 16, 0), left.append, lambda _: True, lambda _: True
+    )
     assert pdos.decode(Frame(identifier, data)) is None
     assert len(left) + codec.rejected.total() == 1
 
