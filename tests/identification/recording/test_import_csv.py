@@ -163,8 +163,37 @@ def test_baseline_noise_is_blind_to_drift_and_spikes() -> None:
     rng = np.random.default_rng(4)
     values = rng.normal(0.0, 0.01, 4000) + np.linspace(0.0, 5.0, 4000)
     values[::100] += 3.0
-    assert baseline_noise(values) == pytest.approx(0.01, rel=0.06)
-    assert baseline_noise(values[:5]) == 0.0
+    assert baseline_noise([values], 100) == pytest.approx(0.01, rel=0.06)
+    assert baseline_noise([values[:2000], values[2000:] + 7.0], 100) == pytest.approx(0.01, rel=0.06)
+    assert baseline_noise([values[:60], values[60:99]], 100) == 0.0
+
+
+@pytest.mark.parametrize(("rows", "is_stated"), [(20, False), (100, True)])
+def test_the_noise_is_stated_where_the_baselines_of_all_trials_tell_it(
+    tmp_path: Path, rows: int, is_stated: bool
+) -> None:
+    """Nineteen differences tell it to 35 %, and what is stated is believed more than what a fit sees."""
+    rng = np.random.default_rng(11)
+    lines = ["trial,t,depth,normal_force"]
+    for trial in range(6):
+        depth = np.r_[np.full(rows, -1e-4), np.linspace(-1e-4, 1e-3, 50)] + 3e-3 * trial
+        force = np.r_[np.zeros(rows), np.clip(np.linspace(-0.1, 1.0, 50), 0.0, None)]
+        for i, (x, f) in enumerate(zip(depth, force, strict=True)):
+            t = 10 * trial + 0.01 * i
+            noise = rng.normal(0.0, (3e-6, 0.006))
+            lines.append(f"{trial},{t:.2f},{x + noise[0]:.8f},{f + noise[1]:.6f}")
+    (tmp_path / "map.toml").write_text(
+        '[time]\ncolumn = "t"\n[episode]\ncolumn = "trial"\n[channels.displacement]\ncolumn = "depth"\n'
+        'zero = "contact"\n[channels.normal_force]\ncolumn = "normal_force"\nzero = "baseline"\n'
+        f"[baseline]\nduration = {0.01 * rows - 0.005}\n"
+    )
+    recording = import_csv(table(tmp_path, "\n".join(lines)), read_column_map(tmp_path / "map.toml"))
+    if is_stated:
+        assert recording.sensors == pytest.approx({"displacement": 3e-6, "normal_force": 0.006}, rel=0.15)
+    else:
+        assert recording.sensors == {}
+    touch = [recording.columns["displacement"][recording.episode == i][rows] for i in range(6)]
+    assert np.all(np.abs(np.array(touch) - touch[0]) < 1e-4)  # each trial has found its zero
 
 
 ROWS = "time_s,F\n0,1\n1,2\n"

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,8 @@ from vegrip.types import Floats
 
 LOST_TRIALS = 0.1  # of the rows left out, from which it is looked for trials that lie over each other
 REST_ROWS = 20  # at the start of a trial, before its press
+LEAST_TOUCH_ROWS = 10  # at rest, for the noise above which the force has risen
+LEAST_NOISE_ROWS = 300  # at rest, which tell the noise to 8 %; from fewer it is left to the fit
 TOUCH_SHARE = 0.01  # of the peak force
 
 
@@ -61,15 +64,16 @@ def first_touch(force: Floats, threshold: float) -> int | None:
     return int(below[-1]) + 1 if len(below) else 0
 
 
-def baseline_noise(values: Floats) -> float:
-    """Return the standard deviation of white noise in ``values``, blind to slow drift; 0 if not to be had.
+def baseline_noise(stretches: Iterable[Floats], least: int) -> float:
+    """Return the standard deviation of the white noise in all ``stretches``, blind to slow drift.
 
     From first differences, ``std(x[i+1] - x[i]) / sqrt(2)``, with the median absolute deviation (1.4826 for
-    a Gaussian) so that single spikes do not count.
+    a Gaussian) so that single spikes do not count; 0 where they hold fewer than ``least`` rows.
     """
-    differences = np.diff(values[~np.isnan(values)])
-    if len(differences) < 10:
+    known = [values[~np.isnan(values)] for values in stretches]
+    if sum(len(values) for values in known) < least:
         return 0.0
+    differences = np.concatenate([np.diff(values) for values in known])
     spread = np.median(np.abs(differences - np.median(differences)))
     return float(1.4826 * spread / np.sqrt(2.0))
 
@@ -174,11 +178,12 @@ def recording_of(
         del columns[name]
     if not columns:
         raise RecordingError(f"{path}: no channel holds a single value")
-    noise = _noise(t, trial, columns, chart)
+    noise = _noise(t, trial, columns, chart, LEAST_NOISE_ROWS)
+    rough = _noise(t, trial, columns, chart, LEAST_TOUCH_ROWS)
     _suspect_travel(t, trial, columns, chart, report)
     for rows in stretches_of(trial):
         one = {name: values[rows] for name, values in columns.items()}  # views: corrected in place
-        correct_trial(t[rows], one, noise.get("normal_force", 0.0), chart, report)
+        correct_trial(t[rows], one, rough.get("normal_force", 0.0), chart, report)
     fingertip = chart.fingertip if math.isnan(radius) else dataclasses.replace(chart.fingertip, radius=radius)
     if math.isnan(fingertip.radius):
         report.add(Kind.NOTE, "the fingertip's radius is unknown; give --radius if it is known")
@@ -212,7 +217,9 @@ def _suspect_travel(
     for rows in stretches_of(trial):
         depth, force = columns["displacement"][rows], columns["normal_force"][rows]
         force = force - np.nanmedian(force[:REST_ROWS])
-        threshold = max(5.0 * baseline_noise(force[:REST_ROWS]), TOUCH_SHARE * float(np.nanmax(force)))
+        threshold = max(
+            5.0 * baseline_noise([force[:REST_ROWS]], LEAST_TOUCH_ROWS), TOUCH_SHARE * float(np.nanmax(force))
+        )
         touch = first_touch(force, threshold)
         if touch:
             off.append(float(depth[touch]))
@@ -282,12 +289,17 @@ def _converted(path: Path, values: Floats, name: str, chart: ColumnMap) -> Float
     return (values * scale + offset) * entry.scale + entry.offset
 
 
-def _noise(t: Floats, trial: NDArray[np.int64], columns: Columns, chart: ColumnMap) -> dict[str, float]:
-    first = trial == trial[0]
-    quiet = first & (t < t[first][0] + chart.baseline.duration)
+def _noise(
+    t: Floats, trial: NDArray[np.int64], columns: Columns, chart: ColumnMap, least: int
+) -> dict[str, float]:
+    """Return the noise as the map states it, else as the baselines of all trials tell it."""
+    quiet = [
+        slice(rows.start, rows.start + int(np.sum(t[rows] < t[rows.start] + chart.baseline.duration)))
+        for rows in stretches_of(trial)
+    ]
     noise: dict[str, float] = {}
     for name, values in columns.items():
-        std = chart.channels[name].noise or baseline_noise(values[quiet])
+        std = chart.channels[name].noise or baseline_noise([values[rows] for rows in quiet], least)
         if std > 0.0 and name != "slip":
             noise[noise_name(name)] = std
     return noise
