@@ -77,7 +77,7 @@ def diagnose(
             _print(found, draws)
             if words := _next(found, recording, model):
                 options = (
-                    error_options(zeros_each_episode, tolerance)
+                    error_options(found.start.problem.zeros == "episode", tolerance)
                     if words[0] in ("add", "fit", "refine", "draft")
                     else []
                 )

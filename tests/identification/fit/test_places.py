@@ -40,6 +40,7 @@ def test_each_place_has_its_stiffness_and_the_others_their_own(two_places) -> No
     assert second["p"] == pytest.approx(first["p"], abs=0.03)
     assert f"{second['K']:.3g} to {first['K']:.3g} N" in own.laws_note
     assert own.as_dict()["laws"] == own.laws
+    assert not [text for text in fit(two_places, laws="episode").warnings() if "_at_" in text]
 
 
 def test_the_command_says_so_and_writes_values_between_those_of_the_places(
@@ -91,6 +92,21 @@ def test_a_lag_is_named_beside_places_that_differ(tip) -> None:
     assert {"sensor_lag"} == set(found.named) or ["sensor_lag", "sensor_delay"] in found.indistinguishable
     assert found.model.values["tau"].value == pytest.approx(TAU, rel=0.2)
     assert any("of 4 episodes has a stiffness of its own" in doubt.text for doubt in found.doubts)
+
+
+@pytest.mark.slow
+def test_zeros_that_shift_between_episodes_are_no_other_places(tip) -> None:
+    """As a rig's are whose touch is sought trial by trial: laws of each episode would make up for them."""
+    recording = tip(24, kinds=("hold", "ramp", "hold"))
+    shift = np.array([-40e-6, 60e-6, 90e-6])[np.unique(recording.episode, return_inverse=True)[1]]
+    columns = {**recording.columns, "displacement": recording.columns["displacement"] + shift}
+    found = diagnose(dataclasses.replace(recording, columns=columns), most=1)
+    assert (found.verdict, found.named) == ("adequate", [])
+    said = [doubt.text for doubt in found.doubts if "of its own" in doubt.text]
+    assert len(said) == 1
+    assert "each of 3 episodes has zeros of its own" in said[0]
+    assert "--zeros-each-episode" in said[0]
+    assert found.start.laws == []
 
 
 @pytest.mark.long

@@ -292,24 +292,36 @@ def diagnose(
 
     The model is refitted first: a wrong stiffness is no missing effect. ``most`` limits how many effects are
     named together, ``threads`` how many candidates are fitted at a time. Where nothing explains the
-    recording, each episode is tried with laws of its own: several places or specimens may have been pressed.
+    recording, each episode is tried with zeros of its own, and with laws of its own, as several places or
+    specimens may have been pressed; the laws are more, and are believed where zeros explain less.
     """
 
-    def started(laws: Zeros) -> Fit:
+    def started(zeros: Zeros, laws: Zeros) -> Fit:
         return fit(recording, model, noise=noise, zeros=zeros, laws=laws, report=report)
 
-    start = started(laws)
+    start = started(zeros, laws)
     refuse_unusable(recording, start.problem.measured)
     found = _diagnosed(start, most, threads, report)
     may_differ = laws == "recording" and start.problem.episodes.any()
     if not may_differ or any(doubt.is_grave for doubt in found.doubts) or found.verdict != "unexplained":
         return found
-    own = started("episode")
-    gain = evaluate_candidate(own.problem, own.optimum, found.groups).evidence - found.search.first.evidence
+
+    def gain_of(own: Fit) -> float:
+        return (
+            evaluate_candidate(own.problem, own.optimum, found.groups).evidence - found.search.first.evidence
+        )
+
+    by_law = started(zeros, "episode")
+    gain = gain_of(by_law)
+    if zeros == "recording" and gain_of(by_zero := started("episode", laws)) > thresholds.MIN_LATER_GAIN_NATS:
+        report("tries zeros of each episode")
+        own = _diagnosed(by_zero, most, threads, report)
+        if own.verdict != "unexplained" and own.search.last.evidence - found.search.first.evidence > gain:
+            return replace(own, doubts=[*own.doubts, Doubt(by_zero.zeros_note)])
     if gain < thresholds.MIN_LATER_GAIN_NATS:
         return found
     report("tries a law of each episode")
-    return found.or_by_episode(_diagnosed(own, most, threads, report))
+    return found.or_by_episode(_diagnosed(by_law, most, threads, report))
 
 
 def _diagnosed(start: Fit, most: int, threads: int, report: Report) -> Diagnosis:

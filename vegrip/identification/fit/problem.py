@@ -442,6 +442,10 @@ def own_name(symbol: str, place: int) -> str:
     return f"{symbol}{OWN_MARK}{place}"
 
 
+def is_own_name(unknown: str) -> bool:
+    return OWN_MARK in unknown
+
+
 def _owners(zeros: Zeros, since: NDArray[np.int64], recording: Recording) -> NDArray[np.int64]:
     if zeros == "recording":
         return np.zeros_like(since)

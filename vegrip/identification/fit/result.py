@@ -13,7 +13,7 @@ from scipy.special import chdtrc, ndtri
 
 from vegrip.effects.contract import Effect
 from vegrip.identification.fit.obeys import broken_by
-from vegrip.identification.fit.problem import AT, Problem
+from vegrip.identification.fit.problem import AT, Problem, is_own_name
 from vegrip.identification.fit.solve import Optimum, covariance
 from vegrip.identification.recording.checks import suspect_columns
 from vegrip.model import ContactModel, Shown
@@ -224,6 +224,19 @@ class Fit:
         )
 
     @property
+    def zeros_note(self) -> str:
+        """How far the zeros of the episodes differ; empty where the recording has one."""
+        if self.problem.zeros == "recording":
+            return ""
+        _, (depth, force) = self.problem.parts(self.optimum.u)
+        return (
+            f"each of {int(self.problem.episodes.max()) + 1} episodes has zeros of its own (displacement "
+            f"{1e6 * np.min(depth):.3g} to {1e6 * np.max(depth):.3g} um, normal force "
+            f"{1e3 * np.min(force):.3g} to {1e3 * np.max(force):.3g} mN), and the errors here are those with "
+            "them; the other commands count so with --zeros-each-episode"
+        )
+
+    @property
     def channels(self) -> dict[str, ChannelError]:
         return channel_errors(self.problem, self.optimum.u)
 
@@ -314,7 +327,8 @@ def _warnings(fit: Fit, *, advise: bool) -> Iterator[str]:
     for j, name in enumerate(fit.problem.unknowns.names):
         yield from _about_unknown(fit, j, name)
     for one, other, c in fit.correlations(ENTANGLED):
-        yield f"{one} and {other} are known only together (correlation {c:+.3f})"
+        if not is_own_name(one) and not is_own_name(other):
+            yield f"{one} and {other} are known only together (correlation {c:+.3f})"
     yield from _about_misfit(fit, advise=advise)
     for sentence in fit.broken_laws:
         yield f"the model does what no contact can: {sentence}"
