@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Protocol
 
 import cantools
@@ -115,7 +116,8 @@ class Pdos(Frames):
         super().__init__(log, mode, fd=False)
         nodes = tuple(FIRST_FINGER + number for number in range(len(log.fingers)))
         known = identifiers(nodes, GRASP_NODE, 0)
-        self._pdos = CanopenCodec(self.codec, known, lambda _: None, lambda _: True, lambda _: True)
+        gates: Any = SimpleNamespace(hears=lambda _: True, speaks=lambda _: True, keep=lambda *_: None)
+        self._pdos = CanopenCodec(self.codec, known, gates)
         cob_ids = {identifier: cob_id for cob_id, identifier in known.items()}
         self.given = [
             (frame._replace(arbitration_id=cob_ids[frame.arbitration_id]), now) for frame, now in self.given

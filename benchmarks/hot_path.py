@@ -46,13 +46,13 @@ from benchmarks._twenty_fingers import measure
 from benchmarks._wires import WIRES, require_all_answered, states_of, work
 from validation.bus_bytes import delivery_of
 from validation.compiled_finger import Log, Replay, record
+from validation.faults.simulated_bus import Transmission
 from vegrip.c99 import host
 from vegrip.clock import WallClock
 from vegrip.estimator import ContactEstimator
 from vegrip.messages import ForceCommand
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.can_endpoint import CanEndpoint
-from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.frame_time import BusFrame
 from vegrip.transport.canbus.virtual_can import VegripBus
 from vegrip.transport.codec import Frame

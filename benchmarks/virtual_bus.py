@@ -29,9 +29,9 @@ import can
 
 from benchmarks._timing import compared
 from validation.bus_bytes import request_of
+from validation.faults.simulated_bus import SimulatedBus
 from vegrip.host.compiled_folder import compiler
 from vegrip.transport.canbus import carry
-from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.compiled_bus import CompiledBus, Search, compile_library
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
 from vegrip.transport.canbus.hub import AT_ONCE, Hub
@@ -84,7 +84,7 @@ def _row(ours: float, theirs: float) -> dict[str, float]:
 @contextmanager
 def _carrier(text: Any) -> Iterator[Callable[[], object]]:
     """Yield what takes a frame from the bytes of its request to those of its deliveries."""
-    bus, packets, now = BusModel(BitTiming()), cycle([request_of(0, frame) for frame in FRAMES]), 0
+    bus, packets, now = SimulatedBus(BitTiming()), cycle([request_of(0, frame) for frame in FRAMES]), 0
     record = bus.record
     memory = record if text is PYTHON else addressof(record)
     pairs = [socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET) for _ in range(MEMBERS)]
@@ -125,7 +125,7 @@ def _after_sleeps(carry: Callable[[], object]) -> float:
 
 
 def _through_the_model() -> Callable[[], object]:
-    bus, frames = BusModel(BitTiming()), cycle(FRAMES)
+    bus, frames = SimulatedBus(BitTiming()), cycle(FRAMES)
     for node in range(MEMBERS):
         bus.attach(node)
     now = 0

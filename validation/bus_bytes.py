@@ -1,6 +1,6 @@
 """The bytes of the virtual bus from its other side: requests taken apart, deliveries made."""
 
-from vegrip.transport.canbus.bus_events import Transmission
+from validation.faults.simulated_bus import Transmission
 from vegrip.transport.canbus.frame_time import FD_SIZES, FRAME_KINDS, KIND_FLAGS, BusFrame, has_form
 from vegrip.transport.canbus.hub_wire import DELIVERY, REQUEST, pack_request
 

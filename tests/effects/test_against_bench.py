@@ -67,6 +67,10 @@ def model_with(name, values):
     return model
 
 
+def on_bench(hidden, rings):
+    return run_trial(TIP, PROTOCOL, QUIET, hidden=hidden, rings=rings, spokes=2 * rings, truth=False).columns
+
+
 def without(model):
     """The same model, the effect at its null value and friction back where it was."""
     for symbol, (_, parameter) in model.parameters.items():
@@ -78,10 +82,10 @@ def without(model):
 @pytest.mark.parametrize("name", NORMAL)
 def test_normal_force_is_that_of_the_bench(name) -> None:
     hidden, values = NORMAL[name]
-    measured = run_trial(TIP, PROTOCOL, QUIET, hidden={name: hidden}, rings=6, spokes=12).columns
+    measured = on_bench({name: hidden}, 6)
     model = model_with(name, values)
     right, wrong = (
-        rms(predict(one, measured, plain=True)["normal_force"] - measured["normal_force"])
+        rms(predict(one, measured)["normal_force"] - measured["normal_force"])
         for one in (model, without(model))
     )
     assert right < 1e-3 * K
@@ -91,13 +95,12 @@ def test_normal_force_is_that_of_the_bench(name) -> None:
 @pytest.mark.parametrize("name", PATCH)
 def test_load_at_slip_is_that_of_the_bench(name) -> None:
     hidden, values = PATCH[name]
-    measured = run_trial(TIP, PROTOCOL, QUIET, hidden={name: hidden}, rings=24, spokes=48).columns
+    measured = on_bench({name: hidden}, 24)
     model = model_with(name, values)
     sliding = measured["slip"] == 1.0
     assert sliding.sum() > 200
     right, wrong = (
-        rms(np.log(predict(one, measured, plain=True)["utilisation"][sliding]))
-        for one in (model, without(model))
+        rms(np.log(predict(one, measured)["utilisation"][sliding])) for one in (model, without(model))
     )
     assert right < 0.01
     assert right < 0.2 * wrong

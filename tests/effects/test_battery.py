@@ -235,11 +235,20 @@ def observed(model, declared, motion):
 
 
 FELT = [name for name in BUILT_IN if name not in BASE and "normal_force" in effect(name).channels]
+KINDS = {
+    (*sorted({hook.stage for hook in effect(name).hooks}), bool(effect(name).states)): name
+    for name in reversed(FELT)
+}
 NOISE = SensorNoise()
 
 
+def of_its_kind(name):
+    """One of each kind that acts at the same stages; an estimator takes a second to compile."""
+    return name if name in KINDS.values() else pytest.param(name, marks=pytest.mark.long)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", FELT)
+@pytest.mark.parametrize("name", [*map(of_its_kind, FELT)])
 def test_the_estimator_is_consistent_with_the_effect_in_its_model(name, model_with, smooth):
     """Innovations as large as stated over the last 3 s, nothing refused, and the stiffness found to 2 %.
 

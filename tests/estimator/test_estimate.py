@@ -10,10 +10,9 @@ import pytest
 
 from vegrip.contact.limit_surface import reference
 from vegrip.estimator import ContactEstimator, SensorNoise
-from vegrip.estimator import estimator as module_of_the_estimator
 from vegrip.estimator.compiled import module_for
-from vegrip.estimator.health import health_of
-from vegrip.messages import BEYOND_FIT, NAN, Channel, ContactEstimate, FingertipState, ModelHealth
+from vegrip.estimator.health import HealthHysteresis
+from vegrip.messages import BEYOND_FIT, NAN, Channel, ContactEstimate, FingertipState
 from vegrip.model import ContactModel, Shown, paper_model
 
 Record = Callable[..., list[FingertipState]]
@@ -184,12 +183,13 @@ def test_the_verdict_on_a_sample_is_reached_once_and_stays_until_the_next(
 ) -> None:
     looks = 0
 
-    def counted(*given: Any) -> ModelHealth:
+    def counted(verdict: HealthHysteresis, *given: Any) -> int:
         nonlocal looks
         looks += 1
-        return health_of(*given)
+        return update(verdict, *given)
 
-    monkeypatch.setattr(module_of_the_estimator, "health_of", counted)
+    update = HealthHysteresis.update
+    monkeypatch.setattr(HealthHysteresis, "update", counted)
     states = press(model, KNOTS, DEPTHS)
     run(estimator, states[:-1])
     assert estimator.health() == estimator.health()

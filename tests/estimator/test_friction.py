@@ -167,9 +167,7 @@ def test_the_utilisation_owes_nothing_to_what_is_believed_of_friction(
             estimator.assimilate(state)
         estimator.believe_friction((mean, variance, mean, variance))
         estimator.assimilate(states[-1])
-        memory = estimator.named
-        mu, spread = memory["REP_MU"], memory["REP_GAUGE_REL"] ** 2
-        told.append((memory["REP_GAUGE"] * mu, spread - (memory["REP_MU_STD"] / mu) ** 2))
+        told.append(estimator.utilisation())
     assert told[0][0] == pytest.approx(0.5 * model.values["mu"].value, rel=0.1)
     assert told[1] == pytest.approx(told[0], rel=0.01)
     assert told[2] == pytest.approx(told[0], rel=0.01)

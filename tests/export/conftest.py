@@ -8,7 +8,8 @@ from shutil import which
 import pytest
 
 from tests.conftest import Once
-from tests.export.firmware import Firmware, request_of
+from tests.export.firmware import SANITIZED, Firmware, request_of, run
+from vegrip.c99 import host
 from vegrip.export import Exported, measure, texts, write_export
 
 
@@ -22,6 +23,26 @@ def firmware(once: Once[Firmware]) -> Callable[..., Firmware]:
 
 def _written(entry: str, precision: str, folder: Path) -> tuple[Path, Exported]:
     return folder, write_export(request_of(entry, precision), folder)
+
+
+@pytest.fixture
+def sanitized(firmware: Callable[..., Firmware], once: Once[Path], tmp_path: Path) -> Callable[..., None]:
+    """Build sources with the library of an export under sanitizers, and run that; it must end well."""
+
+    def ends_well(entry: str, *others: str | Path) -> None:
+        folder = firmware(entry)[0]
+
+        def built(what: str, output: Path, *given: str | Path) -> Path:
+            command = (str(host.compiler()), *host.EXACT, *SANITIZED, "-I.", *given, "-o", output, "-lm")
+            done = run(*command, where=folder)
+            assert done.returncode == 0, (what, done.stderr)
+            return output
+
+        library = once(f"sanitized-{entry}", lambda there: built(entry, there / "o", "-c", f"lh_{entry}.c"))
+        done = run(built("program", tmp_path / "t", library, *others), where=folder)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+    return ends_well
 
 
 @pytest.fixture(scope="session")

@@ -30,8 +30,8 @@ def test_the_hand_is_judged_as_in_double_and_forces_agree_within_two_millinewton
 
 
 def test_hostile_states_are_judged_as_in_double() -> None:
-    found = parted(hostile(record(None, 2.0, "hand"), 3))
-    assert found.commands > 1000
+    found = parted(hostile(record(None, 1.0, "hand"), 3))
+    assert found.commands > 400
     assert found.judged_otherwise == 0
     assert found.largest < 2.0 * RAMP_STEP
 

@@ -12,10 +12,9 @@ from vegrip.estimator.layout import layout_of
 from vegrip.estimator.memory import CHANNELS, FingerMemory
 from vegrip.grip.compiled import channels_of, finger_module
 from vegrip.grip.finger import FRESH, UNHEARD
-from vegrip.grip.layout import FingerLayout
+from vegrip.grip.layout import FingerLayout, write_choice, write_rules
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.margin_grip import GripSettings
-from vegrip.grip.rules import write_choice, write_rules
 from vegrip.grip.safety import FailSafeSettings, LimitSettings, WatchdogSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Condition, FingertipState, Reason

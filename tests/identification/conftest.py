@@ -5,6 +5,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
+from tests.conftest import Once
+from tests.identification.bench import bench_recording
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.types import Floats
 
@@ -100,3 +102,13 @@ def pressed(
 def tip() -> Callable[..., Recording]:
     """Give a recording of the fingertip of a few lines."""
     return pressed
+
+
+@pytest.fixture(scope="session")
+def bench(once: Once[Recording]) -> Callable[..., Recording]:
+    """Give the recording of the bench with a hidden effect (by name, amount, seed), or with none."""
+
+    def made(name: str = "", amount: float = 1.0, seed: int = 0) -> Recording:
+        return once(f"bench-{name}-{amount}-{seed}", lambda _: bench_recording(name, amount, seed))
+
+    return made

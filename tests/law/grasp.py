@@ -185,6 +185,10 @@ class Hand:
         return ", ".join(found), self.controller.friction.why_not_probing
 
 
+FELT, IN_PLANT = [0, 1, 2, 4], [FORCE, FORCE_X, FORCE_Y, DEPTH]
+"""Columns of what is measured, and of the plant."""
+
+
 class Channel:
     """What the slip channels of all fingers say, sound and with the fault of a case."""
 
@@ -247,7 +251,8 @@ class Trial:
         self.case, self.told = case, Outcome()
         self.plant, self.hand = Plant(case.make), Hand(case, objects=objects)
         self._loads, self._frictions = load_course(case), friction_course(case)
-        self._sizes = np.hypot(self._loads[:, 0], self._loads[:, 1])
+        sizes = np.hypot(self._loads[:, 0], self._loads[:, 1])
+        self._least = self.plant.least_squeeze(sizes, self._frictions)
         n, rng = case.make.fingers, np.random.default_rng([case.seed, 13])
         scales = [NOISE["force"], NOISE["tangential"], NOISE["tangential"], NOISE["torque"], NOISE["depth"]]
         count = round(case.duration * case.rate)
@@ -258,7 +263,7 @@ class Trial:
         self._values = np.full((n, 9), math.nan)
         self._commands, self._acting = np.zeros(n), np.zeros(n)
         self._waiting: deque[tuple[float, Array]] = deque()
-        self._sums = np.zeros(4)  # squeeze and least squeeze, since the lift and since the fault
+        self._sums = [0.0] * 4  # squeeze and least squeeze, since the lift and since the fault
 
     def step(self, k: int) -> None:
         """Go on by one sample."""
@@ -272,7 +277,7 @@ class Trial:
         self.told.contradicted = self._channel.contradicted
         self.hand.take(self._values, k + 1, round(t * NS), self._commands)
         self._waiting.append((t + LATENCY_S, self._commands.copy()))
-        self._note(t, plant.least_squeeze(float(self._sizes[k + 1]), frictions[1]))
+        self._note(t, float(self._least[k + 1]))
         if k % round(LOOK_S * case.rate) == 0 and t > CLOSE_S:
             self._listen(t)
 
@@ -287,11 +292,10 @@ class Trial:
 
     def _sense(self, t: float, rows: Array, noise: Array) -> None:
         case, values = self.case, self._values
-        values[:, 0] = rows[:, FORCE] + noise[:, 0]
-        values[:, 1] = rows[:, FORCE_X] + noise[:, 1]
-        values[:, 2] = rows[:, FORCE_Y] + noise[:, 2]
-        values[:, 3] = noise[:, 3]
-        values[:, 4] = (rows[:, DEPTH] if t > TOUCH_S else 1e-3 * (t - TOUCH_S)) + noise[:, 4]
+        values[:, :5] = noise[:, :5]
+        values[:, FELT] += rows[:, IN_PLANT]
+        if t <= TOUCH_S:
+            values[:, 4] = 1e-3 * (t - TOUCH_S) + noise[:, 4]
         since = t - (case.start if case.gain_start < 0.0 else case.gain_start)
         if case.gain != 1.0 and since >= 0.0:
             values[:, 1:3] *= case.gain ** min(since / 50.0, 1.0) if case.gain_drifts else case.gain
@@ -301,21 +305,23 @@ class Trial:
         values[:, 6:8] = self._said
 
     def _note(self, t: float, least: float) -> None:
-        told, squeeze = self.told, float(self.plant.rows[0, FORCE])
-        slid = self.plant.slid
-        told.slid, told.finger = max(told.slid, float(slid.min())), max(told.finger, float(slid.max()))
+        told, squeeze, sums = self.told, float(self.plant.rows[0, FORCE]), self._sums
+        slid = self.plant.slid.tolist()
+        told.slid, told.finger = max(told.slid, min(slid)), max(told.finger, *slid)
         if told.slid > SLID_M:
             told.slid_at = min(told.slid_at, t)
         if told.slid > DROPPED_M:
             told.dropped = min(told.dropped, t)
         if t > LIFT_S:
-            self._sums[:2] += squeeze, least
+            sums[0] += squeeze
+            sums[1] += least
             told.peak = max(told.peak, squeeze)
         if t > max(LIFT_S, self.case.start + 5.0):
-            self._sums[2:] += squeeze, least
-        told.over_least = float(self._sums[0] / self._sums[1]) if self._sums[1] else math.nan
-        told.after_fault = float(self._sums[2] / self._sums[3]) if self._sums[3] else math.nan
-        self.row = (t, squeeze, least, float(slid.min()), float(slid.max()))
+            sums[2] += squeeze
+            sums[3] += least
+        told.over_least = sums[0] / sums[1] if sums[1] else math.nan
+        told.after_fault = sums[2] / sums[3] if sums[3] else math.nan
+        self.row = (t, squeeze, least, min(slid), max(slid))
 
     def _listen(self, t: float) -> None:
         told = self.told

@@ -146,6 +146,8 @@ class Plant:
         """How far each finger has slid [m], by where its bristle ended up."""
         return np.hypot(self.rows[:, SLID_X], self.rows[:, SLID_Y])
 
-    def least_squeeze(self, load: float, friction: Array) -> float:
-        """Return the least squeeze [N] that holds a ``load`` [N] where all others press alike."""
-        return load / float(friction[0] * self.mu[0] + (friction[1:] * self.mu[1:]).mean())
+    def least_squeeze(self, load: Array, friction: Array) -> Array:
+        """Return the least squeeze [N] that holds each ``load`` [N] where all others press alike."""
+        mu = friction * self.mu  # (loads, fingers)
+        least: Array = load / (mu[..., 0] + mu[..., 1:].mean(axis=-1))
+        return least

@@ -38,7 +38,7 @@ def least_slide(make: Make, felt: float) -> float:
     So late [s] as it is ``felt``, and no sooner, all fingers are commanded 15 N.
     """
     plant, began, load = Plant(make), math.inf, np.zeros((2, 2))
-    held = 1.05 * plant.least_squeeze(make.load, np.ones(make.fingers))
+    held = 1.05 * float(plant.least_squeeze(np.array(make.load), np.ones(make.fingers)))
     for k in range(400):
         t = (k + 1) / 200.0
         rises = min(t / 0.5, 1.0) + 0.5 * min(max((t - 1.0) / 0.05, 0.0), 1.0)

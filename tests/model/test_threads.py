@@ -28,7 +28,7 @@ def test_the_text_of_a_model_is_the_same_from_any_number_of_threads():
 def test_a_whole_recording_runs_beside_other_threads():
     """While C is in it, Python goes on elsewhere: a counter moves although the call is one."""
     model = paper_model(8e-3)
-    t = np.linspace(0.0, 1.0, 3_000_000)
+    t = np.linspace(0.0, 1.0, 1_000_000)
     predict = Predictor(model, {"t": t, "displacement": 1e-3 * t})
     batch, seen = predict._batch, []
     entry = batch._entries["channels"]

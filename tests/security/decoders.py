@@ -13,6 +13,7 @@ import atheris
 with atheris.instrument_imports(include=["vegrip", "canopen", "msgpack"]):
     import canopen
 
+    from validation.faults.simulated_bus import SimulatedBus
     from vegrip.canopen.device import Device
     from vegrip.canopen.network import LoopNetwork
     from vegrip.canopen.sensors import SdoReader
@@ -29,7 +30,6 @@ with atheris.instrument_imports(include=["vegrip", "canopen", "msgpack"]):
         SlipMargin,
     )
     from vegrip.transport.canbus import carry
-    from vegrip.transport.canbus.bus_model import BusModel
     from vegrip.transport.canbus.frame_time import BitTiming
     from vegrip.transport.canbus.hub_wire import unpack_delivery
     from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
@@ -73,7 +73,7 @@ def payload(data: bytes) -> None:
 def hub(data: bytes) -> None:
     """Packets of the virtual bus."""
     unpack_delivery(data)
-    model = BusModel(BitTiming(), carry)
+    model = SimulatedBus(BitTiming(), carry)
     model.attach(1)
     packet = data[: len(model.record.packet)]
     model.record.packet[: len(packet)] = packet

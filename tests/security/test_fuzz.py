@@ -1,6 +1,7 @@
 """Bytes from outside never raise: the parsers that the tests of the codec do not reach."""
 
 from collections import Counter
+from types import SimpleNamespace
 
 import msgpack
 import pytest
@@ -19,9 +20,8 @@ FINGERS = ("thumb", "index")
 def test_any_frame_on_a_canopen_bus_is_refused_by_name_or_left_to_the_services(identifier, data):
     left = []
     codec = CanCodec(FINGERS, fd=False)
-    pdos = CanopenCodec(
-        codec, identifiers(finger_nodes(32, 0, 2), 16, 0), left.append, lambda _: True, lambda _: True
-    )
+    end = SimpleNamespace(service=left.append, hears=lambda _: True)
+    pdos = CanopenCodec(codec, identifiers(finger_nodes(32, 0, 2), 16, 0), end)
     assert pdos.decode(Frame(identifier, data)) is None
     assert len(left) + codec.rejected.total() == 1
 

@@ -7,9 +7,9 @@ from dataclasses import asdict
 import pytest
 
 from validation.bus_bytes import delivery_of
+from validation.faults.simulated_bus import Transmission
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.canbus import virtual_can
-from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame
 from vegrip.transport.codec import CanCodec, Frame
 

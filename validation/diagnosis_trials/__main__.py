@@ -13,12 +13,13 @@ from rich.table import Table
 
 from validation.diagnosis_trials import Case, Outcome, draw_cases, run_case, tally_outcomes
 from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, UNMODELLED_AMOUNTS
-from validation.diagnosis_trials.cases import CASE_KINDS
+from validation.diagnosis_trials.cases import STYLES
 from vegrip.cli import run
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
 from vegrip.cli._terminal import print_json, printer, progress
 from vegrip.errors import RecordingError, UsageError, suggestion
+from vegrip.identification.blind import KINDS
 
 KEPT = "trials that are done stay in the file of -o, and the same command goes on with the others"
 TRIALS = Annotated[int, typer.Option("--trials", "-n", min=1, help="How many recordings.")]
@@ -31,6 +32,7 @@ EFFECT = Annotated[
     list[str] | None, typer.Option("--effect", help="Only with this effect hidden; may be repeated.")
 ]
 PLACES = Annotated[int, typer.Option("--places", min=1, help="That each recording presses, in turn.")]
+STYLE = Annotated[str, typer.Option("--style", help="Of the motion: laboratory, short or use.")]
 JOBS = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Recordings at a time.")]
 OUT = Annotated[
     Path | None,
@@ -44,6 +46,7 @@ def trial(
     kind: KIND = None,
     effect: EFFECT = None,
     places: PLACES = 1,
+    style: STYLE = "laboratory",
     jobs: JOBS = 1,
     output: OUT = None,
     force: FORCE = False,
@@ -59,9 +62,11 @@ def trial(
     Two hundred of all kinds, -n 200 --jobs 2, take about an hour.
     """
     for name in kind or ():
-        if name not in CASE_KINDS:
-            raise UsageError(f"there is no kind {name!r}; {suggestion(name, CASE_KINDS)}")
-    wanted = list(draw_cases(trials, seed, kind or CASE_KINDS, _known(effect or []), places))
+        if name not in KINDS:
+            raise UsageError(f"there is no kind {name!r}; {suggestion(name, KINDS)}")
+    if style not in STYLES:
+        raise UsageError(f"there is no style {style!r}; {suggestion(style, STYLES)}")
+    wanted = list(draw_cases(trials, seed, kind or KINDS, _known(effect or []), places, style))
     with Outputs(force=force) as outputs:
         outputs.log(output)
         done = _read(output) if output is not None else {}

@@ -13,13 +13,13 @@ import numpy as np
 
 from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, UNMODELLED_AMOUNTS, WEAK, Setting
 from validation.diagnosis_trials.unmodelled import EVERY
+from vegrip.identification.blind import KINDS
 from vegrip.identification.recording import Fingertip, Recording
-from vegrip.virtual.bench.protocol import Episode, Segment, standard_protocol
+from vegrip.virtual.bench.protocol import AIR_SEGMENT, Episode, Segment, hold, slip, standard_protocol
 from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.hidden import Clocked
 from vegrip.virtual.settings import FingertipSettings, SensorSettings, random_fingertip
 
-CASE_KINDS = ("none", "one", "pair", "outside")
 MIX = (("none", 6), ("one", 8), ("pair", 3), ("outside", 3))
 """How many of twenty trials are of each kind."""
 
@@ -39,6 +39,7 @@ class Case:
     size: str
     seed: int
     places: int = 1  # that are pressed, in turn
+    style: str = "laboratory"  # of the motion
 
     @property
     def kind(self) -> str:
@@ -51,15 +52,17 @@ class Case:
     def key(self) -> str:
         """What names it in a file of results."""
         places = f" {self.places} places" if self.places > 1 else ""
-        return f"{'+'.join(self.hidden) or 'nothing'} {self.size} {self.seed}{places}"
+        style = f" {self.style}" if self.style != "laboratory" else ""
+        return f"{'+'.join(self.hidden) or 'nothing'} {self.size} {self.seed}{places}{style}"
 
 
 def draw_cases(
     count: int,
     seed: int = 0,
-    kinds: Sequence[str] = CASE_KINDS,
+    kinds: Sequence[str] = KINDS,
     only: Sequence[str] = (),
     places: int = 1,
+    style: str = "laboratory",
 ) -> Iterator[Case]:
     """Yield ``count`` cases of all ``kinds``, every effect in turn; ``only``: with one of these effects.
 
@@ -75,7 +78,7 @@ def draw_cases(
         done[kind] += 1
         hidden = choice[n % len(choice)]
         size = "weak" if kind == "one" and (n // len(choice) + n) % 2 else "strong"
-        yield Case(hidden, size, 100_000 * seed + i, places)
+        yield Case(hidden, size, 100_000 * seed + i, places, style)
 
 
 def _names(kind: str, only: Sequence[str], places: int) -> list[tuple[str, ...]]:
@@ -101,7 +104,7 @@ def make_recording(
     tip = fingertip(rng)
     sensors = _sensors(case, rng)
     part = float(rng.uniform(0.6, 1.0))
-    episodes = protocol(tip, part, rng) * times
+    episodes = STYLES[case.style](tip, part, rng) * times
     warm = _temperatures(case, len(episodes), rng)
     setting = Setting(tip, sensors, 0.2 * part * tip.radius, STRENGTHS[case.size], rng)
     every = {name: {**CATALOGUE_AMOUNTS, **UNMODELLED_AMOUNTS}[name](setting) for name in case.hidden}
@@ -157,15 +160,66 @@ def _elsewhere(tip: FingertipSettings, seed: int, place: int) -> FingertipSettin
     )
 
 
-def protocol(tip: FingertipSettings, size: float, rng: np.random.Generator) -> tuple[Episode, ...]:
-    """Return the standard protocol in any order, some episodes twice, with clear air around each."""
-    away = Segment(CLEAR_S, depth=-0.1 * 0.2 * size * tip.radius)
+def laboratory(tip: FingertipSettings, size: float, rng: np.random.Generator) -> tuple[Episode, ...]:
+    """Return the standard protocol in any order, some episodes twice."""
     episodes = list(standard_protocol(tip, size=size))
     if rng.random() < 0.5:
         order = rng.permutation(len(episodes))
         episodes = [episodes[i] for i in order]
     again = rng.choice(len(episodes), size=int(rng.integers(0, 3)), replace=False)
     episodes += [episodes[i] for i in again]
+    return _in_clear_air(episodes, 0.2 * size * tip.radius)
+
+
+def short(tip: FingertipSettings, size: float, rng: np.random.Generator) -> tuple[Episode, ...]:
+    """Return five presses and five slips, half a minute in all."""
+    depth = 0.2 * size * tip.radius
+    presses = [hold(part * depth, 1.5, float(rng.uniform(0.05, 0.5))) for part in rng.uniform(0.3, 1.0, 5)]
+    slips = [
+        slip(
+            _force(tip, float(rng.uniform(0.3, 0.8)) * depth),
+            float(rng.uniform(0.1, 1.0)),
+            pull=0.4 * depth * float(rng.uniform(0.5, 3.0)),
+            spin=0.6 * float(rng.random() < 0.3),
+        )
+        for _ in range(5)
+    ]
+    return _in_clear_air([*presses, *slips], depth)
+
+
+def use(tip: FingertipSettings, size: float, rng: np.random.Generator) -> tuple[Episode, ...]:
+    """Return a dozen grasps: closing at any speed, grips that change, loads that sometimes slip."""
+    depth = 0.2 * size * tip.radius
+
+    def grip() -> Segment:
+        part, seconds = float(rng.uniform(0.3, 1.0)), float(rng.uniform(0.05, 0.8))
+        if rng.random() < 0.4:
+            return Segment(seconds, force=_force(tip, 0.7 * part * depth))
+        return Segment(seconds, depth=part * depth)
+
+    def grasp() -> Episode:
+        first, speed = float(rng.uniform(0.3, 1.0)), float(np.exp(rng.uniform(np.log(0.5), np.log(20.0))))
+        held = [one for _ in range(4) for one in (grip(), Segment(float(rng.uniform(0.05, 0.8))))]
+        slides = rng.random() < 0.5
+        pull = Segment(
+            0.8, pull_x=0.4 * depth * float(rng.uniform(0.5, 3.0)), spin=0.6 * float(rng.random() < 0.25)
+        )
+        load = [pull, Segment(0.2)] if slides else []
+        release = Segment(float(rng.uniform(0.05, 0.5)), depth=0.0)
+        return (AIR_SEGMENT, Segment(first / speed, depth=first * depth), *held, *load, release, AIR_SEGMENT)
+
+    return _in_clear_air([grasp() for _ in range(12)], depth)
+
+
+STYLES = {"laboratory": laboratory, "short": short, "use": use}
+
+
+def _force(tip: FingertipSettings, depth: float) -> float:
+    return float(tip.reference_force * (depth / tip.reference_indentation) ** tip.exponent)
+
+
+def _in_clear_air(episodes: Sequence[Episode], depth: float) -> tuple[Episode, ...]:
+    away = Segment(CLEAR_S, depth=-0.1 * depth)
     return tuple((away, *episode, away) for episode in episodes)
 
 

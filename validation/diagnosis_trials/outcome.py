@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from validation.diagnosis_trials.blind import truth_of
 from validation.diagnosis_trials.cases import Case, make_recording
-from validation.diagnosis_trials.unmodelled import UNMODELLED
 from validation.diagnosis_trials.visible import VISIBLE_NATS, remaining_evidence
+from vegrip.identification.blind import Answer
 from vegrip.identification.diagnosis.diagnosis import diagnose
 
 NEAR_FLOOR = 1.05  # times the noise
@@ -58,26 +59,10 @@ class Outcome:
         """right, set (one that holds it), missed, partly, wrong, unexplained, other variable."""
         if self.case.kind == "none" and self.case.places > 1:  # none is missing, and no one law explains it
             return "right" if self.verdict in ("adequate", "unexplained") else "wrong"
-        if self.case.kind == "none":
-            return "right" if self.verdict == "adequate" else "wrong"
-        if self.verdict == "adequate":
-            return "missed"
-        if self.case.kind == "outside":
-            return self._of_unexplained() if self.verdict == "unexplained" else "wrong"
-        return "unexplained" if self.verdict == "unexplained" else self._of_names()
-
-    def _of_unexplained(self) -> str:
-        kinds = [UNMODELLED[name] for name in self.case.hidden]
-        return "right" if any(self.variable in kind.shows for kind in kinds) else "other variable"
-
-    def _of_names(self) -> str:
-        hidden, named = set(self.case.hidden), set(self.named)
-        if self.verdict == "named" and self.visible <= named <= hidden:
-            return "right"
-        held = [one in named or any(one in group for group in self.sets) for one in self.visible]
-        if self.verdict == "ambiguous" and all(held) and len(self.visible) <= len(named) <= len(hidden):
-            return "set"
-        return "partly" if named < hidden else "wrong"
+        unsure = {name for group in self.sets for name in group}
+        sure = tuple(name for name in self.named if name not in unsure)
+        truth = truth_of(self.case, self.visible)
+        return Answer(self.verdict, sure, self.sets, self.variable).grade(truth)
 
     @property
     def right(self) -> bool:

@@ -1,6 +1,7 @@
-"""What other procedures say of the recordings of the trials, beside the diagnosis.
+"""What other procedures answer to blind recordings, beside the diagnosis.
 
-``python -m validation.diagnosis_trials.procedures -n 20 --seed 31``. All begin with the paper's model fitted
+``python -m validation.diagnosis_trials.procedures blind -o answers`` writes a file of answers of each, which
+``vegrip trial --score`` compares with the truth. All begin with the paper's model fitted
 to every row; those that name effects have the same catalogue, the same screen and the same refits.
 
 * **BIC**: forward selection; the effect with the least ``2 cost + p ln n`` is added while that falls.
@@ -9,15 +10,16 @@ to every row; those that name effects have the same catalogue, the same screen a
 * **SINDy**: a sparse sum of products of the inputs, fitted to what is left; it names no effect. Something is
   seen where it takes a twentieth of the squares that are left of held-out episodes.
 * **GP**: the same with a Gaussian process.
+* **nothing** and **everything**: what it is worth to name no effect, or all of them.
 """
 
 import json
 import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import asdict, replace
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -26,14 +28,14 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from numpy.typing import NDArray
-from rich.table import Table
 from scipy.stats import f as f_distribution
 
-from validation.diagnosis_trials.cases import Case, draw_cases, fingertip, make_recording
+from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS
 from validation.outside.baselines import BASELINES, inputs
 from vegrip.cli import run
-from vegrip.cli._options import JSON
-from vegrip.cli._terminal import print_json, printer, progress
+from vegrip.cli._terminal import json_text, progress
+from vegrip.errors import UsageError, suggestion
+from vegrip.identification.blind import Answer
 from vegrip.identification.diagnosis import diagnose
 from vegrip.identification.diagnosis.candidate_fit import (
     CandidateFit,
@@ -48,30 +50,30 @@ from vegrip.identification.diagnosis.score_tests import candidates, screen_candi
 from vegrip.identification.diagnosis.search import shortlist
 from vegrip.identification.fit import Fit, fit
 from vegrip.identification.fit.problem import AT
+from vegrip.identification.recording import read_recording
+from vegrip.jsonable import jsonable
 from vegrip.types import Floats
+from vegrip.whole_file import write_whole
 
-KEPT = "what is done stays in the file of -o, and the same command goes on with the others"
+KEPT = "what is done stays in the files of -o, and the same command goes on with the others"
 MOST = 4  # effects that are added
 F_SIZE = 0.01  # of the F-test
 SEEN_SHARE = 0.05  # of the squares of held-out episodes
 
 
-@dataclass(frozen=True)
-class Said:
-    """What a procedure says of a recording."""
-
-    sees: bool  # anything
-    names: tuple[str, ...]
-    exponent: float  # of the elastic law of the model that it ends with
-    seconds: float = 0.0
-
-
-def of_diagnosis(_case: Case, start: Fit) -> Said:
+def of_diagnosis(start: Fit) -> Answer:
     found = diagnose(start.problem.measured.recording, threads=1)
-    return Said(found.verdict != "adequate", tuple(found.named), found.model.values["p"].value)
+    left = found.unexplained
+    sets = tuple(tuple(one) for one in found.indistinguishable) if found.verdict == "ambiguous" else ()
+    exponent = found.model.values["p"].value
+    return Answer(found.verdict, tuple(found.named), sets, left.variable if left else "", exponent)
 
 
-def of_bic(_case: Case, start: Fit) -> Said:
+def _named(names: tuple[str, ...], exponent: float) -> Answer:
+    return Answer("named" if names else "adequate", names, exponent=exponent)
+
+
+def of_bic(start: Fit) -> Answer:
     groups = held_out_groups(start.problem)
     last = evaluate_candidate(start.problem, start.optimum, groups)
     names: list[str] = []
@@ -86,7 +88,7 @@ def of_bic(_case: Case, start: Fit) -> Said:
             break
         last = best[1]
         names.append(best[2])
-    return Said(bool(names), tuple(names), last.value("p"))
+    return _named(tuple(names), last.value("p"))
 
 
 def _hints(base: CandidateFit, names: list[str]) -> list[Any]:
@@ -101,11 +103,11 @@ def _bic(one: CandidateFit) -> float:
     return squares + one.optimum.u.size * math.log(rows)
 
 
-def of_lisdd(_case: Case, start: Fit) -> Said:
+def of_lisdd(start: Fit) -> Answer:
     base = evaluate_candidate(start.problem, start.optimum, held_out_groups(start.problem))
     clean = find_clean(base)
     if clean is None:
-        return Said(True, (), base.value("p"))
+        return Answer("unexplained", exponent=base.value("p"))
     k = base.problem.unknowns
     told = [clean.parameters[name] for name in k.names]
     held = _held_at(base, np.array([math.log(x) if log else x for x, log in zip(told, k.log, strict=True)]))
@@ -127,11 +129,11 @@ def of_lisdd(_case: Case, start: Fit) -> Said:
         if after < before and (best is None or after < best[0]):
             best = after, s, hint.candidate.name
     if best is None:
-        return Said(False, (), clean.parameters["p"])
+        return _named((), clean.parameters["p"])
     before, after = squares(best[1], testing)
     ratio = (before - after) / (after / (testing.size - 1))
     is_certain = float(f_distribution.sf(ratio, 1, testing.size - 1)) < F_SIZE
-    return Said(is_certain, (best[2],) * is_certain, clean.parameters["p"])
+    return _named((best[2],) * is_certain, clean.parameters["p"])
 
 
 def _held_at(base: CandidateFit, u: Floats) -> CandidateFit:
@@ -139,7 +141,7 @@ def _held_at(base: CandidateFit, u: Floats) -> CandidateFit:
     return replace(base, optimum=optimum)
 
 
-def of_regression(name: str, _case: Case, start: Fit) -> Said:
+def of_regression(name: str, start: Fit) -> Answer:
     problem, table = start.problem, start.problem.table(start.optimum.u)
     touching = (table[:, AT["elastic_force"]] > 0.0) & problem.used & np.isfinite(problem.measured.force)
     left = (problem.measured.force - table[:, AT["normal_force"]])[touching]
@@ -150,95 +152,61 @@ def of_regression(name: str, _case: Case, start: Fit) -> Said:
         more = BASELINES[name](known[~out], left[~out], episodes[~out].astype(np.float64))
         after += float(np.sum((left[out] - more(known[out])) ** 2))
     is_seen = after < (1.0 - SEEN_SHARE) * float(left @ left)
-    return Said(is_seen, (), start.model.values["p"].value)
+    return Answer("unexplained" if is_seen else "adequate", exponent=start.model.values["p"].value)
 
 
-PROCEDURES: dict[str, Callable[[Case, Fit], Said]] = {
+PROCEDURES: dict[str, Callable[[Fit], Answer]] = {
     "vegrip": of_diagnosis,
     "BIC": of_bic,
     "LISDD": of_lisdd,
     "SINDy": partial(of_regression, "sparse"),
     "GP": partial(of_regression, "gp"),
+    "nothing": lambda _: Answer("adequate"),
+    "everything": lambda _: Answer("named", tuple(sorted(CATALOGUE_AMOUNTS))),
 }
-NAMELESS = ("SINDy", "GP")  # procedures
 
 
-def judge(case: Case) -> dict[str, dict[str, Any]]:
-    """Return by procedure what it said of a case, and whether that is right."""
-    recording, true = make_recording(case), fingertip(np.random.default_rng([case.seed, 7])).exponent
-    start = fit(recording)
+def answers(folder: Path, names: Sequence[str] = tuple(PROCEDURES)) -> dict[str, dict[str, Any]]:
+    """Return by procedure what it says of a recording."""
+    start = fit(read_recording(folder, announce=False))
     out: dict[str, dict[str, Any]] = {}
-    for name, procedure in PROCEDURES.items():
+    for name in names:
         began = time.process_time()
-        said = procedure(case, start)
-        hidden = case.hidden if case.kind in ("one", "pair") else ()
-        is_right = said.sees == bool(case.hidden)
-        if name not in NAMELESS:
-            is_right = is_right and set(said.names) == set(hidden)
-        out[name] = {
-            "hidden": list(case.hidden), "kind": case.kind, "names": list(said.names), "sees": said.sees,
-            "right": is_right, "false": sorted(set(said.names) - set(hidden)),
-            "bias": abs(said.exponent - true), "seconds": time.process_time() - began,
-        }  # fmt: skip
+        said = asdict(PROCEDURES[name](start)) | {"seconds": time.process_time() - began}
+        out[name] = {key: value for key, value in jsonable(said).items() if value is not None}
     return out
 
 
-def tally(done: list[dict[str, dict[str, Any]]]) -> dict[str, dict[str, Any]]:
-    """Return by procedure how often it was right, and how wrong it was."""
-    told = {}
-    for name in PROCEDURES:
-        some = [one[name] for one in done]
-        kinds = {
-            kind: [one for one in some if one["kind"] == kind] for kind in ("none", "one", "pair", "outside")
-        }
-        told[name] = {
-            **{kind: f"{sum(one['right'] for one in each)} of {len(each)}" for kind, each in kinds.items()},
-            "false": sum(bool(one["false"]) for one in some),
-            "bias": float(np.mean([one["bias"] for one in some])),
-            "seconds": float(np.mean([one["seconds"] for one in some])),
-        }
-    return told
-
-
 def procedures(
-    trials: Annotated[int, typer.Option("--trials", "-n", min=1, help="How many recordings.")] = 20,
-    seed: Annotated[int, typer.Option(min=0, help="Of fingertips, noise, protocols.")] = 31,
-    jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, help="Recordings at a time.")] = 1,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="File of results, one per line.")
+    blind: Annotated[Path, typer.Argument(help="Folder of blind recordings, of vegrip trial.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder of answers, one file for each.")],
+    only: Annotated[
+        list[str] | None, typer.Option("--only", help="This one; may be repeated. All when not given.")
     ] = None,
-    as_json: JSON = False,
+    jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, help="Recordings at a time.")] = 1,
 ) -> None:
-    """Let other procedures judge the recordings of the trials beside the diagnosis.
+    """Let other procedures judge blind recordings beside the diagnosis.
 
-    Example: python -m validation.diagnosis_trials.procedures -n 2
+    Example: python -m validation.diagnosis_trials.procedures blind -o answers
 
-    Twenty take half an hour.
+    Sixty take half an hour.
     """
-    lines = output.read_text(encoding="utf-8").splitlines() if output is not None and output.exists() else []
-    known = {one.pop("case"): one for one in map(json.loads, lines)}
-    cases = list(draw_cases(trials, seed))
-    left = [case for case in cases if case.key not in known]
+    names = only or list(PROCEDURES)
+    for name in names:
+        if name not in PROCEDURES:
+            raise UsageError(f"there is no procedure {name!r}; {suggestion(name, PROCEDURES)}")
+    output.mkdir(parents=True, exist_ok=True)
+    files = {name: output / f"{name}.json" for name in names}
+    said = {n: json.loads(path.read_text("utf-8")) if path.exists() else {} for n, path in files.items()}
+    folders = sorted(path.parent for path in blind.glob("*/recording.toml"))
+    left = [path for path in folders if any(path.name not in told for told in said.values())]
     with progress("procedures") as report, ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-        for case, one in zip(left, pool.map(judge, left), strict=True):
-            known[case.key] = one
-            right = [name for name, said in one.items() if said["right"]]
-            report(f"{len(known)} of {trials}; {case.key}: right are {', '.join(right) or 'none'}")
-            if output is not None:
-                with output.open("a", encoding="utf-8") as stream:
-                    stream.write(json.dumps({"case": case.key, **one}) + "\n")
-    done = [known[case.key] for case in cases]
-    told = tally(done)
-    if as_json:
-        print_json(told)
-        return
-    table = Table(box=None, padding=(0, 2))
-    for heading in ("procedure", "none", "one", "pair", "outside", "false names", "bias of p", "seconds"):
-        table.add_column(heading)
-    for name, row in told.items():
-        figures = (f"{row['false']}", f"{row['bias']:.3f}", f"{row['seconds']:.1f}")
-        table.add_row(name, *(row[kind] for kind in ("none", "one", "pair", "outside")), *figures)
-    printer().print(table)
+        for path, one in zip(left, pool.map(partial(answers, names=names), left), strict=True):
+            for name, told in one.items():
+                said[name][path.name] = told
+                write_whole(files[name], json_text(said[name]) + "\n")
+            verdicts = [f"{name} {told['verdict']}" for name, told in one.items()]
+            report(f"{path.name}: {', '.join(verdicts)}")
 
 
 if __name__ == "__main__":

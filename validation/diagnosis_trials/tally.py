@@ -4,8 +4,8 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from validation.diagnosis_trials.cases import CASE_KINDS
 from validation.diagnosis_trials.outcome import Outcome
+from vegrip.identification.blind import KINDS
 
 
 def tally_outcomes(outcomes: Sequence[Outcome]) -> dict[str, Any]:
@@ -14,7 +14,7 @@ def tally_outcomes(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     Recordings that cannot show what is hidden in them count by themselves, whatever was said of them.
     """
     shown = [one for one in outcomes if not one.out_of_sight]
-    kinds = {kind: [one for one in shown if one.case.kind == kind] for kind in CASE_KINDS}
+    kinds = {kind: [one for one in shown if one.case.kind == kind] for kind in KINDS}
     explained = [one for one in kinds["one"] + kinds["pair"] if one.answer != "missed"]
     return {
         "trials": len(outcomes),

@@ -1,7 +1,7 @@
 """A CAN bus on a simulated clock, in one process: every bit takes its time, and nothing waits.
 
-The bus is the :class:`~vegrip.transport.canbus.bus_model.BusModel` that also serves the wall clock. Messages
-go through the codec, frames through arbitration; what a node receives has the stamp of the end of its frame.
+The bus is :mod:`validation.faults.simulated_bus`. Messages go through the codec, frames through arbitration;
+what a node receives has the stamp of the end of its frame.
 """
 
 import heapq
@@ -9,11 +9,12 @@ import itertools
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
+from validation.faults import simulated_bus
+from validation.faults.simulated_bus import SimulatedBus
 from vegrip.clock import NS, Clock
 from vegrip.messages import Message
 from vegrip.transport.can_endpoint import InOrder
 from vegrip.transport.canbus import bus_events
-from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.frame_codec import Line
@@ -31,7 +32,7 @@ class SimulatedCan:
 
     def __init__(self, clock: Clock, timing: BitTiming | None = None) -> None:
         self.clock = clock
-        self.model = BusModel(timing or BitTiming())
+        self.model = SimulatedBus(timing or BitTiming())
         self.errors: Counter[str] = Counter()  # error frames, by kind
         self._load = bus_events.BusLoad()
         self._endpoints: dict[int, SimulatedEndpoint] = {}
@@ -97,20 +98,20 @@ class SimulatedCan:
         for event in self.model.advance(now):
             self._tell(event)
 
-    def _tell(self, event: bus_events.Event) -> None:
-        if isinstance(event, bus_events.StateChange):
+    def _tell(self, event: simulated_bus.Event) -> None:
+        if isinstance(event, simulated_bus.StateChange):
             if event.node in self._endpoints:
                 self._endpoints[event.node].learn(event)
             return
         self._load.carried(event.end, self.model.busy)
-        if isinstance(event, bus_events.BusError):
+        if isinstance(event, simulated_bus.BusError):
             self.errors[event.kind.value] += 1
             for endpoint in self._endpoints.values():
                 endpoint.faults["error_frame"] += 1
         elif not event.is_lost:
             self._deliver(event)
 
-    def _deliver(self, sent: bus_events.Transmission) -> None:
+    def _deliver(self, sent: simulated_bus.Transmission) -> None:
         frame = Frame(sent.frame.identifier, sent.frame.data, sent.frame.fd, sent.end)
         for node, endpoint in self._endpoints.items():
             if node not in (sent.node, sent.missed_by):
@@ -190,7 +191,7 @@ class SimulatedEndpoint(Endpoint):
         self.heard += 1
         self._inbox.append(frame)
 
-    def learn(self, change: bus_events.StateChange) -> None:
+    def learn(self, change: simulated_bus.StateChange) -> None:
         """Count a change of the error state."""
         name = {bus_events.ErrorState.OFF: "bus_off", bus_events.ErrorState.PASSIVE: "error_passive"}
         self.faults[name.get(change.state, "bus_restarted")] += 1

@@ -14,6 +14,7 @@ import can
 import can.interfaces
 
 from validation.bus_bytes import delivery_of, split_requests
+from validation.faults.simulated_bus import Transmission
 from validation.golden import world
 from validation.golden.events import FOREIGN, STATE, Event
 from validation.golden.foreign import ForeignHand
@@ -24,7 +25,6 @@ from vegrip.canopen.endpoint import CanopenEndpoint
 from vegrip.canopen.network import identifiers
 from vegrip.messages import FingertipState, Message
 from vegrip.transport.canbus import virtual_can
-from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.frame_time import FD_SIZES, BusFrame
 from vegrip.transport.canbus.hub_wire import MAX_GATHERED_BYTES
 from vegrip.transport.codec import CanCodec, Frame

@@ -12,11 +12,11 @@ import pytest
 
 from validation.bus_bytes import delivery_of, split_requests
 from validation.compiled_finger import Log
+from validation.faults.simulated_bus import Transmission
 from vegrip.c99 import host
 from vegrip.grip.frame_path import PacketPath
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.can_endpoint import CanEndpoint
-from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.frame_time import BusFrame
 from vegrip.transport.canbus.hub_wire import MAX_GATHERED_BYTES
 from vegrip.transport.canbus.virtual_can import VegripBus

@@ -16,6 +16,7 @@ from vegrip.identification.calibration.session import (
     MODEL,
     Calibration,
     Done,
+    Standing,
     finish,
     judge,
     load,
@@ -31,19 +32,20 @@ from vegrip.identification.slip_channel import SlipChannel
 from vegrip.model import read_model
 from vegrip.parameters import coordinate
 
+Practised = tuple[Calibration, list[str], Standing]
 SEED = 4
 SOFT = 11
 
 
 @pytest.fixture(scope="module")
-def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Calibration, list[str]]:
-    """A fingertip that nothing knows, through all trials that are asked for."""
+def done(tmp_path_factory: pytest.TempPathFactory) -> Practised:
+    """A fingertip that nothing knows, through all trials that are asked for, and what is judged of it."""
     tip = practice_tip(SEED)
     calibration = Calibration(
         tmp_path_factory.mktemp("calibration"), tip.radius, usual_limits(RigLimits(), tip.radius)
     )
     why = []
-    while (found := judge(calibration).next).trial is not None:
+    while (found := (judged := judge(calibration)).next).trial is not None:
         assert greatest_depth(found.trial.protocol) <= calibration.limits.depth * 1.001
         assert greatest_speed(found.trial.protocol) <= calibration.limits.speed * 1.001
         recording = practise(found.trial, tip, SEED + len(calibration.trials))
@@ -51,11 +53,11 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Calibration, list[st
         calibration.take(recording)
         why.append(found.why)
     save(calibration)
-    return calibration, why
+    return calibration, why, judged
 
 
-def test_every_kind_is_done_once_and_in_its_order(done: tuple[Calibration, list[str]]) -> None:
-    calibration, why = done
+def test_every_kind_is_done_once_and_in_its_order(done: Practised) -> None:
+    calibration, why, _ = done
     assert tuple(dict.fromkeys(one.kind for one in calibration.trials)) == TRIAL_KINDS
     assert all(one.is_good for one in calibration.trials)
     assert why[0].startswith("nothing is known yet")
@@ -63,8 +65,8 @@ def test_every_kind_is_done_once_and_in_its_order(done: tuple[Calibration, list[
 
 
 @pytest.mark.long
-def test_the_model_is_that_of_the_fingertip(done: tuple[Calibration, list[str]]) -> None:
-    calibration, _ = done
+def test_the_model_is_that_of_the_fingertip(done: Practised) -> None:
+    calibration = done[0]
     ended = finish(calibration, "vegrip calibrate tip --end")
     tip = practice_tip(SEED)
     values = read_model(calibration.folder / MODEL).values
@@ -83,30 +85,29 @@ def test_the_model_is_that_of_the_fingertip(done: tuple[Calibration, list[str]])
         }
 
 
-def test_a_calibration_goes_on_where_it_was(done: tuple[Calibration, list[str]]) -> None:
-    calibration, _ = done
+def test_a_calibration_goes_on_where_it_was(done: Practised) -> None:
+    calibration = done[0]
     assert load(calibration.folder) == calibration
 
 
 def test_a_rig_that_cannot_pull_or_twist_is_told_what_is_left_out(
-    done: tuple[Calibration, list[str]],
+    done: Practised,
 ) -> None:
-    calibration, _ = done
+    calibration, _, judged = done
     limits = replace(calibration.limits, tangential_force=0.0, torque=0.0)
-    fitted = judge(calibration).fit
-    assert fitted is not None
-    found = next_of(fitted, ["press"], ["press"], limits)
+    assert judged.fit is not None
+    found = next_of(judged.fit, ["press"], ["press"], limits)
     assert set(found.left_out) == {"slide", "twist"}
     assert found.trial is not None
     assert found.trial.kind == "hold"
 
 
 def test_while_the_slides_do_not_tell_how_slip_is_felt_one_more_is_asked_for(
-    done: tuple[Calibration, list[str]], monkeypatch: pytest.MonkeyPatch
+    done: Practised, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     calibration = deepcopy(done[0])
     assert calibration.slip_channel().lacking == ""
-    assert judge(calibration).next.trial is None
+    assert done[2].next.trial is None
     monkeypatch.setattr(Calibration, "slip_channel", lambda _: SlipChannel(1e-4, float("nan"), 2))
     found = judge(calibration).next
     assert found.trial is not None
@@ -114,7 +115,7 @@ def test_while_the_slides_do_not_tell_how_slip_is_felt_one_more_is_asked_for(
     assert "2 slides begin clearly in the load, 3 are needed" in found.why
 
 
-def test_a_recording_is_taken_once(done: tuple[Calibration, list[str]]) -> None:
+def test_a_recording_is_taken_once(done: Practised) -> None:
     calibration = deepcopy(done[0])
     for kind in ("press", "hold"):
         with pytest.raises(UsageError, match=r"is the recording of trial 2 \(hold\) again"):
@@ -122,14 +123,13 @@ def test_a_recording_is_taken_once(done: tuple[Calibration, list[str]]) -> None:
     assert calibration == done[0]
 
 
-def test_a_trial_that_fails_twice_is_not_asked_for_a_third_time(done: tuple[Calibration, list[str]]) -> None:
-    calibration, _ = done
-    fitted = judge(calibration).fit
-    assert fitted is not None
-    once = next_of(fitted, ["press", "hold", "slide"], [*TRIAL_KINDS], calibration.limits)
+def test_a_trial_that_fails_twice_is_not_asked_for_a_third_time(done: Practised) -> None:
+    calibration, _, judged = done
+    assert judged.fit is not None
+    once = next_of(judged.fit, ["press", "hold", "slide"], [*TRIAL_KINDS], calibration.limits)
     assert once.trial is not None
     assert once.trial.kind == "twist"
-    twice = next_of(fitted, ["press", "hold", "slide"], [*TRIAL_KINDS, "twist"], calibration.limits)
+    twice = next_of(judged.fit, ["press", "hold", "slide"], [*TRIAL_KINDS, "twist"], calibration.limits)
     assert twice.trial is None or "no good twist" not in twice.why
 
 
@@ -175,13 +175,14 @@ def test_a_gentle_hold_that_the_noise_of_the_displacement_shakes_is_a_hold() -> 
 
 def test_a_zero_that_differs_from_trial_to_trial_is_taken_off_each(tmp_path: Path) -> None:
     tip = practice_tip(SEED)
+    limits = usual_limits(RigLimits(), tip.radius)
+    trial = first_of(tip.radius, limits).trial
+    assert trial is not None
+    practised = [practise(trial, tip, number) for number in range(2)]
     joined = []
     for folder, zeros in (("same", (0.0, 0.0)), ("other", (0.02, -0.03))):
-        calibration = Calibration(tmp_path / folder, tip.radius, usual_limits(RigLimits(), tip.radius))
-        trial = first_of(tip.radius, calibration.limits).trial
-        assert trial is not None
-        for number, zero in enumerate(zeros):
-            made = practise(trial, tip, number)
+        calibration = Calibration(tmp_path / folder, tip.radius, limits)
+        for made, zero in zip(practised, zeros, strict=True):
             force = made.columns["normal_force"] + zero
             calibration.take(replace(made, columns={**made.columns, "normal_force": force}), "press")
         joined.append(calibration.joined()[0].columns["normal_force"])
@@ -190,10 +191,8 @@ def test_a_zero_that_differs_from_trial_to_trial_is_taken_off_each(tmp_path: Pat
     assert abs(float(np.mean(joined[0][air]))) < 1e-3
 
 
-def test_a_rig_that_loses_its_zeros_between_trials_costs_no_accuracy(
-    done: tuple[Calibration, list[str]], tmp_path: Path
-) -> None:
-    calibration, _ = done
+def test_a_rig_that_loses_its_zeros_between_trials_costs_no_accuracy(done: Practised, tmp_path: Path) -> None:
+    calibration = done[0]
     tip = practice_tip(SEED)
     moved = Calibration(tmp_path, tip.radius, calibration.limits)
     zeros = (0.0, 40e-6, -60e-6, 25e-6, -35e-6)  # [m]
@@ -216,10 +215,8 @@ def _like(recording: Recording, **columns: np.ndarray | None) -> Recording:
     return replace(recording, columns={k: v for k, v in changed.items() if v is not None})
 
 
-def test_what_a_trial_lacks_is_said_with_the_remedy(done: tuple[Calibration, list[str]]) -> None:
-    from vegrip.identification.recording import read_recording
-
-    calibration, _ = done
+def test_what_a_trial_lacks_is_said_with_the_remedy(done: Practised) -> None:
+    calibration = done[0]
     by_kind = {one.kind: read_recording(calibration.folder / one.folder) for one in calibration.trials}
     hold, slide, twist = by_kind["hold"], by_kind["slide"], by_kind["twist"]
     assert "equally fast" in check_trial("press", hold)[0]

@@ -1,9 +1,7 @@
 """Where a model fails, on recordings whose hidden effect is known."""
 
-import importlib.util
 import json
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -23,11 +21,6 @@ from vegrip.identification.compare.where import (
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Fingertip, Recording, write_recording
 from vegrip.model import write_model
-
-_spec = importlib.util.spec_from_file_location("bench", Path(__file__).parents[1] / "fit" / "conftest.py")
-_bench = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(_bench)
-recorded = _bench.bench_recording
 
 RNG = np.random.default_rng(0)
 N = 9000
@@ -107,16 +100,25 @@ def test_ranges_are_said() -> None:
     assert format_span("time_in_contact", 1.0, 2.0) == "1 s to 2 s into the contact"
 
 
+@pytest.fixture(scope="module")
+def plain(bench):
+    return compare(bench())
+
+
+@pytest.fixture(scope="module")
+def fitted(bench):
+    return fit(bench()).model
+
+
 @pytest.mark.slow
-def test_the_right_model_has_nothing_to_show_and_the_wrong_one_has() -> None:
-    plain = compare(recorded())
+def test_the_right_model_has_nothing_to_show_and_the_wrong_one_has(bench, plain) -> None:
     assert plain.error == pytest.approx(1.0, abs=0.03)
     assert not plain.where
-    sticky = compare(recorded("adhesion"))
+    sticky = compare(bench("adhesion"))
     assert sticky.error > 1.5
     assert sticky.where[0].channel == "normal_force"
     assert any("out of contact" in one.regime for one in sticky.where)
-    rubbing = compare(recorded("load_dependent_friction"))
+    rubbing = compare(bench("load_dependent_friction"))
     assert rubbing.channels["normal_force"].ratio == pytest.approx(1.0, abs=0.03)
     assert {one.channel for one in rubbing.where} <= {"tangential_force", "torque_z"}
     assert rubbing.where
@@ -137,18 +139,18 @@ def test_a_press_that_takes_a_minute_is_loading_and_no_hold() -> None:
 
 
 @pytest.mark.slow
-def test_a_zero_of_the_force_sensor_sorts_no_row_by_its_noise() -> None:
-    plain = recorded()
-    force = plain.columns["normal_force"] + 5.0 * plain.sensors["normal_force"]
-    moved = replace(plain, columns={**plain.columns, "normal_force": force})
-    here, there = compare(plain).features.phase, compare(moved).features.phase
+def test_a_zero_of_the_force_sensor_sorts_no_row_by_its_noise(bench, plain) -> None:
+    recording = bench()
+    force = recording.columns["normal_force"] + 5.0 * recording.sensors["normal_force"]
+    moved = replace(recording, columns={**recording.columns, "normal_force": force})
+    here, there = plain.features.phase, compare(moved).features.phase
     assert np.mean(here == PHASES.index("out of contact")) > 0.1
     assert np.mean(here == there) > 0.999
 
 
 @pytest.mark.slow
-def test_rows_that_stick_under_a_load_are_a_regime() -> None:
-    found = compare(recorded()).features
+def test_rows_that_stick_under_a_load_are_a_regime(plain) -> None:
+    found = plain.features
     assert found.sticking is not None
     assert found.sticking.any()
     assert not np.any(found.sticking & (found.phase == PHASES.index("sliding")))
@@ -156,18 +158,17 @@ def test_rows_that_stick_under_a_load_are_a_regime() -> None:
 
 
 @pytest.mark.slow
-def test_a_given_model_is_compared_as_it_is() -> None:
-    model = fit(recorded()).model.with_value("K", 1.9)
-    told = compare(recorded(), model)
+def test_a_given_model_is_compared_as_it_is(bench, fitted) -> None:
+    told = compare(bench(), fitted.with_value("K", 1.9))
     assert not told.fitted
     assert told.error > 1.5
     assert told.problem.unknowns.names == ("zero_displacement", "zero_force")
 
 
 @pytest.mark.slow
-def test_command_holds_to_the_contract(tmp_path, capsys) -> None:
-    write_recording(recorded("adhesion"), tmp_path / "press")
-    write_model(fit(recorded()).model, tmp_path / "m.toml")
+def test_command_holds_to_the_contract(bench, fitted, tmp_path, capsys) -> None:
+    write_recording(bench("adhesion"), tmp_path / "press")
+    write_model(fitted, tmp_path / "m.toml")
     assert main(["compare", str(tmp_path / "press"), "--versus", str(tmp_path / "m.toml"), "--json",
                  "-o", str(tmp_path / "pictures")]) == 0  # fmt: skip
     told = json.loads(capsys.readouterr().out)

@@ -1,7 +1,5 @@
-"""Recordings of the test bench with an effect hidden, as in tests/identification/fit; linear problems."""
+"""A small diagnosis, and linear problems."""
 
-import importlib.util
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,9 +11,6 @@ from vegrip.identification.fit.problem import Problem, Unknowns
 from vegrip.identification.fit.solve import Optimum
 from vegrip.types import Floats
 
-_spec = importlib.util.spec_from_file_location("bench", Path(__file__).parents[1] / "fit" / "conftest.py")
-_bench = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(_bench)
 NONE = np.zeros(0)
 
 
@@ -65,9 +60,3 @@ def linear():
 def small(tip):
     """Give a diagnosis of three touches that stick, in half a second."""
     return diagnose(tip(13, kinds=("hold", "ramp", "hold"), pull=0.03))
-
-
-@pytest.fixture(scope="session")
-def bench():
-    """Give the recording with a hidden effect (by name, amount, seed), or with none."""
-    return _bench.bench_recording

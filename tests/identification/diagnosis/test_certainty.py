@@ -1,5 +1,6 @@
 """How sure a verdict is: as often as a new recording would lead to the same."""
 
+import functools
 import json
 from types import SimpleNamespace
 
@@ -26,23 +27,29 @@ from vegrip.identification.recording import write_recording
 KINDS = ("hold", "ramp", "hold", "ramp", "hold", "ramp")
 
 
+@pytest.fixture(scope="module")
+def sticky(tip):
+    """Give the diagnosis of a tip that sticks, by seed and pull."""
+    return functools.cache(lambda seed, pull: diagnose(tip(seed, kinds=KINDS, pull=pull)))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("pull", "answer", "least", "most"),
     [(0.0, "adequate", 19, 20), (0.03, "named: adhesion", 19, 20), (0.006, "named: adhesion", 2, 18)],
 )
 def test_what_is_plain_is_the_same_in_all_draws_and_what_is_at_the_limit_in_some(
-    tip, pull, answer, least, most
+    sticky, pull, answer, least, most
 ) -> None:
-    found = certainty_of(diagnose(tip(13, kinds=KINDS, pull=pull)))
+    found = certainty_of(sticky(13, pull))
     assert least <= found.answers.get(answer, 0) <= most
     assert sum(found.answers.values()) == found.draws == 20
     assert next(iter(found.answers.values())) == found.same
 
 
 @pytest.mark.slow
-def test_with_even_weights_the_evidence_is_that_of_the_fit(tip) -> None:
-    found = diagnose(tip(12, kinds=KINDS, pull=0.03))
+def test_with_even_weights_the_evidence_is_that_of_the_fit(sticky) -> None:
+    found = sticky(12, 0.012)
     last = found.search.last
     redrawn, even = Redrawn(last, found.groups), np.ones(np.unique(found.groups).size)
     assert redrawn.evidence(even) == pytest.approx(last.evidence, abs=0.05)
@@ -60,8 +67,8 @@ def test_the_command_says_it_when_asked(tip, tmp_path, capsys) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("seed", "pull"), [(13, 0.03), (12, 0.012)])
-def test_an_effect_is_certified_by_episodes_that_did_not_tell_its_values(tip, seed, pull) -> None:
-    assert certify(diagnose(tip(seed, kinds=KINDS, pull=pull)))["adhesion"] < 1e-6
+def test_an_effect_is_certified_by_episodes_that_did_not_tell_its_values(sticky, seed, pull) -> None:
+    assert certainty_of(sticky(seed, pull), draws=1).certified["adhesion"] < 1e-6
 
 
 def test_the_certificate_has_exact_size_without_an_effect() -> None:
@@ -129,7 +136,7 @@ def diagnosed(linear, where, amount=1.0, rival=None) -> Diagnosis:
     rest = [] if rival is None else [tried("sensor_lag", rival(y), ())]
     contest = Step(base, [], [own, *rest], own)
     search = Search([contest, Step(new, [], [])], regimes=np.zeros(160), contests={"adhesion": contest})
-    found = Diagnosis(SimpleNamespace(problem=None), search)
+    found = Diagnosis(SimpleNamespace(problem=SimpleNamespace(episodes=np.zeros(1))), search)
     vars(found).update(_rest=None, groups=GROUPS)
     return found
 
@@ -192,4 +199,11 @@ def test_a_certificate_is_the_worse_of_two_tests_each_on_episodes_that_told_no_v
         r, J = base.table(base.solved().u), base.columns
         expected.append(ordinary((left[0] - left[1])[rows], r[rows], J[rows]))
     assert min(expected) < 0.5 * max(expected)
-    assert certify(found)["adhesion"] == pytest.approx(max(expected), rel=0.01)
+    both, neither = ["adhesion"], ["sensor_lag"]
+    for chosen, chance in (
+        ([both, both], max(expected)),
+        ([neither, both], 2.0 * expected[0]),
+        ([both, neither], 2.0 * expected[1]),
+        ([neither, neither], 1.0),
+    ):
+        assert certify(found, chosen)["adhesion"] == pytest.approx(chance, rel=0.01)

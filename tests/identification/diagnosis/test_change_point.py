@@ -74,6 +74,7 @@ def test_a_diagnosis_says_when_and_by_how_much(tip) -> None:
     assert left["change"] == pytest.approx(-0.18, abs=0.01)
     assert set(left["shape"]) == {"at", "residual", "times"}
     assert "the stiffness falls by 18." in left["note"]
+    assert found.holds.variable == "time"
     assert {one["round"] for one in told["rounds"]} == {1}
     assert all(one["outcome"].startswith(("fails: ", "passes, ")) for one in told["rounds"])
 

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vegrip.identification.diagnosis import clean, diagnose
+from vegrip.identification.diagnosis import clean
+from vegrip.identification.diagnosis.candidate_fit import evaluate_candidate, held_out_groups
 from vegrip.identification.fit import fit
 
 KINDS = ("hold", "ramp", "hold", "ramp", "hold", "ramp")
@@ -23,7 +24,9 @@ TRUE = {"K": 1.8, "p": 1.5, "c1": 0.3, "nu1": 3.0}  # of the fingertip of a few 
 )
 def test_the_range_in_which_the_model_holds_is_told_and_the_bias_falls_there(tip, given, variable) -> None:
     recording = tip(12, kinds=KINDS, **given)
-    everywhere, holds = fit(recording).model.values, diagnose(recording).holds
+    found = fit(recording)
+    fitted = evaluate_candidate(found.problem, found.optimum, held_out_groups(found.problem))
+    everywhere, holds = found.model.values, clean.find_clean(fitted)
     assert holds.variable == variable
     assert holds.beyond > 1.5 > holds.error
     before, after = (

@@ -26,7 +26,7 @@ KINDS = ("hold", "ramp", "hold", "ramp", "hold", "ramp")
     ("seed", "second", "pull", "verdict"),
     [
         (4, (0.134, 5.87), 0.029, "named"),
-        (12, (0.062, 13.14), 0.052, "ambiguous"),  # with a power law, by one percent of the gain
+        pytest.param(12, (0.062, 13.14), 0.052, "ambiguous", marks=pytest.mark.long),  # by 1 % of the gain
     ],
 )
 def test_a_second_relaxation_beside_adhesion_is_not_called_a_power_law(

@@ -302,6 +302,9 @@ def test_what_became_of_a_candidate_that_passes_is_told() -> None:
     assert [one["name"] for one in told(two).effects()] == ["b", "a"]  # the taken ones first
     assert told(ONE, dropped=["adhesion"]).rounds[0]["outcome"] == "taken, and not needed beside the others"
     assert told(ONE, error=1.3).rounds[0]["outcome"] == "taken, not enough"
+    suggested = Diagnosis(SimpleNamespace(), told(ONE).search, unproven="one motion")
+    assert (suggested.verdict, suggested.named) == ("unexplained", [])
+    assert suggested.rounds[0]["outcome"] == "taken, a suggestion"
     spare = [step(tried("a", 30.0)), step(tried("b", 20.0), taken=None)]
     assert told(spare).rounds[1]["outcome"] == "passes, 1 are taken already"
     grave, slight = SimpleNamespace(is_grave=True), SimpleNamespace(is_grave=False)
@@ -334,6 +337,7 @@ def test_clocks_are_looked_at_where_something_is_left_or_named_and_a_doubtful_re
         seen.append(most)
         found = Found(steps, misfit=misfit)
         found.last.problem, found.untaken = SimpleNamespace(symbols=()), Found([])
+        found.contests = {}
         return found
 
     monkeypatch.setattr(diagnosis, "fit", lambda *_, **__: start)
@@ -342,6 +346,7 @@ def test_clocks_are_looked_at_where_something_is_left_or_named_and_a_doubtful_re
         diagnosis, "check_before_search", lambda _: [SimpleNamespace(is_grave=grave) for grave in doubts]
     )
     monkeypatch.setattr(diagnosis, "search_effects", search)
+    monkeypatch.setattr(diagnosis, "unproven", lambda *_, **__: "")
     monkeypatch.setattr(diagnosis, "check_clocks", lambda _, best: seen.append(best) or [])
     found = diagnosis.diagnose(None)
     is_grave = True in doubts

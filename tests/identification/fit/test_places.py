@@ -85,10 +85,21 @@ def test_one_law_for_all_is_the_model_without_places(tip) -> None:
     assert fit(plain).optimum.cost == fit(plain, laws=(7, 7)).optimum.cost
 
 
-@pytest.mark.slow
-def test_a_lag_is_named_beside_places_that_differ(tip) -> None:
-    late = tip(23, kinds=("hold", "ramp", "hold", "ramp"), late=("lag", TAU))
-    found = diagnose(elsewhere(late, SOFTER))
+@pytest.fixture(scope="module")
+def late_places(tip):
+    return elsewhere(tip(23, kinds=("hold", "ramp", "hold", "ramp"), late=("lag", TAU)), SOFTER)
+
+
+def test_a_lag_is_measured_beside_places_that_differ(late_places) -> None:
+    model = paper_model(late_places.fingertip.radius).with_effect(effect("sensor_lag"))
+    found = fit(late_places, model, laws="episode")
+    assert found.model.values["tau"].value == pytest.approx(TAU, rel=0.2)
+    assert found.laws[1]["K"] / found.laws[0]["K"] == pytest.approx(SOFTER, rel=0.05)
+
+
+@pytest.mark.long
+def test_a_lag_is_named_beside_places_that_differ(late_places) -> None:
+    found = diagnose(late_places)
     assert {"sensor_lag"} == set(found.named) or ["sensor_lag", "sensor_delay"] in found.indistinguishable
     assert found.model.values["tau"].value == pytest.approx(TAU, rel=0.2)
     assert any("of 4 episodes has a stiffness of its own" in doubt.text for doubt in found.doubts)

@@ -188,7 +188,7 @@ def test_the_table_names_pad_effect_and_date_in_full_and_what_was_not_judged(
 @pytest.mark.slow
 def test_the_command_fills_the_table_and_a_second_run_has_nothing_to_do(folder, tmp_path, capsys) -> None:
     out, ledger = tmp_path / "t.csv", tmp_path / "l.jsonl"
-    given = ["fleet", str(folder), "-o", str(out), "--ledger", str(ledger), "-j", "2", "--json"]
+    given = ["fleet", str(folder), "-o", str(out), "--ledger", str(ledger), "-j", "1", "--json"]
     assert main(given) == 0
     streams = capsys.readouterr()
     told = json.loads(streams.out)

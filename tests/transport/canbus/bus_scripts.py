@@ -17,9 +17,9 @@ from random import Random
 from struct import pack
 
 from validation.bus_bytes import request_of
+from validation.faults.simulated_bus import BusError, SimulatedBus, StateChange, Transmission
 from vegrip.transport.canbus import carry
-from vegrip.transport.canbus.bus_events import BusError, NodeFaults, StateChange, Transmission
-from vegrip.transport.canbus.bus_model import BusModel
+from vegrip.transport.canbus.bus_events import NodeFaults
 from vegrip.transport.canbus.bus_records import SLICE, TRANSMIT_QUEUE
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame
 from vegrip.transport.canbus.hub_wire import (
@@ -35,7 +35,7 @@ GROUPS, IN_A_GROUP = 60, 20
 
 
 def digests(functions=carry, groups=range(GROUPS)):
-    """Return the digest of each group of scripts; ``functions`` as of :class:`BusModel`."""
+    """Return the digest of each group of scripts; ``functions`` as of :class:`SimulatedBus`."""
     return {
         f"{kind} {group}": digest(
             "\n".join(line for script in scripts_of(group) for line in make(script, functions).run())
@@ -70,7 +70,7 @@ class Script:
         bitrate = self.chance.choice([1_000_000, 500_000, 125_000, 10_000])
         self.timing = BitTiming(bitrate, self.chance.choice([5_000_000, 2_000_000, bitrate]))
         self.unit = 10**9 // bitrate * 120  # [ns] about a frame
-        self.model = BusModel(self.timing, functions)
+        self.model = SimulatedBus(self.timing, functions)
         self.kind = seed % 6  # no errors, lossy, corrupted, misread, all of it, a lone node
         self.time = self.chance.choice([0, 10**15])
         self.nodes, self.number, self.lines = [], 0, []
@@ -281,7 +281,7 @@ class LedBus:
 
     def __init__(self, rates, functions):
         self.text = functions
-        self.model = BusModel(BitTiming(*rates), functions)
+        self.model = SimulatedBus(BitTiming(*rates), functions)
         self.record, self.memory = self.model.record, self.model._bus
         self.members, self.brought, self.numbers = {}, {}, itertools.count(1)
 

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from validation.bus_bytes import unpack_request
+from validation.faults.simulated_bus import SimulatedBus
 from vegrip.messages import FingertipState, ForceCommand, NodeStatus, Reason, SlipMargin
 from vegrip.runtime.echo import EchoNode
-from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.bus_records import MOST_FILTERS
 from vegrip.transport.canbus.carry import accepts
 from vegrip.transport.canbus.frame_time import BitTiming
@@ -31,7 +31,7 @@ FILTERS = st.lists(
 
 def member(filters):
     """Return a node that wants what passes."""
-    model = BusModel(BitTiming())
+    model = SimulatedBus(BitTiming())
     model.attach(1)
     model.accept(1, pairs_of(filters))
     return model.node(1)
@@ -115,7 +115,7 @@ KINDS = (FingertipState, ForceCommand, NodeStatus)
 @pytest.mark.parametrize("hand", [0, 3, 7])
 def test_all_but_the_reports_and_the_other_hands_passes(hand):
     pairs = CanCodec(("thumb",), fd=True, hand=hand).filters(KINDS)
-    model = BusModel(BitTiming())
+    model = SimulatedBus(BitTiming())
     model.attach(1)
     model.accept(1, pairs)
     owner = {}

@@ -6,15 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.transport.canbus.bus_events import (
-    BusError,
-    ErrorKind,
-    ErrorState,
-    NodeFaults,
-    StateChange,
-    Transmission,
-)
-from vegrip.transport.canbus.bus_model import BusModel
+from validation.faults.simulated_bus import BusError, ErrorKind, SimulatedBus, StateChange, Transmission
+from vegrip.transport.canbus.bus_events import ErrorState, NodeFaults
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame, frame_duration
 
 TIMING = BitTiming(500_000)
@@ -27,7 +20,7 @@ FRAME = BusFrame(0x123, b"\x55" * 8)
 
 def bus(*nodes, **faulty):
     """A bus with ``nodes``; ``n1`` = faults of node 1."""
-    made = BusModel(TIMING)
+    made = SimulatedBus(TIMING)
     for node in nodes:
         made.attach(node, faults=faulty.get(f"n{node}", NodeFaults()))
     return made
@@ -249,7 +242,7 @@ def test_a_passive_sender_lets_others_go_first():
 
 
 def test_a_passive_sender_says_so_in_its_fd_frames():
-    alone = BusModel(TIMING)
+    alone = SimulatedBus(TIMING)
     alone.attach(SENDER)
     alone.request(0, SENDER, BusFrame(0x10, bytes(8), fd=True))
     alone.advance(SECOND)

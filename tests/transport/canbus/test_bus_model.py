@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.transport.canbus.bus_scripts import is_healthy
+from validation.faults.simulated_bus import SimulatedBus
 from vegrip.transport.canbus.bus_events import BusLoad, NodeFaults
-from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame, frame_duration
 
 TIMING = BitTiming(bitrate=500_000)
@@ -20,7 +20,7 @@ requests = st.lists(
 
 
 def new_bus():
-    bus = BusModel(TIMING)
+    bus = SimulatedBus(TIMING)
     for node in range(10):
         bus.attach(node)
     return bus
@@ -125,7 +125,7 @@ def test_an_untouched_bus_has_no_load():
 
 
 def faulty_bus():
-    bus = BusModel(TIMING)
+    bus = SimulatedBus(TIMING)
     for node in range(4):
         bus.attach(node, faults=NodeFaults(corruption=0.3, misreading=0.1, seed=node))
     return bus
@@ -148,7 +148,7 @@ def test_to_conclude_a_frame_first_changes_nothing(make, asked, looks):
 
 
 def test_a_bus_is_healthy_until_a_node_has_errors_or_is_to_have_some() -> None:
-    bus = BusModel(BitTiming())
+    bus = SimulatedBus(BitTiming())
     bus.attach(1)
     bus.attach(2)
     assert is_healthy(bus)

@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 
 from tests.transport.canbus.bus_scripts import Script, digests, golden
 from validation.bus_bytes import request_of, unpack_request
+from validation.faults.simulated_bus import SimulatedBus, read_record
 from vegrip.host.compiled_folder import compiler
 from vegrip.transport.canbus import carry
-from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.bus_records import OFF, PASSIVE, REMOTE
 from vegrip.transport.canbus.carry import take_packet
 from vegrip.transport.canbus.compiled_bus import CompiledBus, compile_library
-from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame, read_record
+from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame
 
 NOW = 10**12  # [ns]
 
@@ -48,7 +48,7 @@ def test_counters_stay_within_their_registers_and_the_state_follows_from_them(se
 
 def queued(packet):
     """Return what a packet puts into the queue of a node, and whether it was taken."""
-    model = BusModel(BitTiming(), carry)
+    model = SimulatedBus(BitTiming(), carry)
     model.attach(1)
     record = model.record
     record.packet[: len(packet)] = packet
@@ -90,7 +90,7 @@ def test_of_any_bytes_exactly_the_requests_are_queued(packet):
 
 
 def test_a_request_that_was_queued_too_early_or_in_the_future_is_not_believed():
-    model = BusModel(BitTiming(), carry)
+    model = SimulatedBus(BitTiming(), carry)
     model.attach(1)
     for time in (0, NOW - 10**9, NOW - 1, NOW + 1, 1 << 63):
         packet = request_of(time, BusFrame(5))

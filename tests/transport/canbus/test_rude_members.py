@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from validation.faults.simulated_bus import SimulatedBus
 from vegrip.errors import ConfigError
 from vegrip.host.folders import runtime_folder
 from vegrip.transport.canbus import hub
 from vegrip.transport.canbus.bus_events import ErrorState, NodeFaults
-from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.canbus.hub_wire import (
     HUB_VERSION,
@@ -93,7 +93,7 @@ def test_others_join_and_talk_while_one_babbles_and_when_it_has_left(bus):
 @pytest.mark.parametrize("uptime", [0, SECOND, 10**18])
 @pytest.mark.parametrize("corruption", [0.0, 1.0])
 def test_a_lone_babbler_costs_a_handful_of_events_whatever_the_clock_says(uptime, corruption):
-    model = BusModel(BitTiming())
+    model = SimulatedBus(BitTiming())
     model.attach(1, faults=NodeFaults(babble=0x100, corruption=corruption), time=uptime)
     events = model.advance(uptime + SECOND // 10)
     assert len(events) < 2000
@@ -106,21 +106,21 @@ def test_a_lone_babbler_costs_a_handful_of_events_whatever_the_clock_says(uptime
 
 
 def test_a_lone_babbler_whose_time_is_made_up_for_at_once_is_skipped_over():
-    model = BusModel(BitTiming())
+    model = SimulatedBus(BitTiming())
     model.attach(1, faults=NodeFaults(babble=0x100))
     assert len(model.advance(10**16)) < 50
     assert model.state(1) is ErrorState.PASSIVE
 
 
 def test_one_who_only_listens_does_not_babble_either():
-    model = BusModel(BitTiming())
+    model = SimulatedBus(BitTiming())
     model.attach(1)
     model.attach(2, listen_only=True, faults=NodeFaults(babble=0x100))
     assert model.advance(SECOND) == []
 
 
 def test_a_babbler_begins_when_it_joins_and_not_when_the_bus_fell_silent():
-    model = BusModel(BitTiming())
+    model = SimulatedBus(BitTiming())
     model.attach(1)
     model.attach(2, faults=NodeFaults(babble=0x100), time=1000 * SECOND)
     sent = model.advance(1000 * SECOND + SECOND // 100)

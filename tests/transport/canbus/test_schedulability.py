@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vegrip.transport.canbus.bus_events import Transmission
-from vegrip.transport.canbus.bus_model import BusModel
+from validation.faults.simulated_bus import SimulatedBus, Transmission
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame, frame_duration, longest_duration
 from vegrip.transport.canbus.traffic import (
     Stream,
@@ -101,7 +100,7 @@ streams_of_nodes = st.lists(
 def observed(streams, nodes, sizes, timing, seed, fifo):
     """Longest time from queuing to arrival of each stream in 0.2 s of the simulated bus."""
     random = Random(seed)  # noqa: S311
-    bus = BusModel(timing)
+    bus = SimulatedBus(timing)
     queues = sorted(set(nodes)) if fifo else range(len(streams))
     for node in [*queues, 99]:
         bus.attach(node)
@@ -144,7 +143,7 @@ def test_the_simulated_bus_never_exceeds_the_prediction(kinds, seed, fifo):
 def test_the_prediction_is_reached_when_all_is_queued_at_once():
     """The critical instant: everything at once, just after the longest frame of least priority began."""
     timing = BitTiming(500_000)
-    bus = BusModel(timing)
+    bus = SimulatedBus(timing)
     for node in range(6):
         bus.attach(node)
     frames = [BusFrame(i, bytes(8)) for i in range(5)]

@@ -17,8 +17,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from validation.bus_bytes import delivery_of, request_of, split_requests, unpack_request
+from validation.faults.simulated_bus import Transmission
 from vegrip.host.folders import runtime_folder
-from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.bus_records import FD
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame, frame_duration
 from vegrip.transport.canbus.hub_wire import split_deliveries, unpack_delivery

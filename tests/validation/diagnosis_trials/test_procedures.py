@@ -1,46 +1,55 @@
-"""Other procedures beside the diagnosis: what they are right or wrong about is counted by one rule."""
+"""Other procedures beside the diagnosis: each writes answers that are scored by one rule."""
+
+import json
 
 import pytest
 
 from validation.diagnosis_trials import procedures
-from validation.diagnosis_trials.cases import Case
-from validation.diagnosis_trials.procedures import NAMELESS, PROCEDURES, Said, judge, tally
+from validation.diagnosis_trials.procedures import KEPT, PROCEDURES
+from vegrip.cli import run
+from vegrip.identification.blind import Answer, Truth, read_answers
+
+SAID = {
+    "001": Answer("named", ("adhesion",), exponent=1.5),
+    "002": Answer("ambiguous", (), (("sensor_lag", "fast_damping"),)),
+}
 
 
 @pytest.fixture
-def answers(monkeypatch):
-    """Let every procedure give the same answer, without a fit."""
-    recording = type("Tip", (), {"exponent": 2.0})
-    monkeypatch.setattr(procedures, "make_recording", lambda _: None)
-    monkeypatch.setattr(procedures, "fingertip", lambda _: recording)
-    monkeypatch.setattr(procedures, "fit", lambda _: None)
+def blind(tmp_path, monkeypatch):
+    """Make a folder of two recordings that one procedure answers, without a fit."""
+    for name in SAID:
+        (tmp_path / "blind" / name).mkdir(parents=True)
+        (tmp_path / "blind" / name / "recording.toml").touch()
+    monkeypatch.setattr(procedures, "read_recording", lambda folder, **_: folder.name)
+    monkeypatch.setattr(procedures, "fit", lambda recording: recording)
+    monkeypatch.setitem(PROCEDURES, "BIC", lambda name: SAID[name])
+    monkeypatch.setattr(procedures, "ProcessPoolExecutor", Here)
+    return tmp_path / "blind"
 
-    def give(said: Said) -> None:
-        monkeypatch.setattr(procedures, "PROCEDURES", dict.fromkeys(PROCEDURES, lambda *_: said))
 
-    return give
+class Here:
+    def __init__(self, *_) -> None: ...
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_) -> None: ...
+
+    def map(self, work, each):
+        return map(work, each)
 
 
-@pytest.mark.parametrize(
-    ("hidden", "said", "by_name", "by_sight"),
-    [
-        ((), Said(False, (), 2.5), True, True),
-        ((), Said(True, ("adhesion",), 2.5), False, False),
-        (("adhesion",), Said(True, ("adhesion",), 2.5), True, True),
-        (("adhesion",), Said(True, ("adhesion", "presliding"), 2.5), False, True),
-        (("adhesion",), Said(False, (), 2.5), False, False),
-        (("cogging",), Said(True, (), 2.5), True, True),
-        (("cogging",), Said(True, ("adhesion",), 2.5), False, True),
-    ],
-)
-def test_right_is_who_names_exactly_what_is_hidden_or_sees_it_where_it_has_no_names(
-    answers, hidden, said, by_name, by_sight
-) -> None:
-    answers(said)
-    told = judge(Case(hidden, "strong", 1))
-    assert {told[name]["right"] for name in set(PROCEDURES) - set(NAMELESS)} == {by_name}
-    assert {told[name]["right"] for name in NAMELESS} == {by_sight}
-    row = tally([told, told])["BIC"]
-    assert row[Case(hidden, "strong", 1).kind] == f"{2 * by_name} of 2"
-    assert row["bias"] == pytest.approx(0.5)
-    assert row["false"] == 2 * bool(set(said.names) - ({*hidden} if hidden != ("cogging",) else set()))
+def test_what_a_procedure_says_is_read_as_answers_and_not_asked_twice(blind, tmp_path, monkeypatch) -> None:
+    arguments = [str(blind), "-o", str(tmp_path / "answers"), "--only", "BIC", "--only", "everything"]
+    assert run(procedures.procedures, arguments, "procedures", KEPT) == 0
+    monkeypatch.setitem(PROCEDURES, "BIC", lambda _: pytest.fail("asked again"))
+    assert run(procedures.procedures, arguments, "procedures", KEPT) == 0
+    truths = dict.fromkeys(SAID, Truth((), (), "none"))
+    effects = json.loads((tmp_path / "answers/everything.json").read_text())["001"]["named"]
+    assert len(effects) == 25
+    told = read_answers(tmp_path / "answers/BIC.json", truths, effects)
+    assert [(one.named, one.sets) for one in told.values()] == [
+        (one.named, one.sets) for one in SAID.values()
+    ]
+    assert told["001"].exponent == 1.5

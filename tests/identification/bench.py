@@ -1,10 +1,10 @@
-"""Small recordings of the test bench, which shares no physics with the model."""
+"""Small recordings of the test bench, which shares no physics with the model; an effect may be hidden."""
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from functools import cache
+from typing import Any
 
 import numpy as np
-import pytest
 
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.virtual.bench.protocol import AIR_SEGMENT, Segment, creep, hold, sine, slip, triangles
@@ -16,6 +16,8 @@ TIP = FingertipSettings(
     radius=R, reference_force=1.8, amplitudes=(0.3,), rates=(3.1,), friction=0.8, bristle_stiffness=1e10
 )
 SENSORS = SensorSettings(rate=200.0, force_step=0.0, displacement_step=0.0, torque_step=0.0)
+MEASURED = ("normal_force", "displacement", "tangential_force", "torque_z")
+NOISE = {name: getattr(SENSORS, name) for name in MEASURED}
 CLEAR = Segment(0.2, depth=-2e-4)
 PROTOCOL = tuple(
     (CLEAR, *episode[1:], CLEAR)
@@ -37,17 +39,14 @@ PROTOCOL = tuple(
 assert AIR_SEGMENT in hold(1e-3, 1.0)
 
 
-@cache
-def bench_recording(name: str = "", amount: float = 1.0, seed: int = 0) -> Recording:
-    hidden = {name: {key: value * amount for key, value in HIDDEN[name].items()}} if name else None
-    trial = run_trial(TIP, PROTOCOL, SENSORS, seed, hidden=hidden, rings=8, spokes=16)
-    noise = {"normal_force": SENSORS.normal_force, "displacement": SENSORS.displacement,
-             "tangential_force": SENSORS.tangential_force, "torque_z": SENSORS.torque_z}  # fmt: skip
+def recorded(name: str, seed: int, hidden: Mapping[str, Mapping[str, float]], **how: Any) -> Recording:
+    """Return the recording of the bench in which effects (by name, with their parameters) are hidden."""
+    trial = run_trial(
+        TIP, PROTOCOL, SENSORS, seed, hidden=hidden, step=2.5e-3, rings=8, spokes=16, truth=False, **how
+    )
     columns = {k: v for k, v in trial.columns.items() if k not in ("t", "episode")}
-    return Recording(
-        name or "plain", trial.columns["t"], trial.columns["episode"].astype(np.int64), columns,
-        Fingertip(R), noise,
-    )  # fmt: skip
+    episode = trial.columns["episode"].astype(np.int64)
+    return Recording(name, trial.columns["t"], episode, columns, Fingertip(R), NOISE)
 
 
 HIDDEN = {
@@ -59,7 +58,7 @@ HIDDEN = {
 }
 
 
-@pytest.fixture(scope="session")
-def bench() -> Callable[..., Recording]:
-    """Give the recording with a hidden effect (by name, amount, seed), or with none."""
-    return bench_recording
+@cache
+def bench_recording(name: str = "", amount: float = 1.0, seed: int = 0) -> Recording:
+    hidden = {name: {key: value * amount for key, value in HIDDEN[name].items()}} if name else {}
+    return recorded(name or "plain", seed, hidden)
