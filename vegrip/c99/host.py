@@ -20,12 +20,7 @@ class CompilerError(Exception):
 
 
 def build(text: str, library: Path, flags: tuple[str, ...] = FLAGS) -> None:
-    """Compile ``text`` into the shared ``library``.
-
-    Raises:
-        CompilerError: there is no compiler, or it did not take the text.
-
-    """
+    """Compile ``text`` into the shared ``library``."""
     found = compiler()
     if found is None:
         raise CompilerError("there is no C compiler (cc, gcc or clang)")

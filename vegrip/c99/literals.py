@@ -37,12 +37,7 @@ def in_range(value: float) -> float:
 
 
 def whole(value: int) -> str:
-    """Return a whole number.
-
-    Raises:
-        OverflowError: it does not fit into 64 bits.
-
-    """
+    """Return a whole number."""
     if abs(value) > LARGEST_LONG:
         raise OverflowError(f"{value} does not fit into 64 bits")
     text = str(value) if is_short(value) else f"{value}LL"
@@ -58,12 +53,7 @@ def hexadecimal(value: float) -> str:
 
 
 def table(values: object, reals: RealType = DOUBLE) -> tuple[Kind, tuple[int, ...], str]:
-    """Return kind of the elements, shape and initialiser of a tuple or array of numbers.
-
-    Raises:
-        ValueError: it holds something else, numbers beyond 32 bits, or rows of unequal length.
-
-    """
+    """Return kind of the elements, shape and initialiser of a tuple or array of numbers."""
     array = np.asarray(values)
     if array.size == 0 or array.dtype.kind not in "fib":
         raise ValueError("a table holds numbers, in rows of equal length")

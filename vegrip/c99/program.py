@@ -112,6 +112,8 @@ class _Translator(Callees):
         self.entries, self.prefix, self.place, self.notes = entries, prefix, place, notes
         self.reals = reals
         self.done: dict[tuple[str, tuple[Kind, ...]], _Done] = {}
+        self.places: dict[str, set[int]] = {}
+        """Name of a function -> which parameters it writes through, whatever their kinds."""
         self.under_way: list[str] = []
         self.calling: list[set[str]] = []
         self.taken: set[str] = set()
@@ -168,6 +170,7 @@ class _Translator(Callees):
         self.under_way.pop()
         self.done[key] = self._written(tree, kinds, body)
         self.done[key].calls = self.calling.pop()
+        self.places.setdefault(name, set()).update(self.done[key].places)
         return self.done[key]
 
     def _written(self, tree: ast.FunctionDef, kinds: tuple[Kind, ...], body: Body) -> _Done:
@@ -223,9 +226,7 @@ class _Translator(Callees):
     def written(self, name: str) -> tuple[int, ...]:
         if name in self.outside:
             return tuple(range(8))  # whatever it is given
-        return tuple(
-            {place for (known, _), one in self.done.items() if known == name for place in one.places}
-        )
+        return tuple(self.places.get(name, ()))
 
     def struct(self, fields: tuple[Kind, ...]) -> Struct:
         if fields not in self.structs:

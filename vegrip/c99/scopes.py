@@ -14,7 +14,13 @@ def nodes_of(tree: ast.AST) -> tuple[ast.AST, ...]:
     try:
         known: tuple[ast.AST, ...] = tree.__dict__["nodes_found"]
     except KeyError:
-        known = tree.__dict__["nodes_found"] = tuple(ast.walk(tree))
+        found = [tree]
+        for name in tree._fields:
+            value = getattr(tree, name, None)
+            for one in value if type(value) is list else (value,):
+                if isinstance(one, ast.AST):
+                    found += nodes_of(one)
+        known = tree.__dict__["nodes_found"] = tuple(found)
     return known
 
 

@@ -60,7 +60,6 @@ class Emergencies:
         return True
 
     def end(self, code: int, node: int, lifecycle: int) -> None:
-        """Tell that it is over; the error register says whether anything else is still wrong."""
         if self.standing.pop((code, node), None) is not None:
             self._send(NO_ERROR, self.register, bytes([lifecycle, node, 0, 0, 0]))
 

@@ -16,30 +16,19 @@ from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.sender_clock import ClockEstimate, SenderClock
 
-Service = Callable[[Frame], None]
-Gate = Callable[[int], bool]
-Keep = Callable[[Message, list[Frame]], None]
-
 
 class CanopenCodec:
-    """What :class:`~vegrip.transport.can_endpoint.CanEndpoint` needs of a codec."""
+    """What :class:`~vegrip.transport.can_endpoint.CanEndpoint` needs of a codec.
 
-    def __init__(
-        self,
-        codec: CanCodec,
-        identifiers: Mapping[int, int],  # COB-ID -> identifier of the classic frame
-        service: Service,  # takes every frame that is no PDO of ours
-        hears: Gate,
-        speaks: Gate,
-        keep: Keep = lambda message, frames: None,  # noqa: ARG005
-        without_pdo: tuple[type, ...] = (),  # read by SDO only
-    ) -> None:
-        self._codec = codec
+    The ``end`` of the bus says by its COB-ID whether a PDO may be taken or sent now, takes all other frames,
+    and keeps what is read by SDO: estimates have no PDO.
+    """
+
+    def __init__(self, codec: CanCodec, identifiers: Mapping[int, int], end: "CanopenEndpoint") -> None:
+        self._codec, self._end = codec, end
         self.rejected, self.broken, self.clipped = codec.rejected, codec.broken, codec.clipped
         self._identifier = dict(identifiers)
         self._cob_id = {identifier: cob_id for cob_id, identifier in identifiers.items()}
-        self._service, self._hears, self._speaks, self._keep = service, hears, speaks, keep
-        self._without_pdo = without_pdo
 
     @property
     def lost(self) -> int:
@@ -50,18 +39,18 @@ class CanopenCodec:
         cob_id = frame.arbitration_id
         identifier = self._identifier.get(cob_id)
         if identifier is None:
-            self._service(frame)
+            self._end.service(frame)
             return None
-        return self._codec.decode(frame, identifier) if self._hears(cob_id) else None
+        return self._codec.decode(frame, identifier) if self._end.hears(cob_id) else None
 
     def encode(self, message: Message) -> list[Frame]:
         """Return the PDOs of ``message`` that may be sent; messages without a PDO have none."""
-        frames = [] if isinstance(message, self._without_pdo) else self._codec.encode(message)
-        self._keep(message, frames)
+        frames = [] if isinstance(message, ContactEstimate) else self._codec.encode(message)
+        self._end.keep(message, frames)
         sent: list[Frame] = []
         for identifier, *rest in frames:
             cob_id = self._cob_id.get(identifier)
-            if cob_id is not None and self._speaks(cob_id):
+            if cob_id is not None and self._end.speaks(cob_id):
                 sent.append(make_row(Frame, (cob_id, *rest)))
         return sent
 
@@ -85,9 +74,7 @@ class CanopenEndpoint(Endpoint):
         self.faults: Counter[str] = Counter()
         self.now: Callable[[], int] = time.monotonic_ns
         self.network = LoopNetwork(self.put, self.now)
-        self.pdos = CanopenCodec(
-            codec, identifiers, self.service, self.hears, self.speaks, self.keep, (ContactEstimate,)
-        )
+        self.pdos = CanopenCodec(codec, identifiers, self)
         self.can = CanEndpoint(bus, self.pdos, reopen, timing)
         self.broken = codec.broken
         self._clock = SenderClock()

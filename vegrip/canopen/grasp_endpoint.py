@@ -8,36 +8,10 @@ import can
 from canopen.objectdictionary import ODVariable
 from canopen.sdo import SdoAbortedError
 
+from vegrip.canopen import network
 from vegrip.canopen.device import HEARTBEAT_LOST, ID_TAKEN, NOT_ITS_EDS, SOFTWARE, Device
 from vegrip.canopen.endpoint import CanopenEndpoint
-from vegrip.canopen.network import (
-    COMMANDS,
-    CONSUMED,
-    ESTIMATED,
-    ESTIMATES,
-    HEALTH,
-    MARGINS,
-    OUT_OF_A_FINGER,
-    PARAMETERS,
-    PRE_OPERATIONAL,
-    PRODUCED,
-    REFUSAL,
-    RESET_COMMUNICATION,
-    RESET_NODE,
-    STATUS,
-    STOPPED,
-    SYNC,
-    TIME_COB_ID,
-    TRANSITIONS_OF_COMMAND,
-    CanopenSettings,
-    TimeProducer,
-    claim,
-    frame_base,
-    identifiers,
-    nmt_state,
-    read_eds,
-)
-from vegrip.canopen.network import OF_A_FINGER as BASES
+from vegrip.canopen.network import claim
 from vegrip.canopen.sensors import Sensors
 from vegrip.clock import NS
 from vegrip.errors import VegripError
@@ -63,7 +37,7 @@ class SdoParameters:
         device.local.add_write_callback(self._write)
 
     def _read(self, index: int, subindex: int, od: ODVariable) -> Any:  # noqa: ARG002 (called by name)
-        if index < PARAMETERS or index >= 0x6000:
+        if index < network.PARAMETERS or index >= 0x6000:
             return None
         values = self._node.parameters()
         if od.name not in values:
@@ -71,17 +45,21 @@ class SdoParameters:
         return values[od.name]
 
     def _write(self, index: int, subindex: int, od: ODVariable, data: bytes) -> None:  # noqa: ARG002
-        if index < PARAMETERS or index >= 0x6000:
+        if index < network.PARAMETERS or index >= 0x6000:
             return
         try:
             self._node.set_parameter(od.name, od.decode_raw(bytes(data)))
         except VegripError as error:
             reason = str(error).encode("ascii", "replace")[:LONGEST_REASON]
-            self._device.store(REFUSAL, 0, reason)
+            self._device.store(network.REFUSAL, 0, reason)
             raise SdoAbortedError(NOT_NOW if "cannot be changed now" in str(error) else REFUSED) from None
 
 
-RECORDS: Mapping[int, str] = {COMMANDS: "ForceCommand", MARGINS: "SlipMargin", HEALTH: "ModelHealth"}
+RECORDS: Mapping[int, str] = {
+    network.COMMANDS: "ForceCommand",
+    network.MARGINS: "SlipMargin",
+    network.HEALTH: "ModelHealth",
+}
 
 
 class Mirror:
@@ -93,10 +71,10 @@ class Mirror:
         self._fingers = list(fingers)
         self._device = device
         self._identifiers = {
-            record + number: frame_base(name) + 8 * hand + number
+            record + number: network.frame_base(name) + 8 * hand + number
             for record, name in RECORDS.items()
             for number in range(len(fingers))
-        } | {STATUS: frame_base("NodeStatus") + 8 * hand}
+        } | {network.STATUS: network.frame_base("NodeStatus") + 8 * hand}
         device.local.add_read_callback(self._read)
 
     def keep(self, message: Message | None, frames: Sequence[Frame]) -> None:
@@ -109,8 +87,8 @@ class Mirror:
     def _read(self, index: int, subindex: int, od: ODVariable) -> Any:
         if index in self._identifiers and subindex:
             return self._part(self._frames.get(self._identifiers[index]), index, subindex, len(od) // 8)
-        if subindex and 0 <= index - ESTIMATES < len(self._fingers):
-            return self._estimate(self._fingers[index - ESTIMATES], subindex)
+        if subindex and 0 <= index - network.ESTIMATES < len(self._fingers):
+            return self._estimate(self._fingers[index - network.ESTIMATES], subindex)
         return None
 
     def _part(self, data: bytes | None, index: int, subindex: int, size: int) -> bytes | None:
@@ -123,13 +101,13 @@ class Mirror:
     def _estimate(self, finger: str, subindex: int) -> float:
         which, is_std = divmod(subindex - 1, 2)
         message = self._estimates.get(finger)
-        estimate = getattr(message, ESTIMATED[which]) if message is not None else None
+        estimate = getattr(message, network.ESTIMATED[which]) if message is not None else None
         if estimate is None:
             return float("nan")
         return float(estimate.std if is_std else estimate.value)
 
 
-STATE_COB_IDS = {BASES[name] for name in OUT_OF_A_FINGER}
+STATE_COB_IDS = {network.OF_A_FINGER[name] for name in network.OUT_OF_A_FINGER}
 IS_IT = "is it connected, switched on, and at the same bit rate (transport.bitrate)?"
 LOOK_PERIOD_NS = (
     10_000_000  # [ns] between two looks at the fingers; what it finds is told with the next heartbeat
@@ -150,19 +128,19 @@ class GraspEndpoint(CanopenEndpoint):
         self,
         bus: can.BusABC,
         codec: CanCodec,
-        settings: CanopenSettings,
+        settings: network.CanopenSettings,
         fingers: Sequence[int],
         hand: int = 0,
         reopen: Open | None = None,
         timing: BitTiming | None = None,
     ) -> None:
         node = settings.node_id
-        super().__init__(bus, codec, identifiers(tuple(fingers), node, hand), reopen, timing)
-        own = read_eds(settings.eds, node, "grasp_force.eds")
+        super().__init__(bus, codec, network.identifiers(tuple(fingers), node, hand), reopen, timing)
+        own = network.read_eds(settings.eds, node, "grasp_force.eds")
         self.device = Device(node, own, self.network, self._command)
         self.sensors = Sensors(
             fingers,
-            read_eds(settings.finger_eds, fingers[0], "fingertip.eds"),
+            network.read_eds(settings.finger_eds, fingers[0], "fingertip.eds"),
             round(settings.heartbeat_limit * NS),
             round(settings.first_heartbeat * NS),
             self.put,
@@ -190,15 +168,15 @@ class GraspEndpoint(CanopenEndpoint):
         self._logger.info("waits for %s", waited_for)
         self._appear()
         if self._settings.sync_period > 0.0:
-            self.network.send_periodic(SYNC, b"", self._settings.sync_period)
+            self.network.send_periodic(network.SYNC, b"", self._settings.sync_period)
         if self._settings.time_period > 0.0:
-            self.network.tasks.add(TimeProducer(self._settings.time_period, self.now(), self.network))
+            self.network.tasks.add(network.TimeProducer(self._settings.time_period, self.now(), self.network))
 
     def serve(self, now: int) -> None:
         """Send what is due; look after the fingers and our own state."""
         if self._node is None:
             return
-        self.device.set_state(nmt_state(self._node.state, is_on_hold=self._node.on_hold))
+        self.device.set_state(network.nmt_state(self._node.state, is_on_hold=self._node.on_hold))
         if now >= self._look_at:
             self._look_at = now + LOOK_PERIOD_NS
             self.device.serve(now / NS)
@@ -233,15 +211,21 @@ class GraspEndpoint(CanopenEndpoint):
 
     def close(self) -> None:
         if self._node is not None:
-            self.device.set_state(STOPPED)
-            self.put(0x700 + self.device.id, bytes([STOPPED]))
+            self.device.set_state(network.STOPPED)
+            self.put(0x700 + self.device.id, bytes([network.STOPPED]))
         super().close()
 
     def _describe(self, fingers: Sequence[int]) -> None:
         store, given = self.device.store, self._settings
         limit = round(given.heartbeat_limit * 1000)  # [ms]
         store(0x1017, 0, round(given.heartbeat * 1000).to_bytes(2, "little"))
-        store(0x1012, 0, (TIME_COB_ID | (PRODUCED if given.time_period else CONSUMED)).to_bytes(4, "little"))
+        store(
+            0x1012,
+            0,
+            (network.TIME_COB_ID | (network.PRODUCED if given.time_period else network.CONSUMED)).to_bytes(
+                4, "little"
+            ),
+        )
         store(0x1006, 0, round(given.sync_period * 1e6).to_bytes(4, "little"))
         for number, finger in enumerate(fingers):
             store(0x1016, number + 1, (finger << 16 | limit).to_bytes(4, "little"))
@@ -256,12 +240,12 @@ class GraspEndpoint(CanopenEndpoint):
             sensor.begin()
 
     def _command(self, command: int) -> None:
-        targets = TRANSITIONS_OF_COMMAND.get(command)
+        targets = network.TRANSITIONS_OF_COMMAND.get(command)
         if targets is None or self._node is None:
             return
-        self._start_pending = self._autostart and command in (RESET_NODE, RESET_COMMUNICATION)
+        self._start_pending = self._autostart and command in (network.RESET_NODE, network.RESET_COMMUNICATION)
         self._node.request(*targets, refused=self._refused)
-        if command in (RESET_NODE, RESET_COMMUNICATION):
+        if command in (network.RESET_NODE, network.RESET_COMMUNICATION):
             self._appear()
 
     def _refused(self, sentence: str) -> None:
@@ -271,7 +255,11 @@ class GraspEndpoint(CanopenEndpoint):
         for finger in missing:
             name = self._names[finger]
             self._begin(HEARTBEAT_LOST, finger, f"no heartbeat from {name} (node {finger}); {IS_IT}")
-            self._react(node)
+            # what object 1029h says; by default the node goes on, with that finger held
+            target = ON_ERROR.get(self.device.number(0x1029, 1))
+            if target is not None and node.state is Lifecycle.ACTIVE:
+                self._start_pending = False
+                node.request(target, refused=self._refused)
         for finger, sensor in self.sensors.all.items():
             if sensor.difference:
                 what = f"{self._names[finger]} (node {finger}) is not what fingertip.eds says: "
@@ -285,18 +273,8 @@ class GraspEndpoint(CanopenEndpoint):
             self._begin(SOFTWARE, self.device.id, "the node has failed; its last safe commands are held")
         elif node.state is Lifecycle.ACTIVE:
             self._end(SOFTWARE, self.device.id)
-        self._start_if_ready(node)
-
-    def _react(self, node: NodeHandle) -> None:
-        """Do what object 1029h asks for when a heartbeat is lost; by default go on, with that finger held."""
-        target = ON_ERROR.get(self.device.number(0x1029, 1))
-        if target is not None and node.state is Lifecycle.ACTIVE:
-            self._start_pending = False
-            node.request(target, refused=self._refused)
-
-    def _start_if_ready(self, node: NodeHandle) -> None:
         ready = self.sensors.is_ready and not self.device.emergencies.standing
-        if self._start_pending and ready and self.device.state == PRE_OPERATIONAL:
+        if self._start_pending and ready and self.device.state == network.PRE_OPERATIONAL:
             self._start_pending = False
             node.request(Lifecycle.ACTIVE, refused=self._refused)
 

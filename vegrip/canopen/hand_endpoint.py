@@ -5,20 +5,11 @@ from typing import Any
 
 import can
 
+from vegrip.canopen import network
 from vegrip.canopen.device import Device
 from vegrip.canopen.endpoint import CanopenEndpoint
 from vegrip.canopen.grasp_endpoint import GraspEndpoint
-from vegrip.canopen.network import OF_A_FINGER as BASES
-from vegrip.canopen.network import (
-    OUT_OF_A_FINGER,
-    STOPPED,
-    SYNC,
-    CanopenSettings,
-    claim,
-    finger_nodes,
-    identifiers,
-    read_eds,
-)
+from vegrip.canopen.network import claim
 from vegrip.clock import NS
 from vegrip.config import build
 from vegrip.errors import ConfigError, VegripError
@@ -28,7 +19,7 @@ from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.open import CanSettings, Hand, open_bus
 
-STATE_COB_IDS = {BASES[name] for name in OUT_OF_A_FINGER}
+STATE_COB_IDS = {network.OF_A_FINGER[name] for name in network.OUT_OF_A_FINGER}
 SYNCHRONOUS = 240  # transmission types up to this wait for SYNC
 
 
@@ -39,15 +30,17 @@ class HandEndpoint(CanopenEndpoint):
         self,
         bus: can.BusABC,
         codec: CanCodec,
-        settings: CanopenSettings,
+        settings: network.CanopenSettings,
         fingers: Sequence[int],
         hand: int = 0,
         reopen: Open | None = None,
         timing: BitTiming | None = None,
     ) -> None:
-        super().__init__(bus, codec, identifiers(tuple(fingers), settings.node_id, hand), reopen, timing)
+        super().__init__(
+            bus, codec, network.identifiers(tuple(fingers), settings.node_id, hand), reopen, timing
+        )
         self.devices = {
-            node: Device(node, read_eds(settings.eds, node, "fingertip.eds"), self.network)
+            node: Device(node, network.read_eds(settings.eds, node, "fingertip.eds"), self.network)
             for node in fingers
         }
         for device in self.devices.values():
@@ -55,7 +48,7 @@ class HandEndpoint(CanopenEndpoint):
         self._by_name = dict(zip(codec.fingers, self.devices.values(), strict=True))
         self._waiting: dict[str, FingertipState] = {}  # for the next SYNC
         self._syncs = 0
-        self.network.subscribe(SYNC, self._on_sync)
+        self.network.subscribe(network.SYNC, self._on_sync)
 
     def claim(self) -> None:
         claim(tuple(self.devices), self.put, self.can.next_frame, self.now)
@@ -84,7 +77,7 @@ class HandEndpoint(CanopenEndpoint):
 
     def close(self) -> None:
         for node in self.devices:
-            self.put(0x700 + node, bytes([STOPPED]))
+            self.put(0x700 + node, bytes([network.STOPPED]))
         super().close()
 
     def _every(self, finger: str) -> int:
@@ -102,12 +95,12 @@ class HandEndpoint(CanopenEndpoint):
 
 
 def open_canopen(table: Mapping[str, Any], hand: Hand, where: str) -> CanopenEndpoint:
-    settings = build(CanopenSettings, table, where)
-    fingers = finger_nodes(settings.first_finger, hand.number, len(hand.fingers))
+    settings = build(network.CanopenSettings, table, where)
+    fingers = network.finger_nodes(settings.first_finger, hand.number, len(hand.fingers))
     if settings.node_id in fingers:
         raise ConfigError(f"{where}: 'node_id' {settings.node_id} is that of a finger; choose another")
     own = "fingertip.eds" if settings.role == "hand" else "grasp_force.eds"
-    read_eds(settings.eds, settings.node_id, own)  # complains before the bus is opened
+    network.read_eds(settings.eds, settings.node_id, own)  # complains before the bus is opened
     raw = CanSettings(
         interface=settings.interface,
         channel=settings.channel,
@@ -119,7 +112,7 @@ def open_canopen(table: Mapping[str, Any], hand: Hand, where: str) -> CanopenEnd
     codec = CanCodec(hand.fingers, fd=False, hand=hand.number)
     try:
         if settings.role == "listen":
-            heard = identifiers(fingers, settings.node_id, hand.number)
+            heard = network.identifiers(fingers, settings.node_id, hand.number)
             return CanopenEndpoint(bus, codec, heard, reopen, timing)
         kind = HandEndpoint if settings.role == "hand" else GraspEndpoint
         made = kind(bus, codec, settings, fingers, hand.number, reopen, timing)

@@ -145,7 +145,8 @@ def read_eds(name: str, node: int, like: str) -> ObjectDictionary:
 
     They are of the same product, with the same mapping of every PDO; an empty name stands for ``like``.
     """
-    shipped = _shipped(like, node)
+    with as_file(files("vegrip.proto").joinpath(like)) as path:
+        shipped = _import(path, node)
     if not name:
         return shipped
     found = _import(Path(name), node)
@@ -182,11 +183,6 @@ def wanted_value(dictionary: ObjectDictionary, index: int, sub: int) -> int:
 def _entry(dictionary: ObjectDictionary, index: int, sub: int) -> ODVariable:
     found = dictionary[index]
     return found if isinstance(found, ODVariable) else found[sub]
-
-
-def _shipped(name: str, node: int) -> ObjectDictionary:
-    with as_file(files("vegrip.proto").joinpath(name)) as path:
-        return _import(path, node)
 
 
 def _import(path: Path, node: int) -> ObjectDictionary:
@@ -259,7 +255,6 @@ class LoopNetwork(canopen.Network):  # type: ignore[misc]
             logging.getLogger("vegrip.canopen").debug("frame %x: %r", can_id, error)
 
     def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
-        """Put a data frame on the bus; remote frames are not used here."""
         if not remote:
             self._send(can_id, bytes(data))
 

@@ -106,12 +106,6 @@ class HeartbeatConsumer:
     def missing(self) -> list[int]:
         return [node for node, watched in self._nodes.items() if watched.missing]
 
-    @property
-    def due(self) -> int:
-        """When the next node can become missing [ns]."""
-        waiting = [w.heard + w.limit + w.grace + 1 for w in self._nodes.values() if not w.missing]
-        return min(waiting, default=2**63 - 1)
-
 
 Send = Callable[[int, bytes], None]
 RESTART_PERIOD_NS = 1_000_000_000  # [ns] between two commands to start
@@ -145,8 +139,10 @@ class Sensor:
             self._reader.serve(now)
             if self._reader.is_done:
                 self._compare(self._reader)
-        if self.is_verified and self._is_master and state not in (None, network.OPERATIONAL):
-            self._start(now)
+        is_asleep = self.is_verified and self._is_master and state not in (None, network.OPERATIONAL)
+        if is_asleep and (self._told is None or now - self._told >= RESTART_PERIOD_NS):
+            self._told = now
+            self._send(network.NMT, bytes([network.START, self.node]))
 
     def _compare(self, reader: SdoReader) -> None:
         self._reader = None
@@ -160,11 +156,6 @@ class Sensor:
                 self.difference = f"object {index:04X}sub{sub} {has}, its EDS says {wanted:#x}"
                 return
         self.is_verified = True
-
-    def _start(self, now: int) -> None:
-        if self._told is None or now - self._told >= RESTART_PERIOD_NS:
-            self._told = now
-            self._send(network.NMT, bytes([network.START, self.node]))
 
 
 class Sensors:

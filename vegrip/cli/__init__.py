@@ -126,6 +126,7 @@ GROUPS = {  # heading -> command -> one line of help
     "Evidence": {
         "paper": "Print the paper's tables and draw its figures.",
         "controllers": "Measure grip force over the least that would hold, and slips, of every controller.",
+        "trial": "Make blind recordings with the truth apart, or score answers to them.",
         "bench": "Measure the speed ratios on this machine; in a checkout.",
     },
 }
@@ -168,6 +169,7 @@ STOPPED = {  # what an interrupted command keeps; the others are ended that way
     **dict.fromkeys(("controllers", "bench"), NOTHING),
     "replay": "what was sent is sent",
     "export": "what is in the folder of -o is not complete",
+    "trial": "recordings that were made stay, and there is no truth of them",
     "paper": "pictures that were drawn stay",
     "fleet": "recordings that were examined are kept, and the same command goes on with the others",
     "calibrate": "trials that were taken are kept, and the same command goes on with the others",
@@ -186,7 +188,10 @@ def main(arguments: list[str] | None = None) -> int:
         _print_help()
         return 0
     if name == "--version":
-        return _print_version()
+        from importlib.metadata import version
+
+        typer.echo(f"vegrip {version('vegrip')}")
+        return 0
     if name in COMPLETION:
         return run(whole(), arguments, "vegrip")
     if name not in COMMANDS:
@@ -286,13 +291,6 @@ def _as_app(command: typer.Typer | Callable[..., Any]) -> typer.Typer:
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     app.command()(command)
     return app
-
-
-def _print_version() -> int:
-    from importlib.metadata import version
-
-    typer.echo(f"vegrip {version('vegrip')}")
-    return 0
 
 
 def _print_help() -> None:

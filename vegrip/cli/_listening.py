@@ -80,7 +80,6 @@ def traffic_of_hand(
 
 @contextmanager
 def _showing(now: Now | None) -> Iterator[Callable[[], None]]:
-    """Show ``now`` as long as the block lasts; what is given draws it again when it is time."""
     if now is None:
         yield lambda: None
         return

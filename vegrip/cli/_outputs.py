@@ -130,13 +130,11 @@ def _refuse_folder(path: Path, *, force: bool) -> None:
 
 
 def claim_file(path: Path, *, force: bool) -> None:
-    """Refuse to write a file where one is, unless with ``force``, and where none can be."""
     _refuse_file(path, force=force)
     require_writable(path.parent)
 
 
 def claim_folder(path: Path, *, force: bool) -> None:
-    """Refuse to write a folder where one with files is, unless with ``force``, and where none can be."""
     _refuse_folder(path, force=force)
     require_writable(path)
 

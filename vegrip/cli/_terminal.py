@@ -87,7 +87,6 @@ def answer(told: Any, show: Callable[[], object], *, as_json: bool) -> None:
 
 
 def print_json(told: Any) -> None:
-    """Print one JSON object; what is not a number is null."""
     typer.echo(json_text(told))
 
 

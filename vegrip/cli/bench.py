@@ -3,6 +3,7 @@
 import importlib
 import sys
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated
 
 import typer
@@ -30,11 +31,20 @@ def bench(
 
     The benchmarks are part of the source, not of what is installed.
     """
-    if not (SOURCE / "benchmarks" / "_run.py").is_file():
-        raise UsageError(
-            "the benchmarks are part of the source, which is not here; in a checkout `make bench` runs them"
-        )
+    runner = from_source("benchmarks._run", "the benchmarks are", "in a checkout `make bench` runs them")
+    if runner.run_all(names or [], as_json=as_json, quick=quick):
+        raise typer.Exit(EXIT_LOST)
+
+
+def from_source(module: str, what: str, remedy: str) -> ModuleType:
+    """Return a module that is part of the source and not installed.
+
+    Raises:
+        UsageError: the source is not here.
+
+    """
+    if not (SOURCE / Path(*module.split("."))).with_suffix(".py").is_file():
+        raise UsageError(f"{what} part of the source, which is not here; {remedy}")
     if str(SOURCE) not in sys.path:
         sys.path.insert(0, str(SOURCE))
-    if importlib.import_module("benchmarks._run").run_all(names or [], as_json=as_json, quick=quick):
-        raise typer.Exit(EXIT_LOST)
+    return importlib.import_module(module)

@@ -8,6 +8,8 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._terminal import answer, printer, show, table
+from vegrip.config import build
+from vegrip.errors import UsageError
 
 if TYPE_CHECKING:
     from vegrip.transport.canbus.traffic import Forecast, TrafficPlan
@@ -34,8 +36,6 @@ def bus_load(
 
     Example: vegrip bus-load --fingers 5 --rate 500 --layout fd --queue priority
     """
-    from vegrip.config import build
-    from vegrip.errors import UsageError
     from vegrip.transport.canbus.traffic import TrafficPlan, forecast_traffic
 
     if layout not in ("fd", "classic") or queue not in ("fifo", "priority"):

@@ -11,7 +11,7 @@ import typer
 
 from vegrip.cli._options import JSON, OPENS, PORT
 from vegrip.cli._terminal import announce_page, answer, figures, printer, progress
-from vegrip.config import parse_toml
+from vegrip.config import parse_toml, toml_value
 from vegrip.errors import InputError, UsageError, VegripError
 from vegrip.whole_file import write_whole, writing
 
@@ -104,7 +104,10 @@ def calibrate(
         _serve(folder, radius, own, limits, node, port, opens=opens)
         return
     asks = ask and sys.stdin.isatty() and not (as_json or take or drop or end or virtual is not None)
-    _check_launch(launch, is_end=end or asks or virtual is not None)
+    if launch is not None and not (end or asks or virtual is not None):
+        raise UsageError("--launch belongs to the end of a calibration; add --end")
+    if launch is not None and not launch.is_file():
+        raise InputError(f"{launch}: there is no such launch file")
     calibration = _opened(folder, radius, limits, own, virtual)
     if drop:
         calibration.drop(drop)
@@ -131,17 +134,11 @@ def _opened(
     folder: Path, radius: str, limits: Path | None, own: dict[str, float | None], virtual: int | None
 ) -> "Calibration":
     from vegrip.cli.experiment import rig_limits
-    from vegrip.identification.calibration.session import (
-        Calibration,
-        load,
-        other_limits,
-        save,
-        usual_limits,
-    )
+    from vegrip.identification.calibration import session
     from vegrip.identification.calibration.trials import practice_tip
     from vegrip.identification.recording.units import parse_length
 
-    found = load(folder)
+    found = session.load(folder)
     given: RigLimits = rig_limits(limits, own)
     metres = parse_length(radius, "--radius") if radius else None
     if virtual is not None:
@@ -149,19 +146,18 @@ def _opened(
     if found is not None:
         if metres is not None and metres != found.radius:
             raise UsageError(f"{folder} is the calibration of a fingertip of radius {found.radius:g} m")
-        found.limits = other_limits(found.limits, given)
+        found.limits = session.other_limits(found.limits, given)
         return found
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InputError(f"{folder}: is no calibration; give another folder")
     if metres is None:
         raise UsageError("state the radius of the fingertip: --radius '9 mm'")
-    made = Calibration(folder, metres, usual_limits(given, metres))
-    save(made)
+    made = session.Calibration(folder, metres, session.usual_limits(given, metres))
+    session.save(made)
     return made
 
 
 def _judged(calibration: "Calibration") -> "Standing":
-    """Judge what there is; keep it, and write the motion that is next."""
     from vegrip.identification.calibration.session import NEXT, judge, save
     from vegrip.identification.simulate import write_protocol
 
@@ -230,7 +226,6 @@ def _practised(
 def _guide(
     calibration: "Calibration", standing: "Standing", node: str, finger: str
 ) -> "tuple[bool, Standing]":
-    """Ask for one trial after the other; return whether the end was asked for, and where it then stands."""
     while True:
         _print(calibration, standing, None)
         if standing.next.trial is None:
@@ -326,13 +321,6 @@ def _print(calibration: "Calibration", standing: "Standing", ended: "Ended | Non
     )
 
 
-def _check_launch(launch: Path | None, *, is_end: bool) -> None:
-    if launch is not None and not is_end:
-        raise UsageError("--launch belongs to the end of a calibration; add --end")
-    if launch is not None and not launch.is_file():
-        raise InputError(f"{launch}: there is no such launch file")
-
-
 def _use_slip(ended: "Ended", launch: Path | None, folder: Path, *, say: bool) -> None:
     from vegrip.grip.friction_settings import FrictionSettings
 
@@ -399,7 +387,6 @@ def _serve(
 
 def write_friction(path: Path, settings: Mapping[str, Any], by: str) -> None:
     """Write ``settings`` as ``friction`` of the grip controller of a launch file, or of a map."""
-    from vegrip.config import toml_value
     from vegrip.transport.mapped.writer import changed_text
 
     try:

@@ -65,7 +65,6 @@ def check(
 def _recorded(
     node: str, folder: Path, finger: str, seconds: float, model: Path | None
 ) -> tuple[Path, Path | None]:
-    """Record a node; return the recording of the finger that is looked at, and the model to begin with."""
     import numpy as np
 
     from vegrip.cli.record import record_from_node

@@ -1,7 +1,6 @@
 """``vegrip connect``: from the database of a hand of another make, and its traffic, to a map that runs."""
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,6 +10,7 @@ from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file
 from vegrip.cli._terminal import complain, show, table
 from vegrip.cli.node import parsed
+from vegrip.config import parse_toml
 from vegrip.errors import ConfigError, InputError, UsageError
 from vegrip.whole_file import write_whole
 
@@ -141,7 +141,6 @@ def _connect_product(
     *,
     as_json: bool,
 ) -> None:
-    from vegrip.config import parse_toml
     from vegrip.transport.mapped.products import map_of
     from vegrip.transport.mapped.writer import changed_text, checked
 
@@ -264,7 +263,6 @@ def _tell(
     unknown: str = "",
     as_json: bool,
 ) -> None:
-    """Tell what a map makes of the traffic, what was found, and what its hand does not say."""
     from vegrip.transport.mapped.price import price
     from vegrip.transport.mapped.traffic import values_of
 
@@ -297,7 +295,10 @@ def _tell(
             typer.echo(text)
         if values is not None and plan is not None:
             _show(values, plan)
-        _say(("found: ", learned), ("measure: " if unknown else "price: ", prices), ("open:  ", doubts))
+        told_of = {"found: ": learned, "measure: " if unknown else "price: ": prices, "open:  ": doubts}
+        for head, sentences in told_of.items():
+            for sentence in sentences:
+                typer.echo(f"{head}{sentence}")
         for sentence in implausible:
             complain(sentence)
         if output is not None:
@@ -305,12 +306,6 @@ def _tell(
             typer.echo(f"written: {output}; next: {then}")
     if implausible:
         raise typer.Exit(InputError.exit_code)
-
-
-def _say(*groups: tuple[str, Sequence[str]]) -> None:
-    for head, sentences in groups:
-        for sentence in sentences:
-            typer.echo(f"{head}{sentence}")
 
 
 def _next(output: Path, plan: "Plan | None") -> str:

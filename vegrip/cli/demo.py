@@ -8,6 +8,8 @@ from typing import Annotated, Any
 import typer
 
 from vegrip.cli._outputs import FORCE, claim_recording
+from vegrip.errors import UsageError
+from vegrip.host.realtime import switched
 
 
 def demo(
@@ -49,8 +51,6 @@ def demo(
     """
     from vegrip.demo.command import run_demo
     from vegrip.demo.product import open_product
-    from vegrip.errors import UsageError
-    from vegrip.host.realtime import switched
     from vegrip.identification.recording.session import replaced
     from vegrip.trials.closed_loop import GRASPS, Scenario, fitting_grasp
 

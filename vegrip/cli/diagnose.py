@@ -6,17 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli import _terminal
 from vegrip.cli._options import EACH, EACH_LAW, HOLD_BACK, JSON, RECORDING, REFITTED_MODEL, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
-from vegrip.cli._terminal import (
-    figures,
-    json_text,
-    print_json,
-    print_next,
-    print_sentences,
-    printer,
-    progress,
-)
 from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -62,7 +54,7 @@ def diagnose(
         is_alone = output is not None and output.suffix.lower() == ".toml"
         (outputs.file if is_alone else outputs.pictures)(output)
         measured, start = opened(recording, model, hold_back=hold_back)
-        with progress("diagnose") as report:
+        with _terminal.progress("diagnose") as report:
             same = judged(measured, tolerance, zeros_each_episode, laws_each_episode)
             found = diagnose_model(measured, start, **same, report=report)
         if is_alone:
@@ -72,7 +64,7 @@ def diagnose(
                 output, partial(_write_folder, found, model.stem if model else "the paper's model", draws)
             )
         if as_json:
-            print_json(_as_dict(found, draws))
+            _terminal.print_json(_as_dict(found, draws))
         else:
             _print(found, draws)
             if words := _next(found, recording, model):
@@ -81,15 +73,16 @@ def diagnose(
                     if words[0] in ("add", "fit", "refine", "draft")
                     else []
                 )
-                print_next("vegrip", *words, *options)
+                _terminal.print_next("vegrip", *words, *options)
 
 
 def _next(found: "Diagnosis", recording: Path, model: Path | None) -> list[object]:
     """Return the command that goes on from the verdict.
 
-    None where the recording itself is doubted, or episodes have laws of their own, which no other knows.
+    None where the recording itself is doubted or shows one motion alone, or episodes have laws of their own,
+    which no other knows.
     """
-    if found.start.laws or any(doubt.is_grave for doubt in found.doubts):
+    if found.start.laws or found.unproven or any(doubt.is_grave for doubt in found.doubts):
         return []
     name = recording.resolve().name
     base = ["--model", model] if model is not None else []
@@ -106,7 +99,6 @@ def _next(found: "Diagnosis", recording: Path, model: Path | None) -> list[objec
 
 
 def _as_dict(found: "Diagnosis", draws: int) -> dict[str, Any]:
-    """Return what is printed: the diagnosis, what would tell its candidates apart, and how sure it is."""
     from vegrip.identification.diagnosis.certainty import certainty_of
     from vegrip.identification.experiment.design import next_experiment
 
@@ -118,7 +110,7 @@ def _write_folder(found: "Diagnosis", start: str, draws: int, folder: Path) -> N
     from vegrip.model import write_model
 
     draw_diagnosis(found, folder, start)
-    write_whole(folder / "diagnosis.json", json_text(_as_dict(found, draws)) + "\n")
+    write_whole(folder / "diagnosis.json", _terminal.json_text(_as_dict(found, draws)) + "\n")
     write_model(found.model, folder / "model.toml")
 
 
@@ -133,7 +125,7 @@ SENTENCES = {
 def _print(found: "Diagnosis", draws: int) -> None:
     from rich.text import Text
 
-    console = printer()
+    console = _terminal.printer()
     told = _as_dict(found, draws)
     error = told["error"]
     grave = [doubt.text for doubt in found.doubts if doubt.is_grave]
@@ -148,13 +140,15 @@ def _print(found: "Diagnosis", draws: int) -> None:
         console.print(f"not separated: {', '.join(group)}")
     console.print(f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)")
     columns = ("round", "effect", "evidence [nats]", "held out [nats]", "error", "outcome")
-    table = figures(*columns, left=("effect", "outcome"))
+    table = _terminal.figures(*columns, left=("effect", "outcome"))
     for one in told["rounds"]:
         cells = (f"{one['evidence_gain']:.1f}", f"{one['heldout_gain']:.1f}", f"{one['error_after']:.3f}")
         table.add_row(str(one["round"]), one["name"], *cells, one["outcome"])
     console.print(table)
     added = ", ".join(one.candidate.name for one in found.search.accepted)
-    if added and told["verdict"] == "unexplained":
+    if found.unproven:
+        console.print(f"a suggestion: {added} leaves {error['after']:.3f} times the noise")
+    elif added and told["verdict"] == "unexplained":
         misfit = told["misfit"]
         console.print(
             f"not enough: with {added} {error['after']:.3f} times the noise is left, and depends on depth, "
@@ -179,7 +173,7 @@ def _print(found: "Diagnosis", draws: int) -> None:
     for reason, names in unseen.items():
         console.print(f"could not be tested, {reason}: {', '.join(names)}")
     _print_failures(told, added)
-    print_sentences(text for text in [*told["doubts"], *told["warnings"]] if text not in grave)
+    _terminal.print_sentences(text for text in [*told["doubts"], *told["warnings"]] if text not in grave)
 
 
 def _print_failures(told: dict[str, Any], added: str) -> None:
@@ -187,7 +181,7 @@ def _print_failures(told: dict[str, Any], added: str) -> None:
     if added:
         models.append((f"the model with {added}", told["error"]["after"], told["where_after"]))
     for name, error, regimes in models:
-        printer().print(
+        _terminal.printer().print(
             f"{name} leaves {error:.3f} times the noise" + (", and fails here:" if regimes else "")
         )
-        print_sentences(regime["note"] for regime in regimes)
+        _terminal.print_sentences(regime["note"] for regime in regimes)

@@ -7,6 +7,7 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._terminal import print_json, print_sentences, printer, show, table
+from vegrip.errors import UsageError, suggestion
 
 
 def doctor(
@@ -76,7 +77,6 @@ def _show_sensors(given: str, *, as_json: bool) -> None:
 
 
 def _channels(given: str) -> tuple[str, ...]:
-    from vegrip.errors import UsageError, suggestion
     from vegrip.identification.recording import read_recording
     from vegrip.identification.recording.channels import CHANNELS
 

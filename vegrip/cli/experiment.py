@@ -9,6 +9,9 @@ import typer
 from vegrip.cli._options import JSON, RECORDING, REFITTED_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
 from vegrip.cli._terminal import answer, figures, printer, progress
+from vegrip.config import build
+from vegrip.config import replace as changed
+from vegrip.errors import UsageError
 
 if TYPE_CHECKING:
     from vegrip.identification.experiment import Design, Hypotheses, RigLimits
@@ -61,7 +64,6 @@ def experiment(
     """
     from vegrip.cli.fit import opened
     from vegrip.effects import effect
-    from vegrip.errors import UsageError
     from vegrip.identification.experiment import NO_EFFECT, design
     from vegrip.identification.experiment.design_space import complete_limits, limits_of
     from vegrip.identification.simulate import write_protocol
@@ -109,8 +111,6 @@ def _usable(recording: "Recording") -> "Recording":
 
 def rig_limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits":
     """Return the limits of a file with those that options give; NaN where neither says any."""
-    from vegrip.config import build
-    from vegrip.config import replace as changed
     from vegrip.identification.experiment.design_space import RigLimits, read_limits
 
     limits = read_limits(path) if path is not None else build(RigLimits, {}, "limits")

@@ -9,6 +9,7 @@ import typer
 from vegrip.cli._options import JSON, group
 from vegrip.cli._outputs import FORCE, claim_file, claim_folder
 from vegrip.cli._terminal import answer, print_json, printer
+from vegrip.config import build, read_toml
 from vegrip.errors import InputError, UsageError
 from vegrip.whole_file import writing
 
@@ -110,7 +111,6 @@ def _check(value: str, known: tuple[str, ...], option: str) -> None:
 
 
 def _settings(path: Path | None, *, control: bool = False) -> dict[str, Any]:
-    from vegrip.config import build, read_toml
     from vegrip.estimator import EstimatorSettings, SensorNoise
     from vegrip.grip.settings import ControlSettings
 

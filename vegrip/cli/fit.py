@@ -8,28 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vegrip.cli._options import (
-    EACH,
-    EACH_LAW,
-    HOLD_BACK,
-    JSON,
-    MODEL_OUT,
-    ONLY,
-    RECORDING,
-    START_MODEL,
-    TOLERANCE,
-)
+from vegrip.cli import _options, _terminal
 from vegrip.cli._outputs import FORCE, Outputs
-from vegrip.cli._terminal import (
-    answer,
-    counted,
-    figures,
-    print_json,
-    print_next,
-    print_sentences,
-    printer,
-    progress,
-)
 from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -43,15 +23,15 @@ if TYPE_CHECKING:
 
 
 def fit(
-    recording: RECORDING,
-    model: START_MODEL = None,
-    output: MODEL_OUT = None,
+    recording: _options.RECORDING,
+    model: _options.START_MODEL = None,
+    output: _options.MODEL_OUT = None,
     force: FORCE = False,
-    zeros_each_episode: EACH = False,
-    laws_each_episode: EACH_LAW = False,
-    tolerance: TOLERANCE = 0.0,
-    hold_back: HOLD_BACK = "",
-    as_json: JSON = False,
+    zeros_each_episode: _options.EACH = False,
+    laws_each_episode: _options.EACH_LAW = False,
+    tolerance: _options.TOLERANCE = 0.0,
+    hold_back: _options.HOLD_BACK = "",
+    as_json: _options.JSON = False,
 ) -> None:
     """Fit a contact model to a recording: all channels at once, noise of force and displacement alike.
 
@@ -66,20 +46,24 @@ def fit(
     with Outputs(force=force) as outputs:
         outputs.file(output)
         measured, start = opened(recording, model, hold_back=hold_back)
-        with progress("fit") as report:
+        with _terminal.progress("fit") as report:
             same = judged(measured, tolerance, zeros_each_episode, laws_each_episode)
             found = fit_model(measured, start, **same, report=report)
         doubts = doubted(found.problem)
         kept = outputs.write(output, partial(write_model, found.model))
         if as_json:
-            print_json(found.as_dict() | {"doubts": [doubt.text for doubt in doubts]})
+            _terminal.print_json(found.as_dict() | {"doubts": [doubt.text for doubt in doubts]})
             return
-        print_sentences(doubt.text for doubt in doubts)  # before the figures that they put in question
+        _terminal.print_sentences(
+            doubt.text for doubt in doubts
+        )  # before the figures that they put in question
         print_fit(found)
         next_command = _next(recording, found, output if kept else None)
         can_follow = not found.laws or "compare" not in next_command  # which knows one law for all
         if can_follow and not any(doubt.is_grave for doubt in doubts):
-            print_next(*next_command, *error_options(zeros_each_episode, tolerance, laws_each_episode))
+            _terminal.print_next(
+                *next_command, *error_options(zeros_each_episode, tolerance, laws_each_episode)
+            )
 
 
 def _next(recording: Path, found: "Fit", model: Path | None) -> list[object]:
@@ -98,14 +82,14 @@ EFFECT = Annotated[str, typer.Argument(help="Name of an effect, built in or of y
 
 def add(
     effect: EFFECT,
-    recording: RECORDING,
-    model: START_MODEL = None,
-    output: MODEL_OUT = None,
+    recording: _options.RECORDING,
+    model: _options.START_MODEL = None,
+    output: _options.MODEL_OUT = None,
     force: FORCE = False,
-    zeros_each_episode: EACH = False,
-    tolerance: TOLERANCE = 0.0,
-    hold_back: HOLD_BACK = "",
-    as_json: JSON = False,
+    zeros_each_episode: _options.EACH = False,
+    tolerance: _options.TOLERANCE = 0.0,
+    hold_back: _options.HOLD_BACK = "",
+    as_json: _options.JSON = False,
 ) -> None:
     """Put an effect into the model, fit again, and say how far the error fell.
 
@@ -122,7 +106,7 @@ def add(
         outputs.file(output)
         known_effect(effect)  # an unknown one is refused before the fit
         measured, start = opened(recording, model, hold_back=hold_back)
-        with progress("add") as report:
+        with _terminal.progress("add") as report:
             same = judged(measured, tolerance, zeros_each_episode)
             before = fit_model(measured, start, **same, report=report)
             after, base = add_effect(effect, before)
@@ -131,11 +115,11 @@ def add(
         if as_json:
             told = after.as_dict()
             kept = {name: told[name] for name in ("parameters", "warnings")}
-            print_json({"effect": effect, "error": error} | kept)
+            _terminal.print_json({"effect": effect, "error": error} | kept)
             return
         print_fit(after)
         text = f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)"
-        printer().print(text)
+        _terminal.printer().print(text)
 
 
 REPORT = Annotated[
@@ -146,16 +130,16 @@ MOST = Annotated[int, typer.Option(min=1, max=10, help="Add at most this many ef
 
 
 def refine(
-    recording: RECORDING,
-    model: START_MODEL = None,
-    output: MODEL_OUT = None,
+    recording: _options.RECORDING,
+    model: _options.START_MODEL = None,
+    output: _options.MODEL_OUT = None,
     force: FORCE = False,
     report: REPORT = None,
     most: MOST = 4,
-    zeros_each_episode: EACH = False,
-    tolerance: TOLERANCE = 0.0,
-    hold_back: HOLD_BACK = "",
-    as_json: JSON = False,
+    zeros_each_episode: _options.EACH = False,
+    tolerance: _options.TOLERANCE = 0.0,
+    hold_back: _options.HOLD_BACK = "",
+    as_json: _options.JSON = False,
 ) -> None:
     """Add effect after effect, refitting each time, and show the ladder of errors down to the noise.
 
@@ -173,7 +157,7 @@ def refine(
         outputs.file(output)
         outputs.pictures(report)
         measured, start = opened(recording, model, hold_back=hold_back)
-        with progress("refine") as tell:
+        with _terminal.progress("refine") as tell:
             same = judged(measured, tolerance, zeros_each_episode)
             refined = error_ladder.refine(measured, start, **same, most=most, report=tell)
         found, rungs = refined.diagnosis, refined.rungs
@@ -186,7 +170,7 @@ def refine(
                 report,
                 partial(_write_report, rungs, account(found, recording, [again], next_experiment(found))),
             )
-        answer(told, lambda: _print_ladder(told), as_json=as_json)
+        _terminal.answer(told, lambda: _print_ladder(told), as_json=as_json)
 
 
 def _write_report(rungs: "list[Rung]", told: dict[str, Any], folder: Path) -> None:
@@ -197,12 +181,12 @@ def _write_report(rungs: "list[Rung]", told: dict[str, Any], folder: Path) -> No
 
 
 def _print_ladder(told: dict[str, Any]) -> None:
-    table = figures("model", "error / noise", "held out", left=("model",))
+    table = _terminal.figures("model", "error / noise", "held out", left=("model",))
     for rung in told["ladder"]:
         name = "start" if rung["effect"] is None else f"+ {rung['effect']}"
         table.add_row(name, f"{rung['error']:.3f}", f"{rung['heldout_error']:.3f}")
-    printer().print(table)
-    printer().print(f"verdict: {told['verdict']}; the next effect does not pay")
+    _terminal.printer().print(table)
+    _terminal.printer().print(f"verdict: {told['verdict']}; the next effect does not pay")
 
 
 MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model is fitted.")]
@@ -218,16 +202,16 @@ CURVES = Annotated[
 
 
 def compare(
-    recording: RECORDING,
+    recording: _options.RECORDING,
     model: MODEL = None,
     versus: VERSUS = None,
     output: OUT = None,
     force: FORCE = False,
-    zeros_each_episode: EACH = False,
-    tolerance: TOLERANCE = 0.0,
-    hold_back: HOLD_BACK = "",
-    only: ONLY = "",
-    as_json: JSON = False,
+    zeros_each_episode: _options.EACH = False,
+    tolerance: _options.TOLERANCE = 0.0,
+    hold_back: _options.HOLD_BACK = "",
+    only: _options.ONLY = "",
+    as_json: _options.JSON = False,
     with_curves: CURVES = False,
 ) -> None:
     """Say how large the error of every channel is against its noise, and where the model fails.
@@ -248,7 +232,7 @@ def compare(
             pairs.append((versus, model) if versus.is_dir() else (recording, versus))
         names = [file.stem if file is not None else FITTED for _, file in pairs]
         read = [opened(folder, file, hold_back=hold_back, only=only) for folder, file in pairs]
-        with progress("compare") as report:
+        with _terminal.progress("compare") as report:
             found = [
                 compare_model(
                     measured, start, **judged(measured, tolerance, zeros_each_episode), report=report
@@ -260,7 +244,7 @@ def compare(
             told = [values | {"curves": curves(one)} for one, values in zip(found, told, strict=True)]
         outputs.write(output, partial(_drawn, found, names))
         if as_json:
-            print_json(told[0] | ({"versus": told[1]} if len(told) > 1 else {}))
+            _terminal.print_json(told[0] | ({"versus": told[1]} if len(told) > 1 else {}))
             return
         for one, values, name in zip(found, told, names, strict=True):
             _print_comparison(one, values, name)
@@ -271,23 +255,23 @@ def _drawn(found: "list[Comparison]", names: list[str], out: Path) -> None:
 
     for i, (one, name) in enumerate(zip(found, names, strict=True)):
         files = draw_comparison(one, out if i == 0 else out / "versus", name)
-        printer(stderr=True).print(f"{len(files)} pictures in {files[0].parent}", soft_wrap=True)
+        _terminal.printer(stderr=True).print(f"{len(files)} pictures in {files[0].parent}", soft_wrap=True)
 
 
 def _print_comparison(found: "Comparison", told: dict[str, Any], name: str) -> None:
     from rich.text import Text
 
-    console = printer()
+    console = _terminal.printer()
     origin = name if found.fitted else f"{name} as it is"
     head = Text(told["recording"], style="bold")
     console.print(head + Text(f": {origin}, {told['error']:.3f} times the noise", style="not bold"))
     console.print(channel_table(told["channels"]))
-    print_sentences(regime["note"] for regime in told["where"])
+    _terminal.print_sentences(regime["note"] for regime in told["where"])
     if not told["where"]:
         console.print("nothing stands out of the noise")
     if told["repeated"]:
         console.print(told["repeated"]["note"], soft_wrap=True)
-    print_sentences(told["doubts"])
+    _terminal.print_sentences(told["doubts"])
 
 
 def judged(
@@ -318,8 +302,8 @@ def opened(
     from vegrip.model import read_model
 
     start = read_model(model) if model is not None else None
-    with progress("read") as report:
-        whole = read_recording(recording, progress=counted(report))
+    with _terminal.progress("read") as report:
+        whole = read_recording(recording, progress=_terminal.counted(report))
     return select_episodes(whole, only=only, without=hold_back), start
 
 
@@ -333,10 +317,10 @@ def doubted(problem: "Problem") -> "list[Doubt]":
 
 def print_fit(fit: "Fit") -> None:
     """Print values with their standard errors, errors by channel, and warnings."""
-    console = printer()
+    console = _terminal.printer()
     told = fit.as_dict()
     text = ("parameter", "unit", "in SI", "effect")
-    table = figures("parameter", "value", "std", "unit", "in SI", "effect", left=text)
+    table = _terminal.figures("parameter", "value", "std", "unit", "in SI", "effect", left=text)
     for name, one in told["parameters"].items():
         is_log = one["scale"] == "log"
         spread = f"{100.0 * one['std']:.2g} %" if is_log else f"{one['std']:.2g}"
@@ -350,12 +334,12 @@ def print_fit(fit: "Fit") -> None:
         f"zeros: displacement {zeros['displacement']:.3g} m, normal force {zeros['normal_force']:.3g} N"
     )
     print_noise(told["noise"])
-    print_sentences([*told["warnings"], *([fit.laws_note] if fit.laws else [])])
+    _terminal.print_sentences([*told["warnings"], *([fit.laws_note] if fit.laws else [])])
 
 
 def print_noise(noise: dict[str, Any]) -> None:
     """Say how large the noise of every channel was taken to be, and where that comes from."""
-    console = printer()
+    console = _terminal.printer()
     for channel, source in noise["source"].items():
         size = f"{noise[channel]:.3g}, " if noise.get(channel) else ""
         slow = f", {noise['slow_time']:.2g} s" if channel == "slow_force" and noise["slow_force"] else ""
@@ -366,7 +350,7 @@ def print_noise(noise: dict[str, Any]) -> None:
 
 def channel_table(channels: dict[str, Any]) -> Any:
     head = ("channel", "rmse", "noise", "ratio", "white (p)", "in 95 % band")
-    table = figures(*head, left=("channel",))
+    table = _terminal.figures(*head, left=("channel",))
     for name, one in channels.items():
         cells = (f"{one['rmse']:.3g}", f"{one['noise']:.3g}", f"{one['ratio']:.3f}")
         table.add_row(name, *cells, f"{one['whiteness_p']:.2g}", f"{100.0 * one['coverage95']:.1f} %")

@@ -71,12 +71,7 @@ def import_(
 
     A CAN log needs no map: vegrip sample press.blf && vegrip import press.blf -o log --fingers thumb
     """
-    from vegrip.identification.recording.column_map import (
-        BaselineMap,
-        ColumnMap,
-        read_column_map,
-        with_columns,
-    )
+    from vegrip.identification.recording import column_map
     from vegrip.identification.recording.units import parse_length
 
     metres = parse_length(radius, "--radius") if radius else math.nan
@@ -105,10 +100,10 @@ def import_(
     elif _is_can_log(one):
         found = _can_log(one, output, fingers, metres)
     else:
-        read = read_column_map(map_file) if map_file else ColumnMap()
-        chart = with_columns(read, columns or [], units or [], negated or [], zeros or [])
+        read = column_map.read_column_map(map_file) if map_file else column_map.ColumnMap()
+        chart = column_map.with_columns(read, columns or [], units or [], negated or [], zeros or [])
         if baseline is not None:
-            chart = dataclasses.replace(chart, baseline=BaselineMap(baseline))
+            chart = dataclasses.replace(chart, baseline=column_map.BaselineMap(baseline))
         has_own_zeros = any(entry.zero == "contact" for entry in chart.channels.values())
         found = _mapped(src, output, chart, metres)
     _print_result(found, has_own_zeros=has_own_zeros, as_json=as_json)

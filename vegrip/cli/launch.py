@@ -15,6 +15,9 @@ from rich.console import Console
 from rich.text import Text
 
 from vegrip.cli._terminal import show, table
+from vegrip.clock import WallClock
+from vegrip.errors import VegripError
+from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission, switched
 
 COLOURS = ("cyan", "green", "magenta", "yellow", "blue", "bright_red")
 
@@ -50,7 +53,6 @@ def launch(
     if check:
         _show(nodes)
         return
-    from vegrip.host.realtime import switched
 
     wanted = realtime and any(node.realtime for node in nodes)
     with switched(on=wanted and _is_permitted()):
@@ -60,8 +62,6 @@ def launch(
 
 def _is_permitted() -> bool:
     """Whether the nodes may have real-time priority; said here once, not by each of them."""
-    from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission
-
     chosen = choose_scheduling(NODE_PRIORITY, permission(), on=is_switched_on())
     if chosen.sentence:
         Console(highlight=False, markup=False, soft_wrap=True).print(chosen.sentence)
@@ -69,7 +69,6 @@ def _is_permitted() -> bool:
 
 
 def _run(path: Path, nodes: list[Any]) -> int:
-    from vegrip.clock import WallClock
     from vegrip.runtime.launcher import ChildProcess, Launcher
 
     width = max(len(node.full_name) for node in nodes)
@@ -91,7 +90,6 @@ def _run(path: Path, nodes: list[Any]) -> int:
 
 
 def _is_active(name: str) -> bool:
-    from vegrip.errors import VegripError
     from vegrip.runtime.registry import ask, find_node
 
     try:

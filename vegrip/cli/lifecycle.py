@@ -6,6 +6,7 @@ import typer
 
 from vegrip.cli._options import JSON, NODE_NAME, group
 from vegrip.cli._terminal import answer, print_json, show, table
+from vegrip.errors import DeviceError, UsageError
 from vegrip.jsonable import jsonable
 
 app = group(
@@ -96,7 +97,6 @@ def zero(node: NODE_NAME, as_json: JSON = False) -> None:
 
 
 def _ask_or_recall(node: str, call: str) -> Any:
-    from vegrip.errors import UsageError
     from vegrip.runtime.registry import ask, find_node, read_reports
 
     try:
@@ -128,7 +128,6 @@ def _show(state: dict[str, Any], as_json: bool) -> None:
 
 
 def _state(entry: Any) -> dict[str, Any]:
-    from vegrip.errors import DeviceError
     from vegrip.runtime.registry import ask, silent_state
 
     try:

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from vegrip.config import parse_toml
+from vegrip.config import build, parse_toml
 from vegrip.errors import UsageError, suggestion
 
 
@@ -48,7 +48,6 @@ def configured(
     name: str, config: Path | None, namespace: str | None, as_name: str | None, values: list[str]
 ) -> Any:
     """Return the configuration of a node: that of the launch file, then what the command line says."""
-    from vegrip.config import build
     from vegrip.runtime.launch_file import NodeConfig
     from vegrip.runtime.node import find_program
 

@@ -8,6 +8,7 @@ import typer
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, require_writable
 from vegrip.cli._terminal import print_json, printer
+from vegrip.errors import UsageError
 
 NAMES = Annotated[
     list[str] | None,
@@ -56,7 +57,6 @@ def effect_laws(
     Example: vegrip test-effect adhesion
     """
     from vegrip.effects import BUILT_IN, effect, names
-    from vegrip.errors import UsageError
     from vegrip.model.laws import LAWS, broken_laws
 
     chosen = effects or [name for name in names() if name not in BUILT_IN]
@@ -69,14 +69,11 @@ def effect_laws(
     for name, one in zip(chosen, found, strict=True):
         broken[name] = broken_laws(one)
         if not as_json:
-            _print_result(name, broken[name], len(LAWS))
+            said = f"breaks {len(broken[name])} of" if broken[name] else "holds to"
+            typer.echo(f"{name}: {said} {len(LAWS)} laws")
+            for sentence in broken[name]:
+                typer.echo(f"  {sentence}")
     if as_json:
         print_json({name: {"broken": sentences} for name, sentences in broken.items()})
     if any(broken.values()):
         raise typer.Exit(EXIT_BROKEN_LAW)
-
-
-def _print_result(name: str, broken: list[str], laws: int) -> None:
-    typer.echo(f"{name}: breaks {len(broken)} of {laws} laws" if broken else f"{name}: holds to {laws} laws")
-    for sentence in broken:
-        typer.echo(f"  {sentence}")

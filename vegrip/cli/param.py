@@ -6,7 +6,7 @@ import typer
 
 from vegrip.cli._options import JSON, NODE_NAME, group
 from vegrip.cli._terminal import answer, print_json, show, table
-from vegrip.errors import suggestion
+from vegrip.errors import UsageError, suggestion
 
 app = group(
     "Read and set parameters of running nodes.\n\n"
@@ -62,7 +62,6 @@ def set_(
 
 
 def _show(rows: list[dict[str, Any]], node: str, name: str, as_json: bool) -> None:
-    from vegrip.errors import UsageError
 
     found = {row["name"]: row for row in rows}
     if name not in found:

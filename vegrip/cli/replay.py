@@ -11,6 +11,9 @@ import typer
 from vegrip.cli._options import LOGS, SET
 from vegrip.cli._outputs import FORCE, Outputs, claim_recording
 from vegrip.cli._terminal import figures, print_json, print_sentences, printer, progress
+from vegrip.clock import WallClock
+from vegrip.config import build
+from vegrip.errors import DeviceError, InputError, UsageError
 
 if TYPE_CHECKING:
     from vegrip.identification.recording import LoadReport, Recording
@@ -89,8 +92,6 @@ def replay(
 
     Example: vegrip sample press && vegrip replay press --through --plot press.png
     """
-    from vegrip.errors import UsageError
-
     if recording.suffix.lower() in LOGS and not recording.is_dir():
         if through or finger:
             raise UsageError("a log is played as it is; leave out --through and --finger")
@@ -142,9 +143,6 @@ def _play_log(log: Path, config: Path | None, speed: float, values: list[str]) -
     import can
 
     from vegrip.cli.node import assigned
-    from vegrip.clock import WallClock
-    from vegrip.config import build
-    from vegrip.errors import DeviceError, InputError, UsageError
     from vegrip.identification.recording.can_log import frames_of
     from vegrip.runtime.launch_file import find_launch_file, read_launch_file
     from vegrip.runtime.replay.run import play_frames
@@ -191,7 +189,6 @@ def _run_through(
 ) -> None:
     import tempfile
 
-    from vegrip.errors import DeviceError
     from vegrip.identification.recording.session import replaced
     from vegrip.identification.recording.writer import RecordingWriter
     from vegrip.identification.sensors import LOAD_REMEDY, lacking
@@ -206,10 +203,10 @@ def _run_through(
         for picture in pictures.values():
             outputs.picture(picture)
         session = output or Path(scratch) / "session"
-        tip, sensors = _sensors(recordings)
+        first = next(iter(recordings.values()))  # a session states one radius and one noise
         with progress("replay") as report, replaced(session):
             report(f"runs the node over {', '.join(recordings)}")
-            with RecordingWriter(session, radius=tip, sensors=sensors) as writer:
+            with RecordingWriter(session, radius=first.fingertip.radius, sensors=first.sensors) as writer:
                 outcome = run_through(node, recordings, writer=writer, fd=fd)
             if writer.problem:
                 raise DeviceError(writer.problem)
@@ -223,12 +220,6 @@ def _run_through(
                 print_sentences(f"{name}: {sentence}" for sentence in lacking(each.columns, LOAD_REMEDY))
 
 
-def _sensors(recordings: "dict[str, Recording]") -> "tuple[float, Mapping[str, float]]":
-    """Return radius and noise of the first finger: a session states one of each."""
-    one = next(iter(recordings.values()))
-    return one.fingertip.radius, one.sensors
-
-
 def _draw(session: Path, title: str, picture: Path) -> None:
     from vegrip.runtime.replay.plot import draw_replay
 
@@ -236,7 +227,6 @@ def _draw(session: Path, title: str, picture: Path) -> None:
 
 
 def _recordings(folder: Path, finger: str) -> "dict[str, Recording]":
-    from vegrip.errors import UsageError
     from vegrip.identification.recording.session import read_fingers
 
     found = read_fingers(folder, announce=False)

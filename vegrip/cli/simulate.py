@@ -9,6 +9,7 @@ import typer
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs, claim_recording
 from vegrip.cli._terminal import print_json, printer
+from vegrip.errors import UsageError
 
 if TYPE_CHECKING:
     from vegrip.model import ContactModel
@@ -58,7 +59,6 @@ def simulate(
     Example: vegrip sample press.toml && vegrip simulate press.toml --noise contact_radius=5e-5 -o pressed
     """
     from vegrip.cli._recordings import describe, print_recording
-    from vegrip.errors import UsageError
     from vegrip.identification.recording import read_recording, write_recording
     from vegrip.identification.recording.session import replaced
     from vegrip.identification.simulate import like as simulate_like
@@ -93,7 +93,6 @@ def simulate(
 
 def _model(path: Path, extra: list[str]) -> "ContactModel":
     from vegrip.effects import effect
-    from vegrip.errors import UsageError
     from vegrip.model import read_model
 
     model = read_model(path)
@@ -105,7 +104,6 @@ def _model(path: Path, extra: list[str]) -> "ContactModel":
 
 
 def _sensors(noise: list[str]) -> dict[str, float]:
-    from vegrip.errors import UsageError
     from vegrip.identification.simulate import DEFAULT_NOISE
 
     sensors = dict(DEFAULT_NOISE)

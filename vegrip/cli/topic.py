@@ -13,7 +13,7 @@ import typer
 
 from vegrip.cli._options import group
 from vegrip.cli._terminal import complain, print_json, show, table
-from vegrip.errors import suggestion
+from vegrip.errors import DeviceError, UsageError, suggestion
 from vegrip.jsonable import jsonable
 
 app = group(
@@ -95,7 +95,6 @@ def _rate(times: list[float]) -> dict[str, float]:
 
 def _messages(prefix: str, count: int, duration: float) -> Iterator[tuple[str, Any]]:
     """Yield topic and message, each message once: as sent or, when no node of ours sends it, as received."""
-    from vegrip.errors import DeviceError, UsageError
     from vegrip.runtime.registry import running_nodes
     from vegrip.runtime.telemetry_socket import TelemetryReader
 
@@ -146,7 +145,6 @@ def _is_asked(topic: str, prefix: str) -> bool:
 
 
 def _topics() -> dict[str, dict[str, Any]]:
-    from vegrip.errors import DeviceError
     from vegrip.runtime.registry import ask, running_nodes
 
     found: dict[str, dict[str, Any]] = {}

@@ -47,12 +47,7 @@ class Product:
         return tuple(finger.name for finger in self.plan.fingers)
 
     def scenario(self, seed: int, duration: float) -> Scenario:
-        """Return what its fingers go through; one alone has a bare jaw against it.
-
-        Raises:
-            ConfigError: more fingers than the virtual hand has.
-
-        """
+        """Return what its fingers go through; one alone has a bare jaw against it."""
         fingers = self.fingers if len(self.fingers) > 1 else (COUNTER_FACE, *self.fingers)
         if len(fingers) > MOST_FINGERS:
             raise ConfigError(f"{self.path}: has {len(fingers)} fingers; the virtual hand has {MOST_FINGERS}")
@@ -93,13 +88,7 @@ class Product:
 
 
 def open_product(name: str, folder: Path) -> Product:
-    """Return the product, or the map at a path, ``name``; its map is written to ``folder``.
-
-    Raises:
-        InputError: there is no such product.
-        ConfigError: its map has no virtual device.
-
-    """
+    """Return the product, or the map at a path, ``name``; its map is written to ``folder``."""
     source = Path(name) if name.endswith(".toml") else map_of(name)
     latency = read_toml(source).get("product", {}).get("virtual", {}).get("latency", USUAL_LATENCY_S)
     path = folder / "device.toml"

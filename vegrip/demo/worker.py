@@ -208,13 +208,7 @@ class WorkerHandle:
         return self._process.pid or 0
 
     def wait(self, word: str) -> None:
-        """Wait until the child says ``word``.
-
-        Raises:
-            VegripError: it said that it cannot.
-            DeviceError: it died, or says nothing.
-
-        """
+        """Wait until the child says ``word``."""
         deadline = time.monotonic() + START_PATIENCE
         while time.monotonic() < deadline:
             if word in self._said:

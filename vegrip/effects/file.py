@@ -32,13 +32,7 @@ FUNCTION = (
 
 
 def read_effect(path: Path) -> Effect:
-    """Return the effect that is in the file ``path``.
-
-    Raises:
-        InputError: it cannot be read.
-        ModelError: it holds anything that an effect does not need, or no effect.
-
-    """
+    """Return the effect that is in the file ``path``."""
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:

@@ -109,13 +109,7 @@ FILES = {
 
 
 def write_package(name: str, folder: Path, *, replace: bool = False) -> list[Path]:
-    """Write the package of the effect ``name`` to ``folder``; return the files.
-
-    Raises:
-        UsageError: the name is no identifier, or an effect has it already.
-        InputError: something is in the folder and it is not to be replaced, or it cannot be written.
-
-    """
+    """Write the package of the effect ``name`` to ``folder``; return the files."""
     if not name.isidentifier() or keyword.iskeyword(name) or name != name.lower():
         raise UsageError(
             f"{name!r} cannot name an effect; take small letters, digits and _, as in lateral_give"

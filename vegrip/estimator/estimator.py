@@ -2,7 +2,6 @@
 
 import math
 import struct
-from dataclasses import replace
 from functools import cache
 from statistics import NormalDist
 
@@ -11,12 +10,14 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.errors import InputError
 from vegrip.estimator.compiled import module_for
-from vegrip.estimator.health import NO_CELL, HealthHysteresis, Look, health_of
+from vegrip.estimator.health import NO_CELL, HealthHysteresis, Look
 from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import (
     CHANNELS,
     FRICTION,
     PER_CHANNEL,
+    PER_PART,
+    REGIMES,
     REPORT,
     Layout,
     layout_of,
@@ -288,6 +289,26 @@ class ContactEstimator:
         if self.layout.mu_learned:
             self.named.section("FRICTION")[FRICTION_BELIEF] = belief
 
+    def utilisation(self) -> tuple[float, float, float]:
+        """Return the friction coefficient at which the load would slip, its relative std, and the load [N].
+
+        The load has the torque as a force at the contact radius. NaN and inf where there is no contact; the
+        first two also while a part of the load is doubted (:mod:`vegrip.estimator.kernels.load_loss`).
+        """
+        memory = self.named
+        gauge, radius = memory["REP_GAUGE"], memory["REP_RADIUS"]
+        if not (gauge > 0.0 and memory["REP_CONTACT"] > 0.5 and radius > 0.0):
+            return NAN, math.inf, NAN
+        mu = memory["REP_MU"]
+        friction_part = memory["REP_MU_STD"] / mu if mu > 0.0 else 0.0
+        known, noise = memory["REP_GAUGE_REL"], memory["REP_GAUGE_ABS"] / gauge
+        rest = max(known * known - friction_part * friction_part, 0.0)
+        torque = 0.0 if math.isnan(memory["TAKEN_TORQUE"]) else memory["TAKEN_TORQUE"] / radius
+        load = math.hypot(memory["TAKEN_LOAD"], torque)
+        if memory.section("PART")[PER_PART.index("LOST") :: len(PER_PART)].max() > 0.0:
+            return NAN, math.inf, load
+        return gauge * mu, math.sqrt(rest + noise * noise), load
+
     def health(self) -> ModelHealth:
         """Return whether the model still explains the measurements, and what it fails at most.
 
@@ -310,13 +331,20 @@ class ContactEstimator:
         if not self._is_valid():
             condition = Condition.STALE
         self._module.look_at_cells(self.numbers, float(self._hysteresis.failing), self._look)
-        taken, look = FingertipState(memory["SAMPLE_STAMP"], self._finger, 0), Look(*self._look.tolist())
-        health = health_of(taken, memory["SAMPLE_SEQ"], condition, look, self._hysteresis)
-        if self.lost == 0.0:
-            beyond = self._beyond() if not health.channel else ""
-            return replace(health, channel=beyond, regime=BEYOND_FIT) if beyond else health
-        channel = CHANNELS[0 if memory["DISPLACEMENT_STREAK"] > 0.0 else 1]
-        return replace(health, consistent=False, channel=channel, regime=LOST)
+        stamp, look = memory["SAMPLE_STAMP"], Look(*self._look.tolist())
+        failing = self._hysteresis.update(int(look.worst), look.misfit, look.misfit_told, stamp)
+        channel = regime = ""
+        if self.lost > 0.0:
+            channel, regime = CHANNELS[0 if memory["DISPLACEMENT_STREAK"] > 0.0 else 1], LOST
+        elif failing != NO_CELL:
+            channel, regime = CHANNELS[failing // len(REGIMES)], REGIMES[failing % len(REGIMES)]
+        explains = look.judged > 0.0 and not channel
+        if not channel and (channel := self._beyond()):
+            regime = BEYOND_FIT
+        return ModelHealth(
+            stamp, self._finger, memory["SAMPLE_SEQ"], condition, look.nis, explains, channel, regime,
+            rejected=int(look.rejected),
+        )  # fmt: skip
 
     def _beyond(self) -> str:
         """Return the channel of what is surely beyond the range over which the model was fitted, or ""."""

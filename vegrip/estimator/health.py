@@ -1,4 +1,4 @@
-"""Whether the model still explains the measurements: the verdict over time, and the message about it.
+"""Whether the model still explains the measurements: the verdict over time.
 
 How far the innovations are outside, by channel and regime, is worked out where they lie
 (:mod:`vegrip.estimator.kernels.health`).
@@ -7,8 +7,6 @@ How far the innovations are outside, by channel and regime, is worked out where 
 from typing import NamedTuple
 
 from vegrip.clock import NS
-from vegrip.estimator.layout import CHANNELS, REGIMES
-from vegrip.messages import Condition, FingertipState, ModelHealth
 
 FAILS = 0.5  # [s] for which a cell has to be outside before the model is said to fail,
 PLAIN = 2.0  # or so far outside
@@ -66,23 +64,3 @@ class HealthHysteresis:
         elif self._inside is not None and stamp - self._inside >= MENDED * NS:
             self.failing = NO_CELL
         return self.failing
-
-
-def health_of(
-    state: FingertipState, seq: int, condition: Condition, look: Look, hysteresis: HealthHysteresis
-) -> ModelHealth:
-    """Return the health message of a look at the memory of an estimator after ``state``."""
-    failing = hysteresis.update(int(look.worst), look.misfit, look.misfit_told, state.stamp)
-    fails = failing != NO_CELL
-    channel, regime = divmod(failing, len(REGIMES))
-    return ModelHealth(
-        state.stamp,
-        state.finger,
-        seq,
-        condition=condition,
-        nis=look.nis,
-        consistent=look.judged > 0.0 and not fails,
-        channel=CHANNELS[channel] if fails else "",
-        regime=REGIMES[regime] if fails else "",
-        rejected=int(look.rejected),
-    )

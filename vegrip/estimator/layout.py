@@ -268,12 +268,7 @@ def _taken(model: ContactModel, stages: tuple[str, ...]) -> set[str]:
 
 
 def friction_symbol(model: ContactModel) -> str:
-    """Return the symbol of the friction coefficient: what the effect that defines friction takes.
-
-    Raises:
-        ModelError: friction has no parameter; names the effect.
-
-    """
+    """Return the symbol of the friction coefficient: what the effect that defines friction takes."""
     definition = model.plan.calls["friction"][0]
     moving = _taken(model, MOVING)  # what the force depends on (a stiffness as reference) is learned from it
     taken = [name for name in definition.takes if name in model.parameters and name not in moving]

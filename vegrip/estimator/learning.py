@@ -115,13 +115,7 @@ def save(learner: Learner, path: Path) -> int:
 
 
 def restored(model: ContactModel, path: Path) -> ContactModel:
-    """Return ``model`` with what was learned as its prior; as it is when there is no such file.
-
-    Raises:
-        ConfigError: the file cannot be read, is of another version or another model, or holds a value out of
-            bounds; it says what to do.
-
-    """
+    """Return ``model`` with what was learned as its prior; as it is when there is no such file."""
     if not path.exists():
         return model
     remedy = f"delete {path} to learn anew"

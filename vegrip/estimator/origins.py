@@ -15,13 +15,7 @@ HERE = Path(__file__).parent / "kernels"
 
 
 class Origins:
-    """The files behind a generated module.
-
-    Args:
-        effects: of the model.
-        folders: with kernels, besides those of the estimator.
-
-    """
+    """The files behind a generated module."""
 
     def __init__(self, effects: Sequence[Effect], folders: Sequence[Path] = ()) -> None:
         self._hooks = dict(_hooks(effects))

@@ -120,7 +120,7 @@ def unit(request: Request) -> Unit:
         "quantile": literals.real(quantile(settings.confidence), reals), "margin": literals.real(MARGIN),
         "temperature": f"{model.reference_temperature:g}", "measured": "\n".join(measured),
         "believed": "true", "command": "",
-        "row": "frame", "ROW": "FRAME", "worst_sources": f"{p}_worst.c {p}_vectors.c {p}_estimator.c",
+        "row": "frame", "ROW": "FRAME", "worst_sources": f"{p}_worst.c {p}_vectors.c $(OBJECT)",
         **_parameters(request, layout), **_rows(vectors),
     }  # fmt: skip
     text = clock_text_of(model, layout, ellipse=settings.surface == "ellipse")

@@ -77,13 +77,7 @@ class Exported:
 
 
 def write_export(request: Request, folder: Path) -> Exported:
-    """Write what is asked for as C99 to ``folder``, compile it, run its self-test and report.
-
-    Raises:
-        UntranslatableError: a line of an effect or kernel has no counterpart in C; names file and line.
-        OSError: a file cannot be written.
-
-    """
+    """Write what is asked for as C99 to ``folder``, compile it, run its self-test and report."""
     written = texts.write(request)
     paths = []
     for name, text in written.files.items():

@@ -52,11 +52,6 @@ class Request:
     ``entry`` is ``estimator``, or ``finger`` for all from frame to frame; that has ``control`` too, and the
     ``fingers`` that share the grasp, in the order of their identifiers. ``precision`` is ``double`` or
     ``float``.
-
-    Raises:
-        UsageError: no C compiler would take the prefix, or there are no fingers of these names.
-        InputError: the control does what an exported finger does not.
-
     """
 
     model: ContactModel

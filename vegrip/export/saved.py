@@ -36,12 +36,7 @@ def checksum(numbers: NDArray[np.float64]) -> float:
 
 
 def resumed(estimator: ContactEstimator, numbers: NDArray[np.float64]) -> None:
-    """Let ``estimator`` go on from saved numbers, as ``PREFIX_load()`` does.
-
-    Raises:
-        InputError: they were saved by the export of another model, or are damaged.
-
-    """
+    """Let ``estimator`` go on from saved numbers, as ``PREFIX_load()`` does."""
     if numbers.size <= HEAD or numbers[0] != _mark(estimator):
         raise InputError("these numbers were saved by the export of another model, or by another version")
     memory, places = estimator.memory, SavedNumbers(estimator.model, estimator.layout).places
@@ -58,12 +53,7 @@ def learned_model(
     noise: SensorNoise | None = None,
     settings: EstimatorSettings | None = None,
 ) -> ContactModel:
-    """Return ``model`` with the learned values and standard deviations in saved numbers.
-
-    Raises:
-        InputError: they were saved by the export of another model, or are damaged.
-
-    """
+    """Return ``model`` with the learned values and standard deviations in saved numbers."""
     estimator = ContactEstimator(model, noise or SensorNoise(), settings)
     resumed(estimator, numbers)
     places = (*estimator.layout.learned, estimator.layout.mu)
@@ -75,12 +65,7 @@ def learned_model(
 
 
 def read_numbers(path: Path) -> NDArray[np.float64]:
-    """Read saved numbers: raw little-endian doubles, or text with one decimal or hexadecimal number a line.
-
-    Raises:
-        InputError: the file is neither.
-
-    """
+    """Read saved numbers: raw little-endian doubles, or text, a decimal or hexadecimal number a line."""
     with reading(path), path.open("rb") as stream:
         data = stream.read(LARGEST_FILE + 1)
     if len(data) > LARGEST_FILE:

@@ -236,12 +236,7 @@ class BackgroundDiagnosis(NoDiagnosis):
 def diagnose_in_subprocess(
     columns: Mapping[str, Floats], model: ContactModel, noise: Mapping[str, float]
 ) -> str:
-    """Have another process diagnose ``columns``; return the leading suspect.
-
-    Raises:
-        RuntimeError: it did not come to an end.
-
-    """
+    """Have another process diagnose ``columns``; return the leading suspect."""
     known = {name: std for name, std in noise.items() if std > 0.0 and math.isfinite(std)}
     felt = io.BytesIO()
     np.savez(felt, model=np.array(model_text(model)), **columns)  # type: ignore[arg-type]

@@ -10,6 +10,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
+from numba import typeof
+from numba.core.dispatcher import Dispatcher
+
 from vegrip.c99 import BYTES, LONG, LONGS, MEMORY
 from vegrip.c99.bridge import Lengths
 from vegrip.c99.kinds import Kind
@@ -26,9 +29,9 @@ from vegrip.transport.codec.kernel_text import wire_text
 
 HERE: Final = Path(__file__).parent / "kernels"
 ROWS: Final = HERE.with_name("rows.c")
-INPUT_KERNELS: Final = ("bits", "words", "protection", "receive", "stillness", "noise", "watchdog")
+INPUT_KERNELS: Final = ("bits", "protection", "receive", "stillness", "noise", "watchdog")
 GRIP_KERNELS: Final = (
-    "demand", "takeover", "usual_need", "margin_grip", "fail_safe", "limits", "share", "control",
+    "demand", "takeover", "margin_grip", "fail_safe", "limits", "share", "control",
     "finger_step", "reports",
 )  # fmt: skip
 SHARED_FRICTION: Final = (
@@ -79,11 +82,6 @@ def compile_now(module: FingerKernels, finger: FingerLayout, f: Any, t: Any, out
     numba compiles a function when it is called first, and that would be within the loop: a minute without a
     command. Nothing is called here, so that the arrays stay as they are.
     """
-    if isinstance(module, native.ModuleC):
-        return
-    from numba import typeof  # noqa: PLC0415 (only where numba is what runs)
-    from numba.core.dispatcher import Dispatcher  # noqa: PLC0415
-
     given = {MEMORY: f, LONGS: t, BYTES: out, LONG: 0}
     entries = entries_of(finger)
     for name in (*FRAME_ENTRIES, *MESSAGE_ENTRIES):
@@ -111,12 +109,7 @@ def finger_places(model: ContactModel) -> Origins:
 
 @lru_cache(maxsize=32)
 def finger_text(effects: tuple[Effect, ...], finger: FingerLayout, ellipse: bool) -> str:
-    """Return the text of the module.
-
-    Raises:
-        ModelError: two functions or constants have one name.
-
-    """
+    """Return the text of the module."""
     kernels = [path.read_text(encoding="utf-8") for path in kernels_of(finger)]
     known = [*clock_parts(finger), constants(), wire_text()]
     parts = [*estimator_parts(finger.filter, ellipse=ellipse), *known]

@@ -22,8 +22,7 @@ of :mod:`~vegrip.grip.friction_onset`; the same text is compiled.
 
 import math
 
-from vegrip.grip.friction_belief import BELIEF_MOST
-from vegrip.grip.friction_onset import ONSET_SIZE
+from vegrip.grip.friction_onset import *
 from vegrip.types import Numbers
 
 DRIVE_TOLD = ONSET_SIZE  # [s] lag of all drives as it is told; 0 = it is not

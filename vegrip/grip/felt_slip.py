@@ -22,9 +22,7 @@ of :mod:`~vegrip.grip.load_lead`; the same text is compiled.
 
 import math
 
-from vegrip.grip.friction_belief import BELIEF_MOST
-from vegrip.grip.friction_onset import has_taught
-from vegrip.grip.load_lead import LEAD_SIZE
+from vegrip.grip.load_lead import *
 from vegrip.types import Numbers
 
 FELT_SLIDING = LEAD_SIZE  # [m/s] slip speed from which a finger slides; 0 = the flag alone tells

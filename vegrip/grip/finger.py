@@ -26,11 +26,10 @@ from vegrip.estimator.memory import CHANNELS, FingerMemory
 from vegrip.grip import compiled
 from vegrip.grip.background_diagnosis import KeptStates
 from vegrip.grip.estimator_protocol import Estimator
-from vegrip.grip.layout import HISTORY_CHANNELS, FingerLayout
+from vegrip.grip.layout import HISTORY_CHANNELS, MARGIN, FingerLayout, write_choice, write_rules
 from vegrip.grip.own_estimate import STAND_IN, OwnEstimate
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.policy import GripPolicy
-from vegrip.grip.rules import MARGIN, write_choice, write_rules
 from vegrip.grip.settings import ControlSettings, apply_policy, make_policy
 from vegrip.grip.wires import COMMAND_BYTES, REPORT_BYTES
 from vegrip.model.native import ModuleC, bound_call

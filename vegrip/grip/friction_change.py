@@ -16,9 +16,7 @@ Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, 
 
 import math
 
-from vegrip.grip.friction_belief import BELIEF_MEAN, BELIEF_MOST, believed_variance
-from vegrip.grip.friction_probe import PROBE_UNKNOWN
-from vegrip.grip.late_slip import LATE_SIZE
+from vegrip.grip.late_slip import *
 from vegrip.types import Numbers
 
 CHANGE_LEVEL = LATE_SIZE  # ln mu of finger i before it fell

@@ -26,16 +26,7 @@ Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, 
 
 import math
 
-from vegrip.grip.friction_belief import (
-    BELIEF_FINGERS,
-    BELIEF_MEAN,
-    BELIEF_MOST,
-    absorb_factor,
-    add_common,
-    believed_variance,
-    widen_belief,
-)
-from vegrip.grip.friction_probe import PROBE_CLIMB, PROBE_SHIFT, PROBE_SIZE
+from vegrip.grip.friction_probe import *
 from vegrip.types import Numbers
 
 ONSET_NOISE = PROBE_SIZE  # std of ln mu from one onset to the next

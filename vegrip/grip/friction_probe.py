@@ -16,7 +16,7 @@ Plain scalar code over one flat sequence ``q`` of numbers, of fixed size; the sa
 
 import math
 
-from vegrip.grip.friction_belief import BELIEF_FINGERS, BELIEF_MOST, BELIEF_SIZE, believed_variance
+from vegrip.grip.friction_belief import *
 from vegrip.types import Numbers
 
 PROBE_CLIMB = BELIEF_SIZE  # [1/s] of ln mu while the object is unknown

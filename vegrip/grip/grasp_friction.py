@@ -20,42 +20,23 @@ import numpy as np
 
 from vegrip.estimator.estimator import ContactEstimator, quantile
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
-from vegrip.grip import felt_slip, friction_onset, friction_probe, slip_trust
-from vegrip.grip.drive_lag import begin_drives, measured_lag, tell_drives
 from vegrip.grip.finger import Wanted
-from vegrip.grip.friction_belief import (
-    BELIEF_MEAN,
-    BELIEF_MOST,
-    BELIEF_P,
-    BELIEF_PRIOR_VAR,
-    BELIEF_VERSION,
-    begin_belief,
-    believed_variance,
-    expect_finger,
-)
-from vegrip.grip.friction_change import (
-    CHANGE_LEVEL,
-    CHANGE_SPREAD,
-    begin_changes,
-    stated_friction,
-)
 from vegrip.grip.friction_settings import WIDEST_VARIANCE, FrictionSettings
 from vegrip.grip.joint_confidence import FINGER_CORRELATION, shared_part
 from vegrip.grip.known_objects import ObjectFriction
-from vegrip.grip.late_slip import begin_late_slip
-from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.settings import ControlSettings
+from vegrip.grip.slip_trust import *
 from vegrip.messages import KNOWN, PROBED, ContactEstimate, Estimate, ModelHealth
 from vegrip.types import NamedNumbers
 
-CHANNELS_OF_SLIP = {felt_slip.FELT_FLAG: "slip", felt_slip.FELT_SPEED: "slip_speed"}
+CHANNELS_OF_SLIP = {FELT_FLAG: "slip", FELT_SPEED: "slip_speed"}
 
 CONTRADICTIONS = {
-    felt_slip.FELT_BY_LOAD: "says slip while its load shows none",
-    felt_slip.FELT_BY_OTHER: "says slip while its slip speed shows none",
-    felt_slip.FELT_SILENT: "is silent or late while its slip speed shows slip",
-    felt_slip.FELT_DEAF: "is silent in a slide that its load shows",
+    FELT_BY_LOAD: "says slip while its load shows none",
+    FELT_BY_OTHER: "says slip while its slip speed shows none",
+    FELT_SILENT: "is silent or late while its slip speed shows slip",
+    FELT_DEAF: "is silent in a slide that its load shows",
 }
 """What is wrong with a channel, by :data:`~vegrip.grip.felt_slip.FELT_WHY`."""
 
@@ -86,7 +67,7 @@ class GraspFriction:
         self.active = settings.shared and len(able) == len(fingers) <= BELIEF_MOST
         self._settings, self._noise = settings, tangential_noise
         self._places = {name: i for i, name in enumerate(fingers)}
-        self._memory = array("d", bytes(8 * max(slip_trust.TRUST_SIZE, len(fingers))))
+        self._memory = array("d", bytes(8 * max(TRUST_SIZE, len(fingers))))
         self.shared = np.frombuffer(self._memory)
         """All that the fingers of the grasp share; their steps write here."""
         self.shared[: len(fingers)] = np.nan  # what each needs [N]
@@ -113,15 +94,15 @@ class GraspFriction:
             expect_finger(g, i, mean, math.sqrt(max(variance, 0.0)), s.own_spread)
             g[BELIEF_PRIOR_VAR] = max(g[BELIEF_PRIOR_VAR], widest)  # forgetting leads back to what is usual
         probing = s.probing and not s.why_too_coarse
-        friction_probe.begin_probing(
+        begin_probing(
             g, s.climb if probing else 0.0, s.rate if probing else 0.0, s.unknown, s.known,
             s.quiet_time, s.quiet_change, s.pause, s.reach,
         )  # fmt: skip
-        friction_onset.begin_onsets(g, s.onset_noise if s.onsets else math.inf, s.shock)
-        felt_slip.begin_felt_slip(g, s.sliding_speed, s.slip_delay)
+        begin_onsets(g, s.onset_noise if s.onsets else math.inf, s.shock)
+        begin_felt_slip(g, s.sliding_speed, s.slip_delay)
         begin_late_slip(g)
         begin_changes(g)
-        slip_trust.begin_trust(g, g)
+        begin_trust(g, g)
 
     def set_lead(self, grip: GripSettings, torque_noise: float) -> None:
         """Set what is told of the drives, and the noise of a torque [N m]; what was measured stays."""
@@ -159,11 +140,11 @@ class GraspFriction:
         g, i = self._memory, self._places[finger]
         if found := self.suspicion(finger):
             return found
-        if g[friction_onset.ONSET_SILENT + i] > 0.5:
+        if g[ONSET_SILENT + i] > 0.5:
             return f"{finger} does not feel slip"
-        if friction_onset.is_doubted(g, i):
+        if is_doubted(g, i):
             return f"the slip channel of {finger} contradicts its load"
-        if g[slip_trust.TRUST_PROOF + i] == 0.0 and slip_trust.is_constant(g, i):
+        if g[TRUST_PROOF + i] == 0.0 and is_constant(g, i):
             return f"{finger} has not felt slip yet, and its slip speed shows no noise: it may be dead"
         return ""
 
@@ -175,7 +156,7 @@ class GraspFriction:
         found = (
             name
             for at, name in CHANNELS_OF_SLIP.items()
-            if self._memory[at + felt_slip.FELT_WIDTH * i + felt_slip.FELT_OFF] > 0.0
+            if self._memory[at + FELT_WIDTH * i + FELT_OFF] > 0.0
         )
         return next(found, "")
 
@@ -184,10 +165,8 @@ class GraspFriction:
         channel = self.doubted_channel(finger)
         if not channel:
             return ""
-        at = felt_slip.FELT_FLAG if channel == "slip" else felt_slip.FELT_SPEED
-        wrong = CONTRADICTIONS[
-            self._memory[at + felt_slip.FELT_WIDTH * self._places[finger] + felt_slip.FELT_WHY]
-        ]
+        at = FELT_FLAG if channel == "slip" else FELT_SPEED
+        wrong = CONTRADICTIONS[self._memory[at + FELT_WIDTH * self._places[finger] + FELT_WHY]]
         return f"the channel '{channel}' of {finger} {wrong}, and is not used"
 
     def friction_counted_on(self, finger: str) -> str:
@@ -195,9 +174,9 @@ class GraspFriction:
         if not self.active:
             return ""
         i = self._places[finger]
-        if self._memory[friction_probe.PROBE_SHIFT + i] > friction_probe.LEAST_PROBE:
+        if self._memory[PROBE_SHIFT + i] > LEAST_PROBE:
             return PROBED
-        return KNOWN if slip_trust.counts_as_known(self._memory, self._memory, i) else ""
+        return KNOWN if counts_as_known(self._memory, self._memory, i) else ""
 
     def name_suspect(self, health: ModelHealth) -> ModelHealth:
         """Return ``health`` with the channel that is not believed, instead of what the model fails at.
@@ -242,20 +221,13 @@ class GraspFriction:
 
     def _change_of(self, i: int) -> tuple[float, float, float]:
         g = self._memory
-        return g[CHANGE_LEVEL + i], g[CHANGE_SPREAD + i], g[friction_probe.PROBE_UNKNOWN]
+        return g[CHANGE_LEVEL + i], g[CHANGE_SPREAD + i], g[PROBE_UNKNOWN]
 
 
 def share_friction(
     estimators: Mapping[str, object], settings: ControlSettings, known: ObjectFriction | None = None
 ) -> GraspFriction:
-    """Return what fingers learn of friction together, from what their estimators believe now.
-
-    Args:
-        estimators: of the fingers, by name.
-        settings: of the grasp.
-        known: what former grasps have learned of the object.
-
-    """
+    """Return what fingers learn of friction together, from what their estimators believe now."""
     noise = getattr(settings, "noise", SensorNoise())
     estimator = getattr(settings, "estimator", EstimatorSettings())
     return GraspFriction(

@@ -35,12 +35,7 @@ class ObjectFriction:
 
 
 class KnownObjects:
-    """The objects that are kept in a folder.
-
-    Args:
-        folder: where ``learned`` of a node keeps what fingers learn.
-
-    """
+    """The objects that are kept in a folder."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder / "objects"

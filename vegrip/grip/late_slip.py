@@ -13,8 +13,7 @@ Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, 
 
 import math
 
-from vegrip.grip.felt_slip import FELT_DELAY, FELT_SIZE
-from vegrip.grip.friction_belief import BELIEF_MOST
+from vegrip.grip.felt_slip import *
 from vegrip.types import Numbers
 
 LATE_STEPS = 8  # in which a delay is kept

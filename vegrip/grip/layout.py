@@ -10,8 +10,10 @@ from vegrip.estimator.memory import CHANNELS, SampleLayout, Sections, named_sect
 from vegrip.grip import records
 from vegrip.grip.confirmed_load import CONFIRM_SIZE
 from vegrip.grip.policies.margin_grip import GripSettings
-from vegrip.grip.safety import FailSafeSettings, LimitSettings, WatchdogSettings
+from vegrip.grip.safety import FailSafeSettings, LimitSettings, WatchdogSettings, bounds_of
+from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Condition, Reason
+from vegrip.types import NamedNumbers
 
 MECHANICAL_CHANNELS = 5
 """The first of them, which a finger that lives never repeats all."""
@@ -85,8 +87,6 @@ class FingerLayout(SampleLayout):
     """Sizes and places for one finger.
 
     Args:
-        filter: of the filter's numbers.
-        late: samples that the estimator can go back.
         history: states that are kept for others; 0 keeps none.
         is_shared: whether it is one of a node: fingers can share friction and lead their loads, and
             policies can be chosen.
@@ -120,3 +120,35 @@ class FingerLayout(SampleLayout):
             *(f"REASON_{one.name} = {one.value}" for one in Reason),
             f"HISTORY_STATES = {self.history}",
         ])  # fmt: skip
+
+
+MARGIN = "margin"
+STEP_POLICIES = (MARGIN, "constant", "cone", "elastic")
+"""Those of the step, by their numbers there (:mod:`vegrip.grip.kernels.choice`)."""
+OWN_POLICY = len(STEP_POLICIES)
+"""Number of a policy in Python."""
+
+
+def write_rules(memory: NamedNumbers, settings: ControlSettings) -> None:
+    """Write all settings but those that follow from the whole grasp, such as each finger's confidence."""
+    for name, (section, key, scale) in RULES.items():
+        if name != "QUANTILE":
+            memory[f"RULE_{name}"] = getattr(getattr(settings, section), key) * scale
+    watchdog = settings.watchdog
+    memory["SETUP_RECOVER_AFTER"] = watchdog.recover_after
+    bounds = bounds_of(watchdog.ranges)
+    memory.section("LOWEST")[:] = [low for low, _ in bounds]
+    memory.section("HIGHEST")[:] = [high for _, high in bounds]
+
+
+def write_choice(memory: NamedNumbers, settings: ControlSettings) -> None:
+    """Write which policy rules, and its settings where it is one to compare with."""
+    policy = settings.policy if settings.is_built_in else ""
+    memory["CHOICE_POLICY"] = STEP_POLICIES.index(policy) if policy else OWN_POLICY
+    if settings.policy == "constant":
+        memory["BASELINE_FORCE"] = settings.constant.force
+    if settings.policy not in {"cone", "elastic"}:
+        return
+    baseline = settings.cone if settings.policy == "cone" else settings.elastic
+    for name in ("friction", "safety", "radius", "power", "exponent"):
+        memory[f"BASELINE_{name.upper()}"] = getattr(baseline, name, 0.0)

@@ -24,15 +24,7 @@ of :mod:`~vegrip.grip.drive_lag`; the same text is compiled.
 
 import math
 
-from vegrip.grip.drive_lag import (
-    DRIVE_BURST,
-    DRIVE_IS_MEASURED,
-    DRIVE_KNOWN,
-    DRIVE_LAG,
-    DRIVE_SIZE,
-    DRIVE_TOLD,
-)
-from vegrip.grip.friction_belief import BELIEF_MOST
+from vegrip.grip.drive_lag import *
 from vegrip.types import Numbers
 
 LEAD_NOISE = DRIVE_SIZE  # [N] std of a tangential force

@@ -23,14 +23,7 @@ Successor = tuple[Estimator, FingerKernels]
 
 
 class ModelSwap:
-    """Builds the successors of the estimators of a node.
-
-    Args:
-        factory: gives, for parameters, the function that makes the estimator of a finger.
-        models: gives, for parameters, the models whose code must be compiled first.
-        node: whose log it writes to.
-
-    """
+    """Builds the successors of the estimators of a node."""
 
     def __init__(
         self,
@@ -92,12 +85,7 @@ def _replayed(estimator: Estimator, past: Iterable[FingertipState]) -> Estimator
 
 
 def compile_in_subprocess(model: ContactModel) -> None:
-    """Have another process put the compiled estimator of ``model`` into the cache.
-
-    Raises:
-        ModelError: it does not compile.
-
-    """
+    """Have another process put the compiled estimator of ``model`` into the cache."""
     given = model_text(model).encode()
     done = run_behind("vegrip.grip.compile_worker", ["/dev/stdin"], idle=False, given=given)
     if done.returncode:

@@ -55,12 +55,7 @@ def learned_store_of(parameters: GraspParameters) -> InMemory:
 def estimator_factory(
     parameters: GraspParameters, fingers: tuple[str, ...], where: str, store: InMemory | None = None
 ) -> Callable[[str], ContactEstimator]:
-    """Return the function that makes the estimator of a finger, with what ``store`` has of it.
-
-    Raises:
-        ConfigError: ``tips`` names a finger that the hand does not have, or a key that a tip does not have.
-
-    """
+    """Return the function that makes the estimator of a finger, with what ``store`` has of it."""
     tips = {finger: _tip(parameters, finger, where) for finger in fingers}
     unknown = parameters.tips.keys() - tips.keys()
     if unknown:

@@ -197,7 +197,7 @@ class Own:
 class Choice:
     """Of the policy."""
 
-    policy: int  # its number (:data:`vegrip.grip.rules.STEP_POLICIES`)
+    policy: int  # its number (:data:`vegrip.grip.layout.STEP_POLICIES`)
     asks: int  # whether it asks for the least force
     share: int  # whether the share of the grasp comes from Python
     reason: int  # of a policy in Python

@@ -80,12 +80,7 @@ Share = Callable[[Mapping[str, float]], Mapping[str, float]]
 
 
 def make_share(settings: ControlSettings, fingers: Sequence[str]) -> Share | None:
-    """Return how the ``fingers`` share internal forces by their contacts; None: against the thumb.
-
-    Raises:
-        ConfigError: ``contacts`` names a finger that the hand does not have, or they cannot balance.
-
-    """
+    """Return how the ``fingers`` share internal forces by their contacts; None: against the thumb."""
     if not settings.contacts:
         return None
     unknown = settings.contacts.keys() - set(fingers)

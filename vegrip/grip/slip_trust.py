@@ -51,41 +51,7 @@ Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, 
 
 import math
 
-from vegrip.grip.felt_slip import (
-    FELT_BY_LOAD,
-    FELT_DEAF,
-    FELT_DELAY,
-    FELT_DISTRUST,
-    FELT_FLAG,
-    FELT_OFF,
-    FELT_QUIET,
-    FELT_SPEED,
-    FELT_WHY,
-    FELT_WIDTH,
-    distrust,
-    shows_sliding,
-)
-from vegrip.grip.friction_belief import (
-    BELIEF_FINGERS,
-    BELIEF_MEAN,
-    BELIEF_MOST,
-    believed_variance,
-    forget_evidence,
-)
-from vegrip.grip.friction_change import CHANGE_SIZE
-from vegrip.grip.friction_onset import ONSET_VAGUE, is_heard
-from vegrip.grip.friction_probe import (
-    LEAST_PROBE,
-    PROBE_CLIMB,
-    PROBE_REACH,
-    PROBE_SHIFT,
-    PROBE_SINCE_SLIP,
-    PROBE_STILL,
-    PROBE_UNKNOWN,
-    SMOOTHING,
-    is_quiet,
-    probe_friction,
-)
+from vegrip.grip.friction_change import *
 from vegrip.types import Numbers
 
 TRUST_HELD = CHANGE_SIZE  # [s] for which the grasp still counts on the prior after the load has shown a slide

@@ -124,7 +124,8 @@ class LoopPriority:
                 return _advice("real-time priority is")
         _loops.add(self)
         if wanted.lock_memory:
-            self._locked = _lock_memory()
+            # what is touched from now on stays; what was reserved and is never used takes no memory
+            self._locked = ctypes.CDLL(None).mlockall(_LOCK_PRESENT_AND_COMING | _ON_FAULT) == 0
             return "" if self._locked else _advice("locked memory is")
         return wanted.sentence
 
@@ -169,7 +170,6 @@ class SideTask:
         return not self._over.is_set()
 
     def join(self, timeout: float | None = None) -> None:
-        """Wait until it is over, ``timeout`` [s] at most."""
         self._over.wait(timeout)
 
     def _run(self) -> None:
@@ -222,11 +222,6 @@ def _set(thread: int, policy: int, parameter: os.sched_param) -> bool:
     except OSError:
         return False
     return True
-
-
-def _lock_memory() -> bool:
-    """Keep what is touched from now on in memory; what was reserved and is never used takes none."""
-    return bool(ctypes.CDLL(None).mlockall(_LOCK_PRESENT_AND_COMING | _ON_FAULT) == 0)
 
 
 FIELDS_BEFORE_TIMES = 11

@@ -68,9 +68,6 @@ class Predictor:
             0 those before the radius; the others are NaN. All when not given.
         plain: run as uncompiled Python, for debugging.
 
-    Raises:
-        ModelError: the recording does not have the channel that drives.
-
     """
 
     def __init__(

@@ -19,6 +19,7 @@ import textwrap
 import types
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from vegrip.effects.contract import (
@@ -51,9 +52,9 @@ class Texts:
         return name
 
     def _add(self, effect: str, name: str, text: str, scope: dict[str, Any]) -> None:
-        tree = _function(effect, text)
-        renamed = {local: self._needed(effect, local, scope) for local in _foreign_names(tree)}
-        self.parts[name] = ast.unparse(_Rename(renamed, name).visit(tree))
+        names = _foreign_names(effect, text)
+        renamed = tuple((local, self._needed(effect, local, scope)) for local in names)
+        self.parts[name] = _renamed(effect, text, name, renamed)
 
     def _needed(self, effect: str, local: str, scope: dict[str, Any]) -> str:
         """Bring along what a function finds in its file under the name ``local``; return its new name."""
@@ -97,6 +98,15 @@ class _Rename(ast.NodeTransformer):
         return node
 
 
+# A diagnosis composes a hundred models of the same hooks.
+
+
+@lru_cache(maxsize=1024)
+def _renamed(effect: str, text: str, name: str, renamed: tuple[tuple[str, str], ...]) -> str:
+    return ast.unparse(_Rename(dict(renamed), name).visit(_function(effect, text)))
+
+
+@lru_cache(maxsize=1024)
 def _text(effect: str, function: Callable[..., Any]) -> str:
     try:
         return inspect.getsource(function)
@@ -115,7 +125,9 @@ def _function(effect: str, text: str) -> ast.FunctionDef:
     return functions[0]
 
 
-def _foreign_names(tree: ast.FunctionDef) -> list[str]:
+@lru_cache(maxsize=1024)
+def _foreign_names(effect: str, text: str) -> tuple[str, ...]:
+    tree = _function(effect, text)
     bound = {argument.arg for argument in tree.args.args}
     used: dict[str, None] = {}
     for statement in tree.body:
@@ -125,7 +137,7 @@ def _foreign_names(tree: ast.FunctionDef) -> list[str]:
                     bound.add(node.id)
                 else:
                     used[node.id] = None
-    return [name for name in used if name not in bound]
+    return tuple(name for name in used if name not in bound)
 
 
 DERIVED = ("stiffness", "elastic_exponent")
@@ -311,12 +323,7 @@ def probe(
     values: Floats,
     reference_depth: float,
 ) -> None:
-    """Run every hook once at each depth and step.
-
-    Raises:
-        ModelError: a hook fails, returns the wrong number of values, or something not finite.
-
-    """
+    """Run every hook once at each depth and step."""
     functions = _functions(plan)
     constants = dict(zip([*plan.parameters, *GEOMETRY], map(float, values), strict=True))
     states = {s.name: s.initial for e in effects for s in e.states}

@@ -38,12 +38,7 @@ log = logging.getLogger(__name__)
 
 
 def kernel_mode() -> str:
-    """Return what ``VEGRIP_KERNEL`` asks for; by default C where there is a compiler, else numba.
-
-    Raises:
-        UsageError: it is none of :data:`MODES`.
-
-    """
+    """Return what ``VEGRIP_KERNEL`` asks for; by default C where there is a compiler, else numba."""
     mode = os.environ.get("VEGRIP_KERNEL")
     if mode and mode not in MODES:
         raise UsageError(f"VEGRIP_KERNEL is {mode!r}; it is one of {', '.join(MODES)}")

@@ -5,6 +5,7 @@ Names of the model stand in the code as they are in the effects; names of the ma
 
 import ast
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 
 from vegrip.effects.contract import FACTORS, GEOMETRY, OUTSIDE, STAGES, STARTS
 from vegrip.errors import ModelError
@@ -39,6 +40,7 @@ PREFIX = {"report": "REP", "friction": "FRI", "counts": "COUNT"}
 
 ADVANCE = "m_, values_, states_, delta, speed, exogenous_, elastic_before, dt, new_states_"
 READOUT = "m_, values_, states_, delta, speed, exogenous_, x, elastic_force, force"
+KEPT_TEXTS = 256
 SLOPE_STEP = 1e-5  # relative; truncation 1e-5, rounding 1e-11
 
 
@@ -53,9 +55,6 @@ def write(
         kernels: texts of kernel files to append.
         entries: functions that Python calls; they are cached on disk, the others live inside them.
 
-    Raises:
-        ModelError: two of the texts define the same name; in one module the last one would count for both.
-
     """
     sizes = {"states": len(plan.states), "values": len(plan.parameters), "outside": len(OUTSIDE)}
     sizes["geometry"] = len(GEOMETRY)
@@ -69,28 +68,30 @@ def write(
         _readout(plan),
     ]
     refuse_shared_names([*parts, *kernels])
-    body = "\n\n\n".join([*parts, *(_without_our_imports(kernel) for kernel in kernels)])
-    return _decorated(body, set(entries))
+    marked = frozenset(entries)
+    own = _decorated(parsed("\n\n\n".join(parts)), marked)
+    return "".join([own, *(_kernel(kernel, marked) for kernel in kernels), "\n"])
 
 
 def refuse_shared_names(texts: Sequence[str]) -> None:
-    """Refuse texts that define the same function or constant.
-
-    Raises:
-        ModelError: names what is defined twice, and where.
-
-    """
+    """Refuse texts that define the same function or constant."""
     owners: dict[str, str] = {}
     for text in texts:
-        tree = parsed(text)
-        title = (ast.get_docstring(tree) or text.strip()).partition("\n")[0]
-        for name in dict.fromkeys(_defined(tree)):
+        title, names = _title_and_names(text)
+        for name in names:
             if name in owners:
                 raise ModelError(
                     f"{name} is defined in two texts of one generated module, where only one of them would"
                     f" count: {owners[name]!r} and {title!r}; rename one of them"
                 )
             owners[name] = title
+
+
+@lru_cache(maxsize=KEPT_TEXTS)
+def _title_and_names(text: str) -> tuple[str, tuple[str, ...]]:
+    tree = parsed(text)
+    title = (ast.get_docstring(tree) or text.strip()).partition("\n")[0]
+    return title, tuple(dict.fromkeys(_defined(tree)))
 
 
 def _defined(tree: ast.Module) -> Iterator[str]:
@@ -293,10 +294,12 @@ def _indent(lines: Sequence[str]) -> str:
     return "\n".join([lines[0], *("    " + line for line in lines[1:])])
 
 
-def _without_our_imports(text: str) -> str:
+@lru_cache(maxsize=KEPT_TEXTS)
+def _kernel(text: str, entries: frozenset[str]) -> str:
+    """Return a kernel file as it goes on below another, without our imports; models share most of them."""
     tree = parsed(text)
     tree.body = [node for node in tree.body if not _is_ours_or_text(node)]
-    return ast.unparse(PLACES.visit(tree))
+    return "\n" * (1 + isinstance(tree.body[0], ast.FunctionDef)) + _decorated(PLACES.visit(tree), entries)
 
 
 class _Places(ast.NodeTransformer):
@@ -338,9 +341,8 @@ def _is_ours_or_text(node: ast.stmt) -> bool:
     return text or (isinstance(node, ast.ImportFrom) and (node.module or "").startswith("vegrip"))
 
 
-def _decorated(text: str, entries: set[str]) -> str:
-    """Mark every function for compilation; annotations go."""
-    tree = parsed(text)
+def _decorated(tree: ast.Module, entries: frozenset[str]) -> str:
+    """Return the text with every function marked for compilation; annotations go."""
     for node in tree.body:
         if isinstance(node, ast.FunctionDef):
             mark = "batch_" if node.name in BATCH else "entry_" if node.name in entries else "njit_"
@@ -348,4 +350,4 @@ def _decorated(text: str, entries: set[str]) -> str:
             node.returns = None
             for argument in node.args.args:
                 argument.annotation = None
-    return ast.unparse(ast.fix_missing_locations(tree)) + "\n"
+    return ast.unparse(ast.fix_missing_locations(tree))

@@ -102,7 +102,6 @@ class NodeCalls:
         self._in_loop(call)
 
     def _of_grip(self, name: str, argument: Any) -> dict[str, Any] | None:
-        """Ask a node that grips; return its GraspStatus where it gives one."""
         node = self._runner.managed.node
         call = getattr(node, name, None)
         if call is None:
@@ -173,15 +172,9 @@ class ControlServer:
         while not self._stop.is_set():
             try:
                 if self._socket.poll(STOP_POLL_MS):
-                    self._serve(self._socket.recv_multipart())
+                    frames = self._socket.recv_multipart()
+                    end = 2 if b"" in frames[1:2] else 1  # of the envelope
+                    answer = self._answers.answer(frames[end:])
+                    self._socket.send_multipart([*frames[:end], answer], zmq.DONTWAIT)
             except zmq.ZMQError:  # of this one request; it must not end the thread
                 self._counts["request"] += 1
-
-    def _serve(self, frames: Sequence[bytes]) -> None:
-        envelope, request = _split(frames)
-        self._socket.send_multipart([*envelope, self._answers.answer(request)], zmq.DONTWAIT)
-
-
-def _split(frames: Sequence[bytes]) -> tuple[Sequence[bytes], Sequence[bytes]]:
-    end = 2 if b"" in frames[1:2] else 1
-    return frames[:end], frames[end:]

@@ -170,7 +170,6 @@ class ManagedNode:
         return self._hold.numbers()
 
     def _note_standing(self) -> None:
-        """Learn of commands that a node has sent as frames; not every node does."""
         standing = getattr(self.node, "standing_commands", None)
         if standing is not None:
             with contextlib.suppress(Exception):  # whatever is wrong, the commands that are known are held

@@ -198,7 +198,6 @@ class Ending:
         self._interrupted = -math.inf  # [s] when last
 
     def begin(self, *_: object) -> None:
-        """From now on the process ends: signals change nothing any more."""
         self._begun = True
 
     def __call__(self, *_: object) -> None:

@@ -98,7 +98,7 @@ class Entry:
 
 @contextmanager
 def registered(entry: Entry) -> Iterator[None]:
-    path = _file(entry.name)
+    path = runtime_folder("nodes") / f"{entry.name.strip('/').replace('/', '.')}.node"
     handle = locked(path)
     if handle is None:
         raise UsageError(f"a node named {entry.name} runs already; give another name or namespace")
@@ -140,10 +140,6 @@ def find_node(name: str) -> Entry:
 
 def _socket_file(address: str) -> Path:
     return Path(address.removeprefix("ipc://"))
-
-
-def _file(name: str) -> Path:
-    return runtime_folder("nodes") / f"{name.strip('/').replace('/', '.')}.node"
 
 
 def _living(path: Path) -> Entry | None:

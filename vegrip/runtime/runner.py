@@ -41,7 +41,6 @@ class CallQueue:
         return future
 
     def close(self) -> None:
-        """Refuse what waits and what still comes: the loop has ended."""
         self._closed = True
         self._refuse()
 
@@ -174,7 +173,6 @@ class Runner:
             self._report(self._clock.now())
 
     def give_up(self) -> None:
-        """Say on the bus that this node is finalized; it could not be brought up."""
         self.change("shutdown")
         self._report(self._clock.now())
 
@@ -214,7 +212,8 @@ class Runner:
         wait = (self.due - self._clock.now()) / NS
         self._answer_all(self._gather(min(max(wait, 0.0), LONGEST_WAIT)))
         while self._unfinished and not (self._stop or self.managed.node.finished):
-            self._answer_all(self._newcomers())
+            if len(self._unfinished) < MOST_UNFINISHED:
+                self._answer_all(self._endpoint.receive(0.0))
             if self._clock.now() >= self.due:
                 self._serve_due()
             self._finish_one()
@@ -317,13 +316,8 @@ class Runner:
     def _until_delivered(
         self, fingers: Sequence[str], reports: Iterator[Message | None]
     ) -> Iterator[Message | None]:
-        """Yield the reports of ``fingers``; where they end, they are owed no longer."""
         yield from reports
         self._owed.difference_update(fingers)
-
-    def _newcomers(self) -> Sequence[Message]:
-        """Return what has come while reports were sent, unless too much waits to be sent."""
-        return () if len(self._unfinished) >= MOST_UNFINISHED else self._endpoint.receive(0.0)
 
     def _finish_one(self) -> None:
         while self._unfinished:

@@ -51,23 +51,16 @@ class Histogram:
         self.count = 0
         self.maximum = 0  # [ns] exact
 
-    def add(self, duration: int) -> None:
-        """Count one ``duration`` [ns]; a negative one counts as zero."""
+    def add(self, duration: int, times: int = 1) -> None:
+        """Count ``duration`` [ns] so many ``times``; a negative one counts as zero."""
         if duration < 0:  # comparisons, because this runs twice for every command: min and max cost more
             duration = 0
         elif duration > LONGEST:
             duration = LONGEST
-        self._counts[_bucket(duration)] += 1
-        self.count += 1
-        if duration > self.maximum:  # noqa: PLR1730
-            self.maximum = duration
-
-    def add_equal(self, duration: int, times: int) -> None:
-        """Count ``duration`` [ns] several ``times``."""
-        duration = min(max(duration, 0), LONGEST)
         self._counts[_bucket(duration)] += times
         self.count += times
-        self.maximum = max(self.maximum, duration)
+        if duration > self.maximum:  # noqa: PLR1730
+            self.maximum = duration
 
     def percentile(self, share: float) -> float:
         """Return the duration [ns] that a ``share`` (0 .. 1) of all does not exceed; NaN when empty.
@@ -203,7 +196,7 @@ class LoopStatistics:
         if not commands:
             return
         latency = now - arrived
-        self._recent.add_equal(latency, commands)
+        self._recent.add(latency, commands)
         self.pace.answered(latency)
         if latency > self.deadline:
             self.deadline_misses += commands

@@ -97,7 +97,7 @@ class TelemetrySocket:
 
     def takes(self, message: Message, direction: Direction) -> bool:
         """Whether a subscriber wants every message of this stream; else the newest is kept here."""
-        key = kind, owner = _stream_of(message)
+        key = kind, owner = type(message), _owner(message)
         stream = self._streams.get(key, UNSORTED)  # the thread may clear it at any time
         if stream is UNSORTED:
             return True  # :meth:`publish` finds out who wants it
@@ -145,7 +145,14 @@ class TelemetrySocket:
         for _ in range(SUBSCRIBER_QUEUE_MESSAGES):
             if not int(self._socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
                 break
-            self._subscribe(self._socket.recv(zmq.DONTWAIT))
+            # one frame: to wait for all of a message would be to wait for ever, since libzmq drops some
+            frame = self._socket.recv(zmq.DONTWAIT)
+            kind, prefix = frame[:1], frame[1:]
+            if kind not in (SUBSCRIBE, UNSUBSCRIBE):
+                self._refused["subscription"] += 1
+            elif kind == SUBSCRIBE:
+                self._subscribed.add(prefix if len(self._subscribed) < MOST_PREFIXES else b"")
+                self._streams.clear()
         if self._subscribed and self._is_left():  # asked last: who subscribed was connected before
             self._subscribed.clear()
             self._streams.clear()
@@ -159,15 +166,6 @@ class TelemetrySocket:
             return False
         self._connected_due = now + CONNECTED_PERIOD
         return not self._limit.connected()
-
-    def _subscribe(self, frame: bytes) -> None:
-        """Take one frame; to wait for all of a message would be to wait for ever, since libzmq drops some."""
-        kind, prefix = frame[:1], frame[1:]
-        if kind not in (SUBSCRIBE, UNSUBSCRIBE):
-            self._refused["subscription"] += 1
-        elif kind == SUBSCRIBE:
-            self._subscribed.add(prefix if len(self._subscribed) < MOST_PREFIXES else b"")
-            self._streams.clear()
 
     def _stream(self, kind: type[Message], owner: str) -> _Stream | None:
         key = (kind, owner)
@@ -205,10 +203,6 @@ class TelemetrySocket:
 
 def _owner(message: Message) -> str:
     return message.node if isinstance(message, OF_NODES) else message.finger
-
-
-def _stream_of(message: Message) -> tuple[type[Message], str]:
-    return type(message), _owner(message)
 
 
 def _waiting(socket: zmq.Socket[bytes]) -> Iterator[tuple[str, str, bytes]]:

@@ -6,7 +6,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 import can
 
@@ -70,15 +70,12 @@ class InOrder:
         held = self._held[finger]
         while held and held[0][0].seq <= self._next[finger]:
             state, arrival = held.pop(0)
-            stamp = self._in_place(state, held)
+            after = held[0][0].stamp if held else state.stamp + 1
+            before = self._stamp.get(state.finger, min(state.stamp, after) - 1)
+            is_between = before < state.stamp < after  # else it is put between its neighbours
+            stamp = state.stamp if is_between else max(before + 1, (before + after) // 2)
             self._stamp[finger], self._next[finger] = stamp, state.seq + 1
             passed.append((state if stamp == state.stamp else replace(state, stamp=stamp), arrival))
-
-    def _in_place(self, state: FingertipState, held: Sequence[tuple[FingertipState, int]]) -> int:
-        """Return the stamp of ``state``; one that is not in order is put between its neighbours'."""
-        after = held[0][0].stamp if held else state.stamp + 1
-        before = self._stamp.get(state.finger, min(state.stamp, after) - 1)
-        return state.stamp if before < state.stamp < after else max(before + 1, (before + after) // 2)
 
 
 MOST_FRAMES = 256  # taken in one go; a babbling node must not keep the loop from its ticks
@@ -105,14 +102,6 @@ class Codec(Lossy, Protocol):
 
     def encode(self, message: Message) -> list[Frame]:
         """Return the frames of ``message``."""
-
-
-@runtime_checkable
-class Selecting(Protocol):
-    """A codec that knows which identifiers messages have."""
-
-    def filters(self, kinds: Collection[type[Message]]) -> list[tuple[int, int]]:
-        """Return identifiers and masks of 11 bits."""
 
 
 class CanEndpoint(Endpoint):
@@ -174,7 +163,7 @@ class CanEndpoint(Endpoint):
 
     def select(self, kinds: Collection[type[Message]]) -> None:
         """Have the controller bring only messages of ``kinds`` to this hand, and what is not understood."""
-        if isinstance(self._codec, Selecting):
+        if isinstance(self._codec, CanCodec):
             self._filters = [
                 {"can_id": identifier, "can_mask": mask, "extended": False}
                 for identifier, mask in self._codec.filters(kinds)
@@ -222,12 +211,10 @@ class CanEndpoint(Endpoint):
         return take_block(self._bus)
 
     def send(self, message: Message) -> None:
-        """Queue the frames of ``message``; what the bus does not take at once is counted as unsent."""
         for frame in self._codec.encode(message):
             self.send_frame(frame)
 
     def send_all(self, messages: Sequence[Message]) -> None:
-        """Queue the frames of ``messages``; all are counted as unsent when the bus does not take them."""
         self.send_frames([frame for message in messages for frame in self._codec.encode(message)])
 
     def send_frames(self, frames: Sequence[Frame]) -> None:
@@ -251,7 +238,6 @@ class CanEndpoint(Endpoint):
             self._faults["unsent"] += count
 
     def _is_answered_at_once(self, timeout: float, look: LookAtPacket) -> bool:
-        """Return whether ``look`` has dealt with frames that came together, or nothing came."""
         if not isinstance(self._port, VirtualPort):
             return False
         try:

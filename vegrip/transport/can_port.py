@@ -183,6 +183,16 @@ def _for_bus(frame: Frame) -> tuple[int, bytes, int]:
     return frame.arbitration_id, frame.data, flags
 
 
+def message_of(frame: Frame) -> can.Message:
+    return can.Message(
+        arbitration_id=frame.arbitration_id & ~EXTENDED,
+        is_extended_id=bool(frame.arbitration_id & EXTENDED),
+        is_fd=frame.fd,
+        bitrate_switch=frame.fd,
+        data=frame.data,
+    )
+
+
 class PythonCanPort:
     """Any interface of python-can; the load is estimated from the frames seen here."""
 
@@ -217,15 +227,7 @@ class PythonCanPort:
 
     def send(self, frame: Frame) -> None:
         """Queue ``frame``."""
-        self._bus.send(
-            can.Message(
-                arbitration_id=frame.arbitration_id & ~EXTENDED,
-                is_extended_id=bool(frame.arbitration_id & EXTENDED),
-                is_fd=frame.fd,
-                bitrate_switch=frame.fd,
-                data=frame.data,
-            )
-        )
+        self._bus.send(message_of(frame))
         self._measure(frame)
 
     def load(self) -> float:

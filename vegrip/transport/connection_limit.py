@@ -81,7 +81,13 @@ class ConnectionLimit:
     def connected(self) -> int:
         with self._lock:
             for event, _ in self._monitor.events():
-                self._note(event)
+                if event == zmq.EVENT_ACCEPTED:
+                    self._inside += 1
+                    self._judge()
+                elif event == zmq.EVENT_DISCONNECTED:
+                    self._inside -= 1
+                elif self._on_event is not None and event != zmq.EVENT_MONITOR_STOPPED:
+                    self._on_event(event)
             self._judge()
             return self._inside
 
@@ -98,15 +104,6 @@ class ConnectionLimit:
         while not self._stop.is_set():
             self.connected()
             select.select([descriptor], [], [], LOOK_PERIOD_S)
-
-    def _note(self, event: int) -> None:
-        if event == zmq.EVENT_ACCEPTED:
-            self._inside += 1
-            self._judge()
-        elif event == zmq.EVENT_DISCONNECTED:
-            self._inside -= 1
-        elif self._on_event is not None and event != zmq.EVENT_MONITOR_STOPPED:
-            self._on_event(event)
 
     def _judge(self) -> None:
         if self._file is None:

@@ -34,7 +34,13 @@ def resolve(address: str) -> str:
     if scheme not in ("ipc", "tcp") or not rest.startswith("//") or not path.isprintable() or not path:
         raise ConfigError(f"{address!r} is no address; write ipc:NAME, ipc:///path or tcp://127.0.0.1:PORT")
     if scheme == "ipc":
-        _check_path(path)
+        # a name without a file is a path too, but only with keys
+        if not path.startswith(("/", ABSTRACT)) or ".." in Path(path).parts:
+            raise ConfigError(f"{path!r} is no path of a socket; use ipc:NAME, or a full path without '..'")
+        if len(os.fsencode(path)) > LONGEST_SOCKET:
+            raise ConfigError(
+                f"{path} is too long for a socket (at most {LONGEST_SOCKET} bytes); use ipc:NAME"
+            )
     return address
 
 
@@ -67,16 +73,7 @@ def check_reach(address: str, encrypted: bool) -> None:
     )
 
 
-def _check_path(path: str) -> None:
-    """Refuse a path that is none: a name without a file is one, but only with keys."""
-    if not path.startswith(("/", ABSTRACT)) or ".." in Path(path).parts:
-        raise ConfigError(f"{path!r} is no path of a socket; use ipc:NAME, or a full path without '..'")
-    if len(os.fsencode(path)) > LONGEST_SOCKET:
-        raise ConfigError(f"{path} is too long for a socket (at most {LONGEST_SOCKET} bytes); use ipc:NAME")
-
-
 def _is_private(folder: Path) -> bool:
-    """Whether this user alone can make files in ``folder``, and no other can exchange a folder above it."""
     try:
         return not (why_not_private(folder) or why_not_trusted(folder))
     except OSError:

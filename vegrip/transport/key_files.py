@@ -64,7 +64,8 @@ def read_keys(file: Path) -> tuple[bytes, bytes | None]:
     try:
         public, secret = load_certificate(file)
         for key in (public, secret):
-            _check_key(key)
+            if key is not None and (len(key) != LENGTH or not set(key) <= set(z85.Z85CHARS)):
+                raise ValueError(f"a key has {LENGTH} characters of Z85")
         mode = file.stat().st_mode
     except (OSError, ValueError, LookupError) as error:
         raise ConfigError(f"{file} is no key file: {error}") from None
@@ -73,9 +74,3 @@ def read_keys(file: Path) -> tuple[bytes, bytes | None]:
             f"{file} can be read by other users; `chmod 600 {file}`, or make new keys if they did"
         )
     return public, secret
-
-
-def _check_key(key: bytes | None) -> None:
-    """Raise ValueError unless ``key`` is one of CURVE, or none."""
-    if key is not None and (len(key) != LENGTH or not set(key) <= set(z85.Z85CHARS)):
-        raise ValueError(f"a key has {LENGTH} characters of Z85")

@@ -70,7 +70,14 @@ class ZmqEndpoint(Endpoint):
         self._handshakes = Handshakes() if keys is not None else None
         self._limit = self._limited(bound[0] if bound else "")
         try:
-            self._open(bound, connected)
+            if self._keys is not None:
+                self._keys.serve(self._publisher)
+            for address in bound:
+                self._publisher.bind(address)
+                self._limit.start()
+            for address in connected:
+                self._subscriptions.append(self._subscription(address))
+            self._descriptors = [each.descriptor for each in self._subscriptions]
         except zmq.ZMQError as error:
             self.close()
             raise DeviceError(_sentence(error, publish, subscribe)) from None
@@ -117,9 +124,12 @@ class ZmqEndpoint(Endpoint):
     def send_payload(self, topic: bytes, payload: bytes | bytearray) -> None:
         """Publish a payload as it is."""
         try:
-            self._publisher.send_multipart([topic, payload], zmq.DONTWAIT)
+            self._publisher.send_multipart(self.parts_of(topic, payload), zmq.DONTWAIT)
         except zmq.ZMQError:
             self._faults["unsent"] += 1
+
+    def parts_of(self, topic: bytes, payload: bytes | bytearray) -> list[bytes | bytearray]:
+        return [topic, payload]
 
     def close(self) -> None:
         """Close the sockets; what is queued has 100 ms to leave."""
@@ -145,16 +155,6 @@ class ZmqEndpoint(Endpoint):
             return ConnectionLimit(self._publisher, address, self._faults)
         on_event = self._handshakes.published
         return ConnectionLimit(self._publisher, address, self._faults, int(HANDSHAKES), on_event)
-
-    def _open(self, publish: Sequence[str], subscribe: Sequence[str]) -> None:
-        if self._keys is not None:
-            self._keys.serve(self._publisher)
-        for address in publish:
-            self._publisher.bind(address)
-            self._limit.start()
-        for address in subscribe:
-            self._subscriptions.append(self._subscription(address))
-        self._descriptors = [each.descriptor for each in self._subscriptions]
 
     def _subscription(self, address: str) -> Subscription:
         socket = self._socket(zmq.SUB)

@@ -134,10 +134,6 @@ class VirtualHand:
         """Advance by ``dt`` [s] under the normal forces commanded [N]; return the states sampled on the way.
 
         A finger that is not in ``forces`` has no valid command and holds its position.
-
-        Raises:
-            UsageError: a force for a finger that the hand does not have.
-
         """
         if not forces.keys() <= self._names:
             raise UsageError(f"the hand has no finger {', '.join(forces.keys() - self._names)}")

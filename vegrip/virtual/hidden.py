@@ -16,6 +16,8 @@ from vegrip.errors import ConfigError
 from vegrip.types import Floats
 from vegrip.virtual.history import Relaxation
 
+HIDDEN: dict[str, type["Hidden"]] = {}
+"""By the names that a diagnosis gives them."""
 LAG_SUBSTEPS = 8  # steps of the lag within a step of the trial
 
 
@@ -36,6 +38,10 @@ class Hidden:
 
     compliance = 0.0
     """Of what carries the tip [m/N]."""
+
+    def __init_subclass__(cls, name: str = "") -> None:
+        if name:
+            HIDDEN[name] = cls
 
     def start(self, pause: float) -> None:
         """Begin an episode after ``pause`` [s] of rest, in which what recovers has recovered."""
@@ -122,7 +128,7 @@ class Clocked(Hidden):
 
 
 @dataclass
-class SecondRelaxation(Hidden):
+class SecondRelaxation(Hidden, name="second_relaxation"):
     """One more exponential."""
 
     amplitude: float = 0.1  # [-]
@@ -137,7 +143,7 @@ class SecondRelaxation(Hidden):
 
 
 @dataclass
-class PowerLawRelaxation(Hidden):
+class PowerLawRelaxation(Hidden, name="power_law_relaxation"):
     """A share that relaxes as ``(1 + t / time)^-exponent``."""
 
     amplitude: float = 0.3  # [-]
@@ -153,7 +159,7 @@ class PowerLawRelaxation(Hidden):
 
 
 @dataclass
-class NonSeparable(Hidden):
+class NonSeparable(Hidden, name="nonseparable_relaxation"):
     """The share that relaxes grows with the depth at which it was loaded: ``c (1 + growth (x / depth - 1))``.
 
     A single integral with a kernel that depends on the strain at the time of loading (Pipkin and Rogers).
@@ -174,7 +180,7 @@ class NonSeparable(Hidden):
 
 
 @dataclass
-class Drainage(Hidden):
+class Drainage(Hidden, name="poroelastic_drainage"):
     """All that relaxes does so by flow over the contact radius: the rate falls with the depth."""
 
     exponent: float = 1.0  # [-] by which it falls
@@ -203,7 +209,7 @@ class Drainage(Hidden):
 
 
 @dataclass
-class FastDamping(Hidden):
+class FastDamping(Hidden, name="fast_damping"):
     """A dashpot beside the spring: it pushes with the rate of the elastic force.
 
     The rate is that at the end of a step, to second order: the mean rate over the step is half a step old,
@@ -223,7 +229,7 @@ class FastDamping(Hidden):
 
 
 @dataclass
-class RateStiffening(Hidden):
+class RateStiffening(Hidden, name="rate_stiffening"):
     """While the indentation grows the elastic force is higher, by the logarithm of the speed."""
 
     growth: float = 0.03  # [-] per e-fold
@@ -239,7 +245,7 @@ class RateStiffening(Hidden):
 
 
 @dataclass
-class ExponentialStiffness(Hidden):
+class ExponentialStiffness(Hidden, name="exponential_stiffness"):
     """The force grows by ``(e^s - 1) / s``, s the depth over a length."""
 
     length: float = 1.5e-3  # [m]
@@ -250,7 +256,7 @@ class ExponentialStiffness(Hidden):
 
 
 @dataclass
-class HardCore(Hidden):
+class HardCore(Hidden, name="layer_over_core"):
     """A rigid core under the soft layer, as Garcia and Garcia (Biophysical Journal 114, 2018) have it.
 
     The force on the layer grows with the radius of the contact over the thickness.
@@ -265,7 +271,7 @@ class HardCore(Hidden):
 
 
 @dataclass
-class Softening(Hidden):
+class Softening(Hidden, name="temperature_shift"):
     """Stiffness falls and rates grow exponentially with the temperature of the episode."""
 
     softening: float = 0.006  # [1/K]
@@ -284,7 +290,7 @@ class Softening(Hidden):
 
 
 @dataclass
-class PermanentSet(Hidden):
+class PermanentSet(Hidden, name="permanent_set"):
     """The surface keeps a share of its deepest indentation beyond a threshold, and never recovers."""
 
     share: float = 0.03  # [-]
@@ -299,7 +305,7 @@ class PermanentSet(Hidden):
 
 
 @dataclass
-class Mullins(Hidden):
+class Mullins(Hidden, name="mullins_softening"):
     """Below the deepest indentation so far the material is softer; it does not heal."""
 
     loss: float = 0.12  # [-] of the force far below it
@@ -317,14 +323,14 @@ class Mullins(Hidden):
 
 
 @dataclass
-class SeriesCompliance(Hidden):
+class SeriesCompliance(Hidden, name="series_compliance"):
     """The mount gives way in proportion to the normal force."""
 
     compliance: float = 5e-5  # [m/N]
 
 
 @dataclass
-class Backlash(Hidden):
+class Backlash(Hidden, name="displacement_backlash"):
     """Play: the mount stands still until the drive has crossed the gap, and is pushed by a flank then."""
 
     width: float = 3e-5  # [m]
@@ -345,7 +351,7 @@ class Backlash(Hidden):
 
 
 @dataclass
-class Adhesion(Hidden):
+class Adhesion(Hidden, name="adhesion"):
     """A constant pull in contact; in the gap it falls evenly to zero over the stretch of the neck.
 
     No pull on approach: the neck forms at touch, and holds until it is stretched too far.
@@ -368,7 +374,7 @@ class Adhesion(Hidden):
 
 
 @dataclass
-class RadiusLaw(Hidden):
+class RadiusLaw(Hidden, name="contact_radius_law"):
     """``a^2 = kappa R x``; the plain tip has ``kappa = 2``."""
 
     kappa: float = 1.4  # [-]
@@ -378,7 +384,7 @@ class RadiusLaw(Hidden):
 
 
 @dataclass
-class PressureProfile(Hidden):
+class PressureProfile(Hidden, name="pressure_profile"):
     """One pressure exponent, whatever the contact has been through."""
 
     k: float = 5.0  # [-]
@@ -388,7 +394,7 @@ class PressureProfile(Hidden):
 
 
 @dataclass
-class LoadDependentFriction(Hidden):
+class LoadDependentFriction(Hidden, name="load_dependent_friction"):
     """A power of the normal force."""
 
     exponent: float = 0.15  # [-] by which it falls
@@ -399,7 +405,7 @@ class LoadDependentFriction(Hidden):
 
 
 @dataclass
-class RateDependentFriction(Hidden):
+class RateDependentFriction(Hidden, name="rate_dependent_friction"):
     """Static friction that gives way to a kinetic one, which grows with the logarithm of the speed."""
 
     kinetic: float = 0.85  # [-] over static
@@ -414,7 +420,7 @@ class RateDependentFriction(Hidden):
 
 
 @dataclass
-class FrictionAgeing(Hidden):
+class FrictionAgeing(Hidden, name="friction_ageing"):
     """Friction grows with the logarithm of the age of the contact; sliding renews it."""
 
     growth: float = 0.05  # [-] per e-fold
@@ -431,7 +437,7 @@ class FrictionAgeing(Hidden):
 
 
 @dataclass
-class WetContact(Hidden):
+class WetContact(Hidden, name="wet_contact"):
     """A film that is squeezed out while the contact lasts."""
 
     loss: float = 0.3  # [-] of friction at first touch
@@ -449,7 +455,7 @@ class WetContact(Hidden):
 
 
 @dataclass
-class SensorLag(Hidden):
+class SensorLag(Hidden, name="sensor_lag"):
     """The sensor follows with a time constant; integrated in small steps."""
 
     time: float = 5e-3  # [s]
@@ -466,7 +472,7 @@ class SensorLag(Hidden):
 
 
 @dataclass
-class SensorDelay(Hidden):
+class SensorDelay(Hidden, name="sensor_delay"):
     """The sensor shows what was felt some time ago, from a tape of times and forces."""
 
     time: float = 5e-3  # [s]
@@ -484,7 +490,7 @@ class SensorDelay(Hidden):
 
 
 @dataclass
-class CrossTalk(Hidden):
+class CrossTalk(Hidden, name="cross_talk"):
     """The sensor shows a share of the tangential force."""
 
     share: float = 0.02  # [-]
@@ -494,7 +500,7 @@ class CrossTalk(Hidden):
 
 
 @dataclass
-class Saturation(Hidden):
+class Saturation(Hidden, name="saturation"):
     """The sensor ends at its full scale."""
 
     limit: float = 0.8  # [N]
@@ -504,7 +510,7 @@ class Saturation(Hidden):
 
 
 @dataclass
-class GuideFriction(Hidden):
+class GuideFriction(Hidden, name="guide_friction"):
     """The guide of the drive drags against its motion; at rest it lets go."""
 
     force: float = 0.02  # [N]
@@ -518,7 +524,7 @@ class GuideFriction(Hidden):
 
 
 @dataclass
-class ForceDrift(Clocked):
+class ForceDrift(Clocked, name="force_drift"):
     """The zero of the sensor runs away at a constant rate, in the pauses too."""
 
     rate: float = 2e-4  # [N/s]
@@ -527,46 +533,10 @@ class ForceDrift(Clocked):
         return shown + self.rate * self.time_passed
 
 
-HIDDEN: Mapping[str, type[Hidden]] = {
-    "adhesion": Adhesion,
-    "second_relaxation": SecondRelaxation,
-    "power_law_relaxation": PowerLawRelaxation,
-    "series_compliance": SeriesCompliance,
-    "displacement_backlash": Backlash,
-    "permanent_set": PermanentSet,
-    "mullins_softening": Mullins,
-    "exponential_stiffness": ExponentialStiffness,
-    "layer_over_core": HardCore,
-    "sensor_lag": SensorLag,
-    "sensor_delay": SensorDelay,
-    "cross_talk": CrossTalk,
-    "force_drift": ForceDrift,
-    "load_dependent_friction": LoadDependentFriction,
-    "rate_dependent_friction": RateDependentFriction,
-    "friction_ageing": FrictionAgeing,
-    "wet_contact": WetContact,
-    "contact_radius_law": RadiusLaw,
-    "pressure_profile": PressureProfile,
-    "nonseparable_relaxation": NonSeparable,
-    "poroelastic_drainage": Drainage,
-    "rate_stiffening": RateStiffening,
-    "fast_damping": FastDamping,
-    "temperature_shift": Softening,
-    "guide_friction": GuideFriction,
-    "saturation": Saturation,
-}
-"""By the names that a diagnosis gives them."""
-
-
 def make(
     settings: Mapping[str, Mapping[str, float]], known: Mapping[str, type[Hidden]] = HIDDEN
 ) -> tuple[Hidden, ...]:
-    """Return the hidden effects of ``settings``: name -> parameters, SI; those left out have their default.
-
-    Raises:
-        ConfigError: there is no such effect or parameter.
-
-    """
+    """Return the effects of ``settings``: name -> parameters, SI; those left out have their default."""
     made = []
     for name, given in settings.items():
         if name not in known:

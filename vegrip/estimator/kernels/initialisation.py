@@ -5,14 +5,7 @@ import math
 from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.measure import linearise_at_force
 from vegrip.estimator.kernels.motion import begin_motion
-from vegrip.estimator.kernels.state import (
-    bound_state,
-    clear_section,
-    contact,
-    copy_section,
-    copy_state,
-    difference_step,
-)
+from vegrip.estimator.kernels.state import *
 
 
 def begin_filter(m: Floats, force: float, displacement: float) -> None:

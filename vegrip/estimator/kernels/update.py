@@ -8,27 +8,13 @@ from vegrip.estimator.kernels.forecast import force_reserve, slip_times
 from vegrip.estimator.kernels.friction import learn_friction
 from vegrip.estimator.kernels.gap import bridge_gap
 from vegrip.estimator.kernels.generated import *
-from vegrip.estimator.kernels.initialisation import (
-    begin_contact,
-    begin_filter,
-    keep_belief,
-    keep_finite,
-    return_belief,
-)
+from vegrip.estimator.kernels.initialisation import *
 from vegrip.estimator.kernels.load_loss import follow_load, is_load_doubted
 from vegrip.estimator.kernels.measure import expect_force, expect_force_alone, measure_radius
 from vegrip.estimator.kernels.motion import follow_motion, predict_motion, surprise_of
 from vegrip.estimator.kernels.predict import follow_extremes, predict
 from vegrip.estimator.kernels.report import report, upper_gauge, utilisation
-from vegrip.estimator.kernels.scalar_update import (
-    GATE,
-    accept,
-    apply_measurement,
-    cell_of,
-    record_innovation,
-    refuse,
-    regime_of,
-)
+from vegrip.estimator.kernels.scalar_update import *
 from vegrip.estimator.kernels.state import bound_state
 from vegrip.estimator.kernels.touch_detection import detect_touch
 

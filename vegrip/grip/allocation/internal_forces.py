@@ -49,15 +49,7 @@ class ContactPlace:
 
 
 class InternalForces:
-    """Shares the normal forces of a grasp; the last answer is kept, because needs change seldom.
-
-    Args:
-        contacts: place and normal of every finger that takes part.
-
-    Raises:
-        ConfigError: no forces at these contacts balance while all of them press.
-
-    """
+    """Shares the normal forces of a grasp; the last answer is kept, because needs change seldom."""
 
     def __init__(self, contacts: Mapping[str, ContactPlace]) -> None:
         self.names = tuple(contacts)

@@ -11,7 +11,7 @@ from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.margin_grip import forget_grip, wanted_force
 from vegrip.grip.kernels.share import balanced_force
 
-POLICY_MARGIN = 0  # numbers as in vegrip.grip.rules.STEP_POLICIES
+POLICY_MARGIN = 0  # numbers as in vegrip.grip.layout.STEP_POLICIES
 POLICY_CONSTANT = 1
 POLICY_CONE = 2
 POLICY_ELASTIC = 3  # and beyond it: a policy in Python

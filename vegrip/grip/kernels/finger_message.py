@@ -7,15 +7,7 @@ the calls between which it fits answer in their order: judge, take, bound, need,
 from vegrip.estimator.elapsed import bounded_time
 from vegrip.grip.kernels.control import base_force, is_renewal_due, ride_out_input, time_asked
 from vegrip.grip.kernels.demand import demand_nothing
-from vegrip.grip.kernels.finger_step import (
-    answer_state,
-    bound_demand,
-    judge_state,
-    sense,
-    settle_need,
-    settle_state,
-    take_estimate,
-)
+from vegrip.grip.kernels.finger_step import *
 from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.share import tell_need
 from vegrip.grip.kernels.watchdog import watch_silence

@@ -4,12 +4,7 @@ import math
 
 from vegrip.estimator.kernels.sense import assimilate, margin_bound, touches
 from vegrip.grip.kernels.choice import shared_force
-from vegrip.grip.kernels.control import (
-    command_share,
-    is_renewal_due,
-    require_force,
-    start_control,
-)
+from vegrip.grip.kernels.control import *
 from vegrip.grip.kernels.demand import demand_force, demand_nothing, hold_doubtful
 from vegrip.grip.kernels.friction_shared import prepare_friction, restore_slip, update_shared_friction
 from vegrip.grip.kernels.generated import *

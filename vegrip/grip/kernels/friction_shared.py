@@ -8,31 +8,8 @@ import math
 from vegrip.estimator.elapsed import elapsed_time
 from vegrip.estimator.kernels.load_loss import is_load_doubted
 from vegrip.estimator.kernels.sense import touches
-from vegrip.grip.drive_lag import follow_drive
-from vegrip.grip.felt_slip import (
-    believed_flag,
-    believed_speed,
-    judge_felt_slip,
-    may_teach,
-    shows_sliding,
-    twist_share,
-)
-from vegrip.grip.friction_belief import (
-    BELIEF_MEAN,
-    BELIEF_SINCE,
-    BELIEF_VERSION,
-    absorb_evidence,
-    believed_variance,
-    refuse_evidence,
-    widen_own,
-)
-from vegrip.grip.friction_change import CHANGE_LEVEL, CHANGE_SPREAD, follow_level, stated_friction
-from vegrip.grip.friction_onset import feel_onset, is_witnessed
-from vegrip.grip.friction_probe import PROBE_NEED, feel_slip, watch_load
 from vegrip.grip.kernels.generated import *
-from vegrip.grip.late_slip import is_late, present_slip, recall_load
-from vegrip.grip.load_lead import lead_load
-from vegrip.grip.slip_trust import counted_shift, counts_as_known, ends_probe, follow_trust, let_go
+from vegrip.grip.slip_trust import *
 
 LONGEST_STEP = 0.1  # [s]; a longer pause between two states counts as so much
 NEW_CONTACT = 1e-4  # growth of the variance of ln mu between two states that only a new contact brings

@@ -1,9 +1,11 @@
-"""The margin grip: raise at once, lower slowly, react to slip (:mod:`vegrip.grip.policies.margin_grip`)."""
+"""The margin grip: raise at once, lower slowly, react to slip (:mod:`vegrip.grip.policies.margin_grip`).
+
+The usual need of the last seconds is a median in slots, to which short errors of a sensor do not matter.
+"""
 
 import math
 
 from vegrip.grip.kernels.generated import *
-from vegrip.grip.kernels.usual_need import add_need, forget_usual
 
 
 def forget_grip(f: Floats, t: Wholes) -> None:
@@ -52,3 +54,58 @@ def with_play(f: Floats, held: float, envelope: float) -> tuple[float, int]:
     if upper < held:
         return upper, REASON_LOWER
     return held, REASON_HOLD
+
+
+def forget_usual(f: Floats, t: Wholes) -> None:
+    """Begin anew, with the window that is set now."""
+    f.grip.slot = f.rule.usual_time / float(USUAL_SLOTS)
+    f.grip.present = f.grip.median = -math.inf
+    f.grip.filled = 0.0
+    f.grip.proven, f.grip.proven_time = math.inf, f.rule.proven_time
+    t.turn.slots = t.turn.next_slot = 0
+
+
+def add_need(f: Floats, t: Wholes, need: float, dt: float) -> float:
+    """Take in a ``need`` [N] that lasted ``dt`` [s]; return the usual one [N]."""
+    if f.grip.slot <= 0.0:
+        return need
+    f.grip.present = max(f.grip.present, need)
+    f.grip.filled += dt
+    if f.grip.filled >= f.grip.slot:
+        f.largest[t.turn.next_slot] = f.grip.present
+        t.turn.next_slot = (t.turn.next_slot + 1) % USUAL_SLOTS
+        t.turn.slots = min(t.turn.slots + 1, USUAL_SLOTS)
+        f.grip.present, f.grip.filled = -math.inf, 0.0
+        f.grip.median = median_of_slots(f, t)
+        if t.turn.slots > USUAL_SLOTS // 2:
+            prove_need(f)
+    if t.turn.slots <= USUAL_SLOTS // 2:
+        return max(f.grip.median, need)
+    return min(f.grip.median, f.grip.proven)
+
+
+def prove_need(f: Floats) -> None:
+    """Keep the lowest median, and let it rise to the present one."""
+    if f.grip.proven_time > 0.0:
+        part = min(f.grip.slot / f.grip.proven_time, 1.0)
+        usual, proven = f.grip.median, f.grip.proven
+        rise = part * (usual - proven) if proven < usual else 0.0
+        f.grip.proven = min(usual, proven + rise)
+
+
+def median_of_slots(f: Floats, t: Wholes) -> float:
+    """Return the median of the slots, their largest until half of the window has been seen."""
+    for i in range(USUAL_SLOTS):
+        if i < t.turn.slots:
+            insert_ordered(f, i, f.largest[i])
+    half = t.turn.slots // 2 if t.turn.slots > USUAL_SLOTS // 2 else t.turn.slots - 1
+    return f.ordered[half]
+
+
+def insert_ordered(f: Floats, known: int, value: float) -> None:
+    """Put ``value`` among the first ``known`` ordered ones."""
+    at = known
+    while at > 0 and f.ordered[at - 1] > value:
+        f.ordered[at] = f.ordered[at - 1]
+        at -= 1
+    f.ordered[at] = value

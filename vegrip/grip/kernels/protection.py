@@ -1,9 +1,11 @@
-"""AUTOSAR E2E profile 5: CRC-16 of all bytes behind it and of the Data ID, low byte first."""
+"""Bytes of a frame: whole numbers, the least significant byte first, and the checksum in front.
+
+That is AUTOSAR E2E profile 5: CRC-16 of all bytes behind it and of the Data ID, low byte first.
+"""
 
 import numpy as np
 
 from vegrip.grip.kernels.generated import *
-from vegrip.grip.kernels.words import half_word, put_half_word
 
 CRC_OF_NIBBLE = np.array([
     0x0000, 0x1021, 0x2042, 0x3063, 0x4084, 0x50A5, 0x60C6, 0x70E7,
@@ -34,3 +36,27 @@ def is_intact(data: Bytes, length: int, data_id: int) -> bool:
 def protect(data: Bytes, length: int, data_id: int) -> None:
     """Put the checksum into a frame that is complete."""
     put_half_word(data, 0, crc_of(data, length, data_id))
+
+
+def word(data: Bytes, at: int) -> int:
+    """Return the 32 bits at byte ``at``."""
+    return int(data[at]) | int(data[at + 1]) << 8 | int(data[at + 2]) << 16 | int(data[at + 3]) << 24
+
+
+def put_word(data: Bytes, at: int, bits: int) -> None:
+    """Put 32 bits at byte ``at``."""
+    data[at] = bits & 255
+    data[at + 1] = (bits >> 8) & 255
+    data[at + 2] = (bits >> 16) & 255
+    data[at + 3] = (bits >> 24) & 255
+
+
+def half_word(data: Bytes, at: int) -> int:
+    """Return the 16 bits at byte ``at``."""
+    return int(data[at]) | int(data[at + 1]) << 8
+
+
+def put_half_word(data: Bytes, at: int, bits: int) -> None:
+    """Put 16 bits at byte ``at``."""
+    data[at] = bits & 255
+    data[at + 1] = (bits >> 8) & 255

@@ -25,6 +25,7 @@ from vegrip.identification.diagnosis.data_checks import (
     refuse_unusable,
 )
 from vegrip.identification.diagnosis.discrepancy import Discrepancy, find_discrepancy
+from vegrip.identification.diagnosis.motions import unproven
 from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects
 from vegrip.identification.fit.fitting import fit, on_one_thread
 from vegrip.identification.fit.noise import Noise
@@ -67,6 +68,7 @@ class Diagnosis:
     search: Search  # every step
     # what is wrong with the recording; a grave one forbids names
     doubts: list[Doubt] = field(default_factory=list)
+    unproven: str = ""  # why what was accepted is no more than a suggestion
 
     def or_by_episode(self, own: "Diagnosis") -> "Diagnosis":
         """Return ``own``, in which each episode has its law, where it names what explains this recording.
@@ -104,7 +106,7 @@ class Diagnosis:
         if depends and not self._is_sufficient(count):
             return "unexplained"
         most = thresholds.MAX_ERROR_BY_REGIME if depends else thresholds.MAX_ERROR_EVEN
-        if left.error > most and not left.is_explained:
+        if self.unproven or (left.error > most and not left.is_explained):
             return "unexplained"
         return "ambiguous" if is_ambiguous else "named"
 
@@ -234,7 +236,8 @@ class Diagnosis:
         if one is step.taken:
             if one.candidate.name in self.search.dropped:
                 return "taken, and not needed beside the others"
-            return "taken, not enough" if self.verdict == "unexplained" else "taken"
+            why = "a suggestion" if self.unproven else "not enough"
+            return f"taken, {why}" if self.verdict == "unexplained" else "taken"
         if step.taken is not None:
             return f"passes, {step.taken.candidate.name} gains more"
         if any(doubt.is_grave for doubt in self.doubts):
@@ -270,7 +273,8 @@ class Diagnosis:
             "experiment": experiment,
             "certainty": certainty,
             "out_of_sight": s.out_of_sight,
-            "doubts": [doubt.text for doubt in self.doubts],
+            "suggestion": self.unproven or None,
+            "doubts": [doubt.text for doubt in self.doubts] + [self.unproven] * bool(self.unproven),
             "noise": dict(self.start.problem.measured.noise.source),
             "warnings": self.result.warnings(advise=False),
         }
@@ -337,4 +341,9 @@ def _diagnosed(start: Fit, most: int, threads: int, report: Report) -> Diagnosis
         return Diagnosis(start, found.untaken, doubts)
     names = [one.candidate.name for one in found.accepted]
     values = {symbol: found.last.value(symbol) for symbol in found.last.problem.symbols}
-    return Diagnosis(start, found, doubts + check_lookalikes(names, values, start.problem.model.tip_radius))
+    doubts += check_lookalikes(names, values, start.problem.model.tip_radius)
+    said = Diagnosis(start, found, doubts)
+    if not found.accepted or said.verdict == "unexplained":
+        return said
+    contests = {name: (one.base, one.tried[0].fitted) for name, one in found.contests.items()}
+    return replace(said, unproven=unproven(start.problem, contests, is_named=said.verdict == "named"))

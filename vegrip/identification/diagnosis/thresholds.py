@@ -92,6 +92,13 @@ SHIFT_ADVANTAGE_SHARE = 0.1
 MAX_DEPTH_RADII = 0.9
 """Of the radius, beyond which the indentation cannot be one (origin: rule)."""
 
+# What is one motion, and what another
+
+BRUSH_SHARE = 0.2
+"""Of the greatest depth, below which a contact is a brush and no press (origin: rule)."""
+SAME_MOTION = (1.25, 1.5, 1.5)
+"""Ratios of depth, speed and 1 + way, up to which two presses are the same motion (origin: measured)."""
+
 # What the verdict is
 
 MAX_ERROR_BY_REGIME = 1.05

@@ -66,7 +66,20 @@ class Board:
             return
         finger = self.rows.setdefault(message.finger, FingerRow())
         finger.source = node
-        self._track(finger, message, now)
+        if isinstance(message, messages.ForceCommand):
+            if message.reason != messages.Reason.SLIP:
+                self._slipping.discard(message.finger)
+            elif message.finger not in self._slipping:
+                self._slipping.add(message.finger)
+                self.say(f"{message.finger}: slip detected, grip raised", now, "red")
+        elif isinstance(message, messages.ModelHealth):
+            # :meth:`refresh` tells a change of condition, several fingers in one line
+            if message.condition is finger.announced or (
+                finger.announced is None and message.condition in ABSENT
+            ):
+                finger.pending = None
+            elif finger.pending is None or finger.pending[0] is not message.condition:
+                finger.pending = (message.condition, now)
         finger.put(message, now)
 
     def attend(self, present: Iterable[Present], now: int) -> None:
@@ -139,26 +152,6 @@ class Board:
                 self.say(f"{name} is heard again", now, "green")
             case Presence.RUNNING if not row.is_old:
                 self.say(f"{name} has started", now)
-
-    def _track(self, row: FingerRow, message: messages.Message, now: int) -> None:
-        if isinstance(message, messages.ForceCommand):
-            self._track_slip(message, now)
-        elif isinstance(message, messages.ModelHealth):
-            self._track_condition(row, message.condition, now)
-
-    def _track_slip(self, command: messages.ForceCommand, now: int) -> None:
-        if command.reason != messages.Reason.SLIP:
-            self._slipping.discard(command.finger)
-        elif command.finger not in self._slipping:
-            self._slipping.add(command.finger)
-            self.say(f"{command.finger}: slip detected, grip raised", now, "red")
-
-    def _track_condition(self, row: FingerRow, condition: messages.Condition, now: int) -> None:
-        """Note a change of condition; :meth:`refresh` tells it, several fingers in one line."""
-        if condition is row.announced or (row.announced is None and condition in ABSENT):
-            row.pending = None
-        elif row.pending is None or row.pending[0] is not condition:
-            row.pending = (condition, now)
 
     def _log_conditions(self, now: int) -> None:
         due = {

@@ -7,20 +7,8 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from vegrip import messages
 from vegrip.clock import NS
-from vegrip.messages import (
-    BEYOND_FIT,
-    KNOWN,
-    PROBED,
-    Condition,
-    ContactEstimate,
-    DeviceReport,
-    Estimate,
-    ForceCommand,
-    ModelHealth,
-    Reason,
-    SlipMargin,
-)
 from vegrip.runtime.monitor.board import BUSY, Board, LogLine, words
 from vegrip.runtime.monitor.rows import FRESH, FingerRow, NodeRow, Now, Presence
 
@@ -31,18 +19,18 @@ WIDE_COLUMNS = 118  # columns from which on everything is shown
 FRAME = 2  # lines
 WAITING = "no node runs yet, and this waits for one; `vegrip launch demo` starts some"
 ON_PURPOSE = "cyan"
-FRICTION = {PROBED: "probing friction", KNOWN: "friction known"}
+FRICTION = {messages.PROBED: "probing friction", messages.KNOWN: "friction known"}
 """What is done on purpose, by :attr:`vegrip.messages.ModelHealth.friction`."""
 REASON_STYLE = {
-    Reason.SLIP: "bold red",
-    Reason.RAISE: "yellow",
-    Reason.FORECAST: "yellow",
-    Reason.RATE_LIMIT: "yellow",
-    Reason.MAX_LIMIT: "bold red",
-    Reason.INPUT_HOLD: "red",
-    Reason.FAIL_SAFE: "red",
-    Reason.UNTRUSTED: "magenta",
-    Reason.LOWER: "cyan",
+    messages.Reason.SLIP: "bold red",
+    messages.Reason.RAISE: "yellow",
+    messages.Reason.FORECAST: "yellow",
+    messages.Reason.RATE_LIMIT: "yellow",
+    messages.Reason.MAX_LIMIT: "bold red",
+    messages.Reason.INPUT_HOLD: "red",
+    messages.Reason.FAIL_SAFE: "red",
+    messages.Reason.UNTRUSTED: "magenta",
+    messages.Reason.LOWER: "cyan",
 }
 PRESENCE_STYLE = {
     Presence.STARTING: "dim",
@@ -88,7 +76,7 @@ def finger_lines(board: Board, now: int) -> list[str]:
         return [WAITING]
     lines = []
     for finger, row in board.rows.items():
-        if row.fresh(SlipMargin, now) is not None:
+        if row.fresh(messages.SlipMargin, now) is not None:
             cells = (str(cell) for cell in _cells(finger, row, now, wide=False, alarm=True))
             _, force, _, margin, bound, command, why, health = cells
             told = f"N {force} N, margin {margin}, bound {bound}, F {command} N {why}, {health}"
@@ -108,7 +96,7 @@ def _fingers(board: Board, now: int, *, wide: bool, small: bool) -> Table:
     _numbers(table, ("margin", 6), ("bound", 5), ("F [N]", 5))
     if not small:
         table.add_column("why", min_width=10, no_wrap=True)
-    reports = wide and any(row.newest(DeviceReport) is not None for row in board.rows.values())
+    reports = wide and any(row.newest(messages.DeviceReport) is not None for row in board.rows.values())
     if reports:  # what the device itself says of its contacts
         _numbers(table, ("its mu", 6), ("its F", 5))
     if wide:
@@ -118,7 +106,7 @@ def _fingers(board: Board, now: int, *, wide: bool, small: bool) -> Table:
         stopped = row.source in board.nodes and board.nodes[row.source].presence is Presence.STOPPED
         cells = _cells(finger, row, now, wide=wide, alarm=not stopped)
         if reports:
-            its = row.fresh(DeviceReport, now) or DeviceReport(0, finger, 0)
+            its = row.fresh(messages.DeviceReport, now) or messages.DeviceReport(0, finger, 0)
             cells[-2:-2] = [_number(its.friction, 2), _number(its.grip_force, 2)]
         table.add_row(*([cells[0], *cells[2:-2], cells[-1]] if small else cells))
     return table
@@ -131,7 +119,11 @@ def _numbers(table: Table, *columns: tuple[str, int]) -> None:
 
 def _cells(finger: str, row: FingerRow, now: int, *, wide: bool, alarm: bool) -> list[RenderableType]:
     said = row.now(now)
-    contact, margin, command = said.contact or ContactEstimate(0, finger, 0), said.margin, said.command
+    contact, margin, command = (
+        said.contact or messages.ContactEstimate(0, finger, 0),
+        said.margin,
+        said.command,
+    )
     learned = [
         _estimate(contact.contact_radius, 2, 1e3),
         _estimate(contact.pressure_exponent, 2),
@@ -156,7 +148,7 @@ def _number(value: float, digits: int, *, valid: bool = True) -> Text:
     return Text(f"{value:.{digits}f}" if math.isfinite(value) else "-", "" if valid else "dim")
 
 
-def _estimate(estimate: Estimate, digits: int, scale: float = 1.0) -> Text:
+def _estimate(estimate: messages.Estimate, digits: int, scale: float = 1.0) -> Text:
     if not math.isfinite(estimate.value):
         return Text("-")
     spread = f"±{scale * estimate.std:.{digits}f}" if math.isfinite(estimate.std) else "±?"
@@ -189,7 +181,11 @@ def _colour(margin: float) -> str:
 
 
 def _age(row: FingerRow, now: int) -> Text:
-    ages = [age for kind in (SlipMargin, ForceCommand) if math.isfinite(age := row.age(kind, now))]
+    ages = [
+        age
+        for kind in (messages.SlipMargin, messages.ForceCommand)
+        if math.isfinite(age := row.age(kind, now))
+    ]
     if not ages:
         return Text("-", "dim")
     return Text(spoken(max(ages)), "" if max(ages) <= FRESH else "bold red")
@@ -204,22 +200,22 @@ def spoken(age: float) -> str:
     return f"{age / 60.0:.0f} min" if age < 5940.0 else f"{age / 3600.0:.0f} h"
 
 
-def _health(health: ModelHealth | None, *, is_new: bool) -> Text:
+def _health(health: messages.ModelHealth | None, *, is_new: bool) -> Text:
     if health is None:
         return Text("-", "dim")
-    if health.condition > Condition.DEGRADED:
-        if is_new and health.condition <= Condition.MISSING:
+    if health.condition > messages.Condition.DEGRADED:
+        if is_new and health.condition <= messages.Condition.MISSING:
             return Text("no input yet", "dim")
         return Text(words(health.condition), "bold red")
-    is_beyond = health.regime == BEYOND_FIT
+    is_beyond = health.regime == messages.BEYOND_FIT
     if health.channel and (is_beyond or not health.consistent):
         where = f"{health.channel} in {health.regime}" if health.regime and not is_beyond else health.channel
-        probing = "probing, " if health.friction == PROBED else ""
+        probing = "probing, " if health.friction == messages.PROBED else ""
         what = "beyond the fit" if is_beyond else health.suspect or "misfit"
         return Text(f"{probing}{what}: {where}", "yellow")
     if health.friction:
         return Text(FRICTION.get(health.friction, f"friction {health.friction}"), ON_PURPOSE)
-    return Text(words(health.condition), "green" if health.condition == Condition.OK else "yellow")
+    return Text(words(health.condition), "green" if health.condition == messages.Condition.OK else "yellow")
 
 
 def _nodes(board: Board, now: int, *, wide: bool) -> Table:

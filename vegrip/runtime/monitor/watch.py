@@ -81,16 +81,13 @@ class Watch:
         for entry, _, direction, message in self._reader.read(TELEMETRY_WAIT_S):
             if direction == "out" or isinstance(message, (FingertipState, DeviceReport)):
                 sink.receive(_named(message, entry.namespace), time.monotonic_ns(), entry.name)
-            if isinstance(message, SlipMargin) and direction == "out":
-                self._ask_for_newest(entry)
+            estimates = isinstance(message, SlipMargin) and direction == "out"
+            if estimates and self._newest and entry.name not in self._estimating:
+                self._estimating.add(entry.name)
+                self._reader.add(entry, [NEWEST + topic for topic in _Topics(entry).of(self._newest)])
 
     def close(self) -> None:
         self._reader.close()
-
-    def _ask_for_newest(self, entry: Entry) -> None:
-        if self._newest and entry.name not in self._estimating:
-            self._estimating.add(entry.name)
-            self._reader.add(entry, [NEWEST + topic for topic in _Topics(entry).of(self._newest)])
 
     def _attend(self, sink: Sink) -> None:
         entries = running_nodes()
@@ -191,7 +188,6 @@ class Screen:
                 self._console.print(line, soft_wrap=True, markup=False, highlight=False)
 
     def _refresh(self) -> int:
-        """Put on the board what has come, and return the time [ns]."""
         for _ in range(len(self._queue)):
             news, then, node = self._queue.popleft()
             if isinstance(news, Message):

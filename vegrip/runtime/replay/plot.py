@@ -30,9 +30,8 @@ class Told:
 
 def read_told(folder: Path) -> Told:
     """Read one finger's folder of a session; what the node never said is empty."""
-    tables = [
-        _table(folder / f"{n}.csv") for n in ("contact", "slip_margin", "force_command", "model_health")
-    ]
+    files = (folder / f"{name}.csv" for name in ("contact", "slip_margin", "force_command", "model_health"))
+    tables = (read_output(file) if file.exists() else {} for file in files)
     return Told(read_recording(folder, announce=False), *tables)
 
 
@@ -141,7 +140,3 @@ def engineering(values: Array) -> tuple[float, str]:
         if largest >= 10.0**exponent or exponent == -9:
             return 10.0**-exponent, prefix
     return 1.0, ""
-
-
-def _table(path: Path) -> dict[str, Array]:
-    return read_output(path) if path.exists() else {}

@@ -28,10 +28,10 @@ from vegrip.messages import (
 from vegrip.runtime import NodeContext
 from vegrip.runtime.node import NodeBase, find_program
 from vegrip.runtime.runner import LoopSettings, Runner
+from vegrip.transport.can_port import message_of
 from vegrip.transport.canbus.bus_events import BusLoad
 from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
 from vegrip.transport.codec import CanCodec, Frame
-from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.endpoint import Endpoint
 
 
@@ -75,11 +75,12 @@ class FingerSummary:
 
     def as_dict(self) -> dict[str, Any]:
         last = self.last or ContactEstimate(0, "", 0)
+        square = self.force_error / self.force_count if self.force_count else math.nan
         return {
             "samples": self.samples,
             "duration": self.duration,
             "contact_time": self.contact_time,
-            "force_rms": _known(_root_mean(self.force_error, self.force_count)),
+            "force_rms": _known(math.sqrt(square)),
             "nis": _share(self.nis_sum, self.nis_count),
             "consistent": _share(self.consistent, self.judged),
             "rejected": self.rejected,
@@ -130,10 +131,6 @@ class FingerSummary:
 
 def _share(part: float, whole: int) -> float | None:
     return _known(part / whole) if whole else None
-
-
-def _root_mean(squares: float, count: int) -> float:
-    return math.sqrt(squares / count) if count else math.nan
 
 
 def _known(value: float) -> float | None:
@@ -359,14 +356,6 @@ def play_frames(
         if not count:
             start, first = clock.now(), frame.stamp
         clock.sleep_until(start + round((frame.stamp - first) / speed))
-        send(
-            can.Message(
-                arbitration_id=frame.arbitration_id & ~EXTENDED,
-                is_extended_id=bool(frame.arbitration_id & EXTENDED),
-                is_fd=frame.fd,
-                bitrate_switch=frame.fd,
-                data=frame.data,
-            )
-        )
+        send(message_of(frame))
         count += 1
     return count

@@ -1,8 +1,4 @@
-"""A CAN bus in Python's terms: nodes by number, frames, and what happens as a list.
-
-The bus itself is :mod:`vegrip.transport.canbus.bus`; it runs on the wall clock
-(:mod:`vegrip.transport.canbus.hub`), and on a simulated one where faults are put in (``validation``).
-"""
+"""A CAN bus in Python's terms, with nodes by number; the bus itself is :mod:`vegrip.transport.canbus.bus`."""
 
 from collections.abc import Sequence
 from ctypes import addressof, byref, memset
@@ -12,45 +8,22 @@ from typing import Any
 
 from vegrip.errors import ConfigError
 from vegrip.transport.canbus import bus as text
-from vegrip.transport.canbus import carry as python
-from vegrip.transport.canbus.bus_events import (
-    NO_FAULTS,
-    BusError,
-    Counters,
-    ErrorKind,
-    ErrorState,
-    Event,
-    NodeFaults,
-    StateChange,
-    Transmission,
-)
-from vegrip.transport.canbus.bus_records import (
-    ACK_ERROR,
-    BIT_ERROR,
-    CHANGED,
-    LONG_AGO,
-    NO_EVENT,
-    SENT,
-    SLOTS,
-    STUFF_ERROR,
-    Node,
-    new_bus,
-)  # fmt: skip
-from vegrip.transport.canbus.compiled_bus import CompiledBus, compiled
-from vegrip.transport.canbus.frame_time import BitTiming, BusFrame, read_record, write_record
+from vegrip.transport.canbus import bus_records as wire
+from vegrip.transport.canbus.bus_events import NO_FAULTS, NodeFaults
+from vegrip.transport.canbus.compiled_bus import CompiledBus
+from vegrip.transport.canbus.frame_time import BitTiming
 
-ERROR_KINDS = {BIT_ERROR: ErrorKind.BIT, STUFF_ERROR: ErrorKind.STUFF, ACK_ERROR: ErrorKind.ACK}
 SHARES = ("loss", "corruption", "misreading", "flips", "delay", "jitter", "babble")
 
 
 class BusModel:
     """The bus and its nodes, which are numbers given by the caller."""
 
-    def __init__(self, timing: BitTiming, functions: ModuleType | CompiledBus | None = None) -> None:
+    def __init__(self, timing: BitTiming, functions: ModuleType | CompiledBus) -> None:
         self.timing = timing
-        self.record = new_bus(timing.bitrate, timing.data_bitrate)
+        self.record = wire.new_bus(timing.bitrate, timing.data_bitrate)
         self._slots: dict[int, int] = {}
-        self.use(functions or compiled() or python)
+        self.use(functions)
 
     def use(self, functions: ModuleType | CompiledBus) -> None:
         self._functions: Any = functions
@@ -61,14 +34,14 @@ class BusModel:
     ) -> None:
         """Connect ``node`` at ``time`` [ns]; from the next frame on it takes part."""
         bus = self.record
-        if bus.attached == SLOTS:
-            raise ConfigError(f"it has {SLOTS} nodes, and no room for more")
+        if bus.attached == wire.SLOTS:
+            raise ConfigError(f"it has {wire.SLOTS} nodes, and no room for more")
         slot = self._slots[node] = bus.order[bus.attached]
         bus.attached += 1
         new = bus.nodes[slot]
-        memset(byref(new), 0, Node.faults.offset)
+        memset(byref(new), 0, wire.Node.faults.offset)
         new.number, new.listens_only = node, listen_only
-        new.suspended, new.descriptor, new.patience, new.due = LONG_AGO, -1, -1, NO_EVENT
+        new.suspended, new.descriptor, new.patience, new.due = wire.LONG_AGO, -1, -1, wire.NO_EVENT
         self.endure(node, faults, time)
 
     def endure(self, node: int, faults: NodeFaults, time: int = 0) -> None:
@@ -89,13 +62,7 @@ class BusModel:
         text.detach(self.record, self._slots[node])
         self._forget()
 
-    def request(self, time: int, node: int, frame: BusFrame) -> bool:
-        """Queue ``frame`` of ``node`` at ``time`` [ns]; refused from a node that is off or only listens."""
-        write_record(frame, self.record.asked)
-        return text.queue_frame(self.record, self._slots[node], time, self.record.asked)
-
     def accept(self, node: int, pairs: Sequence[tuple[int, int]]) -> None:
-        """Bring ``node`` what passes one of the filters ``pairs``."""
         wanted = self.node(node)
         wanted.filters = len(pairs)
         for number, pair in enumerate(pairs):
@@ -111,7 +78,7 @@ class BusModel:
     def waiting(self, node: int) -> int:
         return int(self.node(node).waiting)
 
-    def node(self, node: int) -> Node:
+    def node(self, node: int) -> wire.Node:
         return self.record.nodes[self._slots[node]]
 
     @property
@@ -125,49 +92,6 @@ class BusModel:
 
     def is_heard(self, node: int) -> bool:
         return text.is_heard(self.record, self.node(node))
-
-    def state(self, node: int) -> ErrorState:
-        return ErrorState(self.node(node).state)
-
-    def counters(self, node: int) -> Counters:
-        asked = self.node(node)
-        return asked.transmit, asked.receive
-
-    def advance(self, now: int) -> list[Event]:
-        """Let time pass up to ``now`` [ns] and return what was finished, in order."""
-        events: list[Event] = []
-        while self._functions.advance(self._bus, now):
-            events += self._happened()
-        return events
-
-    def conclude(self, now: int) -> list[Event]:
-        """Finish the frame on the bus if it has ended by ``now`` [ns], but begin no other.
-
-        For members that must know of it before the next arbitration.
-        """
-        return self._happened() if self._functions.conclude(self._bus, now) else []
-
-    def next_event(self) -> int | None:
-        """Return when :meth:`advance` will have something to do [ns]; None: not before the next request."""
-        event = self._functions.next_event(self._bus)
-        return None if event == NO_EVENT else event
-
-    def _happened(self) -> list[Event]:
-        bus, done = self.record, self.record.done
-        events: list[Event] = []
-        for event in bus.events[: bus.happened]:
-            if event.kind == CHANGED:
-                counters, state = (event.transmit, event.receive), ErrorState(event.state)
-                events.append(StateChange(event.time, event.number, state, counters, event.dropped))
-                continue
-            about = done.start, done.end, done.number, read_record(done.frame)
-            if event.kind == SENT:
-                events.append(Transmission(*about, done.is_lost, done.missed_by))
-            else:
-                counts = {number: self.counters(number) for number in self._slots}
-                events.append(BusError(*about, ERROR_KINDS[done.error], done.found_by, counts))
-        self._forget()
-        return events
 
     def _forget(self) -> None:
         bus = self.record

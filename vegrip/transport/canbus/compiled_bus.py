@@ -92,25 +92,11 @@ class CompiledBus:
             setattr(self, name, function)
 
 
-def _loaded(path: Path) -> CompiledBus | None:
+def load(path: Path) -> CompiledBus | None:
     try:
         return CompiledBus(path)
     except (OSError, AttributeError):
         return None
-
-
-@cache
-def compiled() -> CompiledBus | None:
-    """Return the functions of the library, compiled if need be; None: C is not wanted, or not possible."""
-    if not is_wanted():
-        return None
-    path = compiled_folder.found_library(library_name())
-    if path is None and compiler() is not None:
-        from vegrip.c99.host import CompilerError  # noqa: PLC0415
-
-        with suppress(OSError, CompilerError):
-            path = compile_library()
-    return None if path is None else _loaded(path)
 
 
 class Search:
@@ -131,20 +117,16 @@ class Search:
         path = compiled_folder.found_library(library_name())
         if path is not None:
             self._next_look = sys.maxsize
-            self._found = _loaded(path)
+            self._found = load(path)
         elif self._compiling is None and compiler() is not None:
-            self._compiling = _started()
+            root, quiet = str(HERE.parents[2]), subprocess.DEVNULL
+            text = f"import sys; sys.path.append({root!r}); from {__name__} import main; main()"
+            self._compiling = subprocess.Popen(
+                [sys.executable, "-c", text], stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True
+            )
         elif self._compiling is None or self._compiling.returncode:
             self._next_look = sys.maxsize  # there is no compiler, or it has failed
         return self._found
-
-
-def _started() -> subprocess.Popen[bytes]:
-    root, quiet = str(HERE.parents[2]), subprocess.DEVNULL
-    text = f"import sys; sys.path.append({root!r}); from {__name__} import main; main()"
-    return subprocess.Popen(
-        [sys.executable, "-c", text], stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True
-    )
 
 
 def main() -> None:

@@ -6,19 +6,10 @@ from random import Random
 from typing import NamedTuple
 
 from vegrip.clock import NS
+from vegrip.transport.canbus import bus_records as wire
 from vegrip.transport.canbus import frame_bits as text
-from vegrip.transport.canbus.bus_records import (
-    DATA_SIZES,
-    EXTENDED,
-    FD,
-    FRAME_FLAGS,
-    LONGEST_RUN,
-    REMOTE,
-    RUNS,
-    Frame,
-)
 
-FD_SIZES = DATA_SIZES  # bytes of data by length code
+FD_SIZES = wire.DATA_SIZES  # bytes of data by length code
 
 
 class BusFrame(NamedTuple):
@@ -59,26 +50,20 @@ class _Kind(NamedTuple):
     is_error_passive: bool
 
 
-FRAME_KINDS = [_Kind(*(bool(flags >> bit & 1) for bit in range(5))) for flags in range(FRAME_FLAGS + 1)]
+FRAME_KINDS = [_Kind(*(bool(flags >> bit & 1) for bit in range(5))) for flags in range(wire.FRAME_FLAGS + 1)]
 KIND_FLAGS: dict[tuple[bool, ...], int] = {kind: flags for flags, kind in enumerate(FRAME_KINDS)}
 
 
 def has_form(identifier: int, flags: int, code: int, length: int) -> bool:
     """Return whether a frame can have these numbers, ``length`` being that of its data [bytes]."""
-    if code > (15 if flags & FD else 8) or identifier >> (29 if flags & EXTENDED else 11):
+    if code > (15 if flags & wire.FD else 8) or identifier >> (29 if flags & wire.EXTENDED else 11):
         return False
-    return length == (0 if flags & REMOTE else FD_SIZES[code])
+    return length == (0 if flags & wire.REMOTE else FD_SIZES[code])
 
 
-def write_record(frame: BusFrame, record: Frame) -> None:
+def write_record(frame: BusFrame, record: wire.Frame) -> None:
     record.identifier, record.flags, record.code = frame.identifier, KIND_FLAGS[frame[2:7]], frame.code
     record.data[: len(frame.data)] = frame.data
-
-
-def read_record(record: Frame) -> BusFrame:
-    kind, length = FRAME_KINDS[int(record.flags)], text.data_bytes(record)
-    code = record.code if kind.is_remote else -1
-    return BusFrame(record.identifier, bytes(record.data[:length]), *kind, code)
 
 
 def frame_duration(frame: BusFrame, timing: BitTiming) -> int:
@@ -90,8 +75,8 @@ def frame_bits(frame: BusFrame) -> tuple[int, int]:
     return text.frame_bits(_record(frame))
 
 
-def _record(frame: BusFrame) -> Frame:
-    record = Frame()
+def _record(frame: BusFrame) -> wire.Frame:
+    record = wire.Frame()
     write_record(frame, record)
     return record
 
@@ -107,8 +92,8 @@ def longest_duration(identifier: int, length: int, fd: bool, timing: BitTiming) 
         return round(NS * (55 + 10 * length) / timing.bitrate)
     header, run = text.header_bits(_record(BusFrame(identifier, fd=True, has_bit_rate_switch=True)))
     after = 5 + 8 * length  # ESI, length code, data
-    free = LONGEST_RUN - 1 - run % RUNS  # bits that may follow before the first stuff bit
-    stuff = 0 if after < free else 1 + (after - free) // (LONGEST_RUN - 1)
+    free = wire.LONGEST_RUN - 1 - run % wire.RUNS  # bits that may follow before the first stuff bit
+    stuff = 0 if after < free else 1 + (after - free) // (wire.LONGEST_RUN - 1)
     crc = 4 + (17 if length <= 16 else 21)
     fast = after + stuff + crc + 1 + crc // 4 + 1
     return round(NS * ((header + text.AFTER_CRC_FD) / timing.bitrate + fast / timing.data_bitrate))

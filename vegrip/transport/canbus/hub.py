@@ -103,7 +103,6 @@ class Hub:
             self._step()
 
     def _step(self) -> None:
-        """Carry frames until something is out of the ordinary; deal with that."""
         bus, why = self._bus, carry.NEWCOMER
         patience = LINGER / 4
         if bus is not None:
@@ -115,7 +114,11 @@ class Hub:
                 self._hear(fd, events)
         elif bus is not None and why in (carry.OTHER_PACKET, carry.GONE):
             member = self._nodes[bus.record.nodes[bus.record.who].number]
-            self._take(member, bytes(bus.record.packet[: bus.record.length]))
+            packet = bytes(bus.record.packet[: bus.record.length])
+            if not packet:  # it has gone
+                self._dismiss(member)
+            elif (pairs := unpack_filters(packet)) is not None:
+                bus.accept(member.number, pairs)
         self._dismiss_the_dead()
         self._dismiss_the_silent()
         self._open_door()
@@ -140,7 +143,6 @@ class Hub:
         self._watch(member)
 
     def _watch(self, member: Member) -> None:
-        """Hear at the door when a member that is behind reads again."""
         assert self._bus is not None  # noqa: S101 (there are no nodes without)
         node, fd = self._bus.node(member.number), member.connection.fileno()
         node.is_behind = member.is_behind
@@ -151,7 +153,6 @@ class Hub:
                 self._door.unregister(fd)
 
     def _open_door(self) -> None:
-        """Hear newcomers while there is room; else the next one waits."""
         is_open = len(self._members) < MOST_MEMBERS + MOST_NEWCOMERS
         if is_open and not self._is_open:
             self._door.register(self._listener.fileno(), select.EPOLLIN)
@@ -212,13 +213,6 @@ class Hub:
             self._greet(member, packet)
         else:
             self._dismiss(member)
-
-    def _take(self, member: Member, packet: bytes) -> None:
-        """Deal with what a node has sent that is no request; nothing: it has gone."""
-        if not packet:
-            self._dismiss(member)
-        elif self._bus is not None and (pairs := unpack_filters(packet)) is not None:
-            self._bus.accept(member.number, pairs)
 
     def _greet(self, member: Member, packet: bytes) -> None:
         try:
@@ -285,7 +279,14 @@ def main(path: Path) -> None:
         listener.listen(64)
         if os.fork():
             os._exit(0)  # the bus is there: the caller may connect
-        _detach()
+        for name in FOLDERS:
+            if given := os.environ.get(name):
+                os.environ[name] = str(Path(given).absolute())
+        os.setsid()
+        os.chdir("/")
+        nothing = os.open(os.devnull, os.O_RDWR)
+        for standard in (0, 1, 2):
+            os.dup2(nothing, standard)
         os.pwrite(lock, f"{os.getpid()}\n".encode(), 0)  # for people who look for it
         gc.freeze()
         realtime.priority_of(realtime.HUB_PRIORITY).take()  # without: the nodes say what is not permitted
@@ -293,17 +294,6 @@ def main(path: Path) -> None:
             Hub(listener, Search()).serve()
         path.unlink(missing_ok=True)
         path.with_suffix(".lock").unlink(missing_ok=True)
-
-
-def _detach() -> None:
-    for name in FOLDERS:
-        if given := os.environ.get(name):
-            os.environ[name] = str(Path(given).absolute())
-    os.setsid()
-    os.chdir("/")
-    nothing = os.open(os.devnull, os.O_RDWR)
-    for standard in (0, 1, 2):
-        os.dup2(nothing, standard)
 
 
 if __name__ == "__main__":

@@ -16,26 +16,13 @@ from typing import Any, Final, NamedTuple
 
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
+from vegrip.transport.canbus import bus_records as wire
 from vegrip.transport.canbus.bus_events import ErrorState, NodeFaults
-from vegrip.transport.canbus.bus_records import (
-    BUS_OFF,
-    CONTROLLER,
-    ERROR,
-    ERROR_ACTIVE,
-    FD,
-    GATHERED_BYTES,
-    MOST_FILTERS,
-    RECEIVE_PASSIVE,
-    REMOTE,
-    RESTARTED,
-    SWITCH,
-    TRANSMIT_PASSIVE,
-)
 from vegrip.transport.canbus.frame_time import FD_SIZES, FRAME_KINDS, BitTiming, BusFrame, has_form
 
 HUB_VERSION = 5
 MAX_PACKET_BYTES = 512  # bytes of a packet with one frame; the greeting is the longest
-MAX_GATHERED_BYTES = GATHERED_BYTES  # bytes of a packet with several deliveries or requests
+MAX_GATHERED_BYTES = wire.GATHERED_BYTES  # bytes of a packet with several deliveries or requests
 MOST_REQUESTS = 16  # in one packet
 MIN_BIT_RATE: Final = 1_000  # [bit/s]
 MAX_BIT_RATE: Final = 20_000_000  # [bit/s]
@@ -123,8 +110,8 @@ def pairs_of(filters: Iterable[Mapping[str, Any]]) -> list[Pair]:
             identifier |= EXTENDED_FLAG if given["extended"] else 0
             mask |= EXTENDED_FLAG
         pairs.append((identifier, mask))
-    if len(pairs) > MOST_FILTERS:
-        raise ValueError(f"there are {len(pairs)} filters; a node may have {MOST_FILTERS}")
+    if len(pairs) > wire.MOST_FILTERS:
+        raise ValueError(f"there are {len(pairs)} filters; a node may have {wire.MOST_FILTERS}")
     return pairs
 
 
@@ -139,7 +126,11 @@ def unpack_filters(packet: bytes) -> list[Pair] | None:
     if len(packet) < REQUEST.size:
         return None
     _, count, flags, _ = REQUEST.unpack_from(packet)
-    if flags != _MARK or not 1 <= count <= MOST_FILTERS or len(packet) != REQUEST.size + count * _PAIR.size:
+    if (
+        flags != _MARK
+        or not 1 <= count <= wire.MOST_FILTERS
+        or len(packet) != REQUEST.size + count * _PAIR.size
+    ):
         return None
     return list(_PAIR.iter_unpack(packet[REQUEST.size :]))
 
@@ -150,9 +141,9 @@ REQUEST = struct.Struct("<QIBB")  # time, identifier, flags, length code; then t
 _CODES = {size: code for code, size in enumerate(FD_SIZES)}
 REQUEST_AT = {"time": 0, "identifier": 8, "flags": 12, "code": 13, "data": REQUEST.size}
 """Where what lies in a request, for those who go through its bytes without this module."""
-RATE_SWITCH = SWITCH
+RATE_SWITCH = wire.SWITCH
 """Flag of a frame with bit-rate switch."""
-PLAIN_FLAGS = FD | SWITCH
+PLAIN_FLAGS = wire.FD | wire.SWITCH
 """Of a CAN FD data frame with 11 bits as a node sends it."""
 
 
@@ -196,11 +187,11 @@ class Delivery(NamedTuple):
     @property
     def is_error(self) -> bool:
         """Whether it is an error frame: identifier and data are those of SocketCAN (linux/can/error.h)."""
-        return bool(self.flags & ERROR)
+        return bool(self.flags & wire.ERROR)
 
     @property
     def frame(self) -> BusFrame:
-        return BusFrame(self.identifier, self.data, *FRAME_KINDS[self.flags % ERROR], self.code)
+        return BusFrame(self.identifier, self.data, *FRAME_KINDS[self.flags % wire.ERROR], self.code)
 
 
 def split_deliveries(packet: bytes) -> list[bytes]:
@@ -208,7 +199,7 @@ def split_deliveries(packet: bytes) -> list[bytes]:
     found, at = [], 0
     while len(packet) - at >= DELIVERY.size:
         flags, code = packet[at + DELIVERY_AT["flags"]], packet[at + DELIVERY_AT["code"]]
-        length = 0 if flags & REMOTE or code >= len(FD_SIZES) else FD_SIZES[code]
+        length = 0 if flags & wire.REMOTE or code >= len(FD_SIZES) else FD_SIZES[code]
         end = at + DELIVERY.size + length
         found.append(packet[at:end])
         at = end
@@ -225,13 +216,13 @@ def unpack_delivery(packet: bytes) -> Delivery | None:
 
 def reported_state(classes: int, detail: bytes) -> ErrorState | None:
     """Return the state of the controller that an error frame tells, None if it tells none."""
-    if classes & BUS_OFF:
+    if classes & wire.BUS_OFF:
         return ErrorState.OFF
-    if classes & RESTARTED:
+    if classes & wire.RESTARTED:
         return ErrorState.ACTIVE
-    if classes & CONTROLLER and len(detail) > 1:
-        if detail[1] & (RECEIVE_PASSIVE | TRANSMIT_PASSIVE):
+    if classes & wire.CONTROLLER and len(detail) > 1:
+        if detail[1] & (wire.RECEIVE_PASSIVE | wire.TRANSMIT_PASSIVE):
             return ErrorState.PASSIVE
-        if detail[1] & ERROR_ACTIVE:
+        if detail[1] & wire.ERROR_ACTIVE:
             return ErrorState.ACTIVE
     return None

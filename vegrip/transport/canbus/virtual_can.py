@@ -236,7 +236,6 @@ class VegripBus(can.BusABC):
         return None
 
     def put_back(self, deliveries: bytes) -> None:
-        """Take back what :meth:`take_packets` has given."""
         if deliveries:
             self._packets.extend(hub_wire.split_deliveries(deliveries))
 
@@ -321,7 +320,10 @@ class VegripBus(can.BusABC):
     def _is_for_us(self, delivery: hub_wire.Delivery) -> bool:
         self._count(delivery.number, delivery.end, delivery.busy)
         if delivery.is_error:
-            self._learn(delivery)
+            self._unheard = self._unheard or bool(delivery.identifier & ACKNOWLEDGEMENT)
+            self.error_counters = delivery.data[6], delivery.data[7]
+            told = hub_wire.reported_state(delivery.identifier, delivery.data)
+            self._error_state = self._error_state if told is None else told
             return self._error_frames
         self._unheard = False
         if delivery.flags & FD and not self._fd:
@@ -333,12 +335,6 @@ class VegripBus(can.BusABC):
         self.overruns += (number - self._next_number) & 0xFFFFFFFF
         self._next_number = (number + 1) & 0xFFFFFFFF
         self._load.carried(end, busy)
-
-    def _learn(self, error: hub_wire.Delivery) -> None:
-        self._unheard = self._unheard or bool(error.identifier & ACKNOWLEDGEMENT)
-        self.error_counters = error.data[6], error.data[7]
-        told = hub_wire.reported_state(error.identifier, error.data)
-        self._error_state = self._error_state if told is None else told
 
     def _message(self, delivery: hub_wire.Delivery) -> can.Message:
         frame = delivery.frame
@@ -408,7 +404,6 @@ def hub_process(channel: str) -> int | None:
 def _join(
     channel: str, bitrate: int | None, data_bitrate: int | None, character: Mapping[str, Any]
 ) -> tuple[socket.socket, dict[str, Any]]:
-    """Connect to the hub of ``channel``, started if need be; return socket and the hub's answer."""
     if not channel.replace("-", "").replace("_", "").isalnum():
         raise can.CanInitializationError(f"{channel!r} is no name for a bus: letters, digits, - and _ only")
     rates = {"bitrate": bitrate, "data_bitrate": data_bitrate}

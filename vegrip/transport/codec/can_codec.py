@@ -110,7 +110,6 @@ class CanCodec(FrameCodec):
         return acceptance_filters(layouts(), self._hand, kinds)
 
     def line(self, finger: str) -> Line | None:
-        """As of any frames; None for classic ones, with a clock of the hand, or out of order."""
         return super().line(finger) if self._has_line else None
 
 

@@ -120,7 +120,11 @@ def build_layouts(db: Database) -> Layouts:
         raise ConfigError(f"fingertip.dbc has version {version}, messages.toml {message_set().version}")
     block = gcd(*(message.frame_id for message in db.messages))
     made = tuple(
-        _layout(schema, fd, [m for m in db.messages if m.is_fd == fd and _kind(m) == schema.cls.__name__])
+        _layout(
+            schema,
+            fd,
+            [m for m in db.messages if m.is_fd == fd and _attribute(m, "MessageName") == schema.cls.__name__],
+        )
         for schema in message_set().messages.values()
         if schema.on_can
         for fd in (False, True)
@@ -211,10 +215,6 @@ def _profile(message: DbcMessage) -> Profile:
     if name not in CAN_PROFILES:
         raise ConfigError(f"fingertip.dbc: {message.name} has the E2E profile {name!r}")
     return CAN_PROFILES[name]
-
-
-def _kind(message: DbcMessage) -> str:
-    return str(_attribute(message, "MessageName"))
 
 
 def _attribute(owner: Database | DbcMessage, name: str) -> Any:

@@ -53,7 +53,8 @@ class _PartEncoder:
         """Returns the frame, of several the cells of this part; None when the message must not be sent."""
 
     def is_empty(self, row: list[Raw]) -> bool:
-        return all(_are_same(slot.place.get(row), slot.convert.absent) for slot in self.part.slots)
+        found = ((slot.place.get(row), slot.convert.absent) for slot in self.part.slots)
+        return all(raw == absent or (math.isnan(raw) and math.isnan(absent)) for raw, absent in found)
 
     def frame(self, row: list[Raw]) -> Frame:
         data = bytearray(self.part.packer.pack(*row))
@@ -94,7 +95,3 @@ class _PartEncoder:
             slot.convert.clip(value) if raw is None else raw
             for slot, value, raw in zip(slots, values, raws, strict=True)
         ]
-
-
-def _are_same(raw: Raw, absent: Raw) -> bool:
-    return raw == absent or (math.isnan(raw) and math.isnan(absent))

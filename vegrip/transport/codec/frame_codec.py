@@ -53,7 +53,6 @@ class Assembly:
         self._stamp = self._time = 0
 
     def reset(self) -> None:
-        """Begin a new stream; what was counted stays counted."""
         self.sequence.last = -1
         self._counter, self._expected = -1, 0
 
@@ -166,7 +165,6 @@ class Line:
         self._commands = commands
 
     def carries(self, lifetime: float) -> bool:
-        """Return whether a command can say that it lives for ``lifetime`` [s]."""
         return self._raw(lifetime) is not None
 
     def write_to(self, memory: NamedNumbers, lifetime: float) -> None:
@@ -208,7 +206,6 @@ class FrameCodec:
         return sum({id(d.assembly): d.assembly.lost for d in self._decoders.values()}.values())
 
     def reset(self) -> None:
-        """Forget all counters: what comes next begins new streams (a replay that starts over)."""
         for decoder in self._decoders.values():
             decoder.assembly.reset()
 

@@ -52,7 +52,6 @@ class Sequence:
         memory["LINE_LAST"], memory["LINE_STAMP"], memory["LINE_LOST"] = self.last, self.stamp, self.lost
 
     def read_from(self, memory: NamedNumbers) -> None:
-        """Take them from where :meth:`write_to` puts them."""
         self.last, self.stamp = int(memory["LINE_LAST"]), int(memory["LINE_STAMP"])
         self.lost = int(memory["LINE_LOST"])
 
@@ -104,7 +103,6 @@ class Streams:
 
     @property
     def lost(self) -> int:
-        """Messages that never arrived, over all streams there have been."""
         kept = (*self._own.values(), *self._strangers.values())
         return self._lost + sum(stream.lost for stream in kept)
 
@@ -120,7 +118,6 @@ class Streams:
         return stream
 
     def reset(self) -> None:
-        """Begin all streams anew; what was counted stays counted."""
         for stream in (*self._own.values(), *self._strangers.values()):
             stream.last = -1
 

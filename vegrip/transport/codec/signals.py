@@ -23,7 +23,7 @@ from cantools.database.can import Signal
 from vegrip.clock import NS
 from vegrip.errors import ConfigError
 from vegrip.messages import UNKNOWN, Estimate
-from vegrip.transport.codec.schema import Enumeration, Field
+from vegrip.transport.codec.schema import Field
 
 INTEGERS = {8: "b", 16: "h", 32: "i", 64: "q"}
 FLOATS = {32: "f", 64: "d"}
@@ -239,7 +239,9 @@ def converter(field: Field, signal: Signal) -> Converter:
         return _words(signal)
     enumeration = field.enumeration
     if enumeration is not None:
-        return _enumerated(enumeration, signal)
+        codes = signal.choices or range(int(signal.maximum or 0) + 1)  # a value table, or all sets of flags
+        meaning = {int(raw): enumeration(raw) for raw in codes}
+        return Coded(meaning, {member: raw for raw, member in meaning.items()})
     if field.kind in ("count", "counts"):
         return Count((1 << signal.length) - 1)
     if field.kind == "flag" or signal.name.endswith("_valid"):
@@ -252,12 +254,6 @@ def _words(signal: Signal) -> Coded:
     meaning = {raw: "" if word == NONE else word for raw, word in labels.items()}
     code = {word: raw for raw, word in meaning.items()}
     return Coded(meaning, code, code.get(OTHER))
-
-
-def _enumerated(cls: Enumeration, signal: Signal) -> Coded:
-    codes = signal.choices or range(int(signal.maximum or 0) + 1)  # a value table, or all sets of flags
-    meaning = {int(raw): cls(raw) for raw in codes}
-    return Coded(meaning, {member: raw for raw, member in meaning.items()})
 
 
 def _quantity(field: Field, signal: Signal) -> Converter:
@@ -344,7 +340,14 @@ def plan(message: DbcMessage) -> tuple[struct.Struct, Mapping[str, Place]]:
     """Lay out the cells of ``message``; reserved bytes become padding, sent as zero."""
     groups: dict[int, list[Signal]] = {}  # by their first byte
     for signal in sorted(message.signals, key=lambda s: s.start):
-        _check(message, signal)
+        fits = signal.start % 8 == 0 if signal.length >= 8 else signal.start % 8 + signal.length <= 8
+        multiplexed = signal.is_multiplexer or signal.multiplexer_ids
+        if not fits or multiplexed or signal.byte_order != "little_endian":
+            raise _unsupported(message, signal)
+        if signal.offset != 0 or (signal.is_float and signal.scale != 1):
+            raise ConfigError(
+                f"fingertip.dbc: {message.name}.{signal.name} must have no offset, a float no scale"
+            )
         groups.setdefault(signal.start // 8, []).append(signal)
     places: dict[str, Place] = {}
     codes: list[str] = []
@@ -360,17 +363,6 @@ def plan(message: DbcMessage) -> tuple[struct.Struct, Mapping[str, Place]]:
             places |= {s.name: Place(cell, s.start % 8, (1 << s.length) - 1) for s in signals}
             end = start + 1
     return struct.Struct("<" + "".join(codes) + "x" * (message.length - end)), places
-
-
-def _check(message: DbcMessage, signal: Signal) -> None:
-    fits = signal.start % 8 == 0 if signal.length >= 8 else signal.start % 8 + signal.length <= 8
-    multiplexed = signal.is_multiplexer or signal.multiplexer_ids
-    if not fits or multiplexed or signal.byte_order != "little_endian":
-        raise _unsupported(message, signal)
-    if signal.offset != 0 or (signal.is_float and signal.scale != 1):
-        raise ConfigError(
-            f"fingertip.dbc: {message.name}.{signal.name} must have no offset, a float no scale"
-        )
 
 
 def _struct_code(message: DbcMessage, signal: Signal) -> str:

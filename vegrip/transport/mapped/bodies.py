@@ -131,4 +131,4 @@ def bodies_of(plan: Plan) -> Bodies:
     from vegrip.transport.mapped.protobuf import ProtobufBodies  # noqa: PLC0415 (an optional library)
 
     types = {topic: spec.type for topic, spec in plan.hand.messages.items()}
-    return ProtobufBodies(plan.database.descriptors, types, str(plan.hand.database))
+    return ProtobufBodies(plan.database.descriptors, types, str(plan.hand.file))

@@ -229,7 +229,11 @@ class CanopenNodes:
             self._polls[identifier].waits = False
             self.rejected["sdo_abort"] += data[:1] == bytes((ABORT,))
         elif kind == HEARTBEAT and node in self.nodes and data:
-            self._beat(node, data[0] & 0x7F)
+            state = data[0] & 0x7F
+            if state == BOOT_UP:
+                self.rejected["restarted"] += 1
+                self._start.append(Frame(0, bytes((START, node))))
+            self.rejected["not_operational"] += state not in (BOOT_UP, OPERATIONAL)
         elif kind == EMERGENCY and node in self.nodes:
             self.rejected["emergency"] += any(data[:2])  # code 0 ends one
         else:
@@ -246,9 +250,3 @@ class CanopenNodes:
             poll.asked, poll.waits = now, True
             frames.append(poll.next())
         return frames
-
-    def _beat(self, node: int, state: int) -> None:
-        if state == BOOT_UP:
-            self.rejected["restarted"] += 1
-            self._start.append(Frame(0, bytes((START, node))))
-        self.rejected["not_operational"] += state not in (BOOT_UP, OPERATIONAL)

@@ -10,19 +10,12 @@ from vegrip.clock import NS
 from vegrip.messages import DeviceReport, FingertipState, ForceCommand, Message
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.sequence import Sequence as Counted
+from vegrip.transport.mapped import compiled
 from vegrip.transport.mapped.bodies import bodies_of, parse_path
 from vegrip.transport.mapped.canopen_nodes import CanopenNodes
 from vegrip.transport.mapped.checksums import protection
 from vegrip.transport.mapped.commands import Commands, FrameCommands, TopicCommands
-from vegrip.transport.mapped.compiled import (
-    Group,
-    Slots,
-    compile_builder,
-    groups_of,
-    made,
-    raw_reading,
-    reading,
-)
+from vegrip.transport.mapped.compiled import reading
 from vegrip.transport.mapped.database import ForeignMessage
 from vegrip.transport.mapped.dialogue import Dialogue, Step
 from vegrip.transport.mapped.plan import NOT_YET, ChannelPlan, FingerPlan, Plan, Slot
@@ -41,12 +34,12 @@ class FingerStates:
         finger: FingerPlan,
         slots: Sequence[Slot],
         groups: Sequence[int],  # which of them fills each slot
-        values: Slots,
+        values: compiled.Slots,
         heard: Sequence[int],  # [ns] when each group came last
     ) -> None:
         self.name = finger.name
         self._values, self._heard = values, heard
-        self.build = compile_builder(finger)
+        self.build = compiled.compile_builder(finger)
         self._count = -1  # the number of the last state, where no counter of theirs tells
         self.last = math.nan  # [N] the last normal force, for commands that rest on it
         used = {number for plan in finger.channels.values() for number in plan.slots}
@@ -63,29 +56,22 @@ class FingerStates:
             if plan.gated and plan.slots and name != "normal_force"
         }
 
-    @property
-    def always_zero(self) -> set[str]:
-        return set(self._always_zero)
-
     def state(self, seq: int | None, stamp: int) -> FingertipState:
         """Return the state that is complete at ``stamp`` [ns]; changes slots that are missing to NaN."""
         if seq is None:
             seq = self._count = self._count + 1
         if self._held:
-            self._leave_out_old(stamp)
+            for group, numbers in self._held.items():
+                if stamp - self._heard[group] > self._max_age:
+                    for number in numbers:
+                        self._values[number] = math.nan
         if self._always_zero:
             self._leave_out_zeros(self._values)
         state = self.build(self._values, stamp, self.name, seq)
         self.last = state.normal_force
         return state
 
-    def _leave_out_old(self, stamp: int) -> None:
-        for group, numbers in self._held.items():
-            if stamp - self._heard[group] > self._max_age:
-                for number in numbers:
-                    self._values[number] = math.nan
-
-    def _leave_out_zeros(self, s: Slots) -> None:
+    def _leave_out_zeros(self, s: compiled.Slots) -> None:
         for name, zeros in list(self._always_zero.items()):
             if any(s[number] != zero and not math.isnan(s[number]) for number, zero in zeros):
                 del self._always_zero[name]
@@ -151,10 +137,6 @@ class ForeignHand(ABC):
     def lost(self) -> int:
         return sum(sequence.lost for sequence in self._sequences)
 
-    @property
-    def always_zero(self) -> dict[str, set[str]]:
-        return {name: states.always_zero for name, states in self._states.items()}
-
     def reset(self) -> None:
         for sequence in self._sequences:
             sequence.last = -1
@@ -201,7 +183,7 @@ class ForeignHand(ABC):
             scope |= {f"state{number}": finger.state, f"misses{number}": finger.triggers.isdisjoint}
             state = f"state{number}(seq, stamp)"
             states.append(f"*(() if misses{number}(found) else ({state},))" if finger.triggers else state)
-        take: Take = made([*lines, f" return [{', '.join(states)}]"], "take", scope)
+        take: Take = compiled.made([*lines, f" return [{', '.join(states)}]"], "take", scope)
         return take
 
     def _owners(self, name: str) -> list[str]:
@@ -232,10 +214,12 @@ class MappedCodec(ForeignHand):
 
     def __init__(self, plan: Plan) -> None:
         groups = [0] * len(plan.slots)
-        found: dict[str, tuple[int, list[Group]]] = {}  # message -> its first group, its groups
+        found: dict[str, tuple[int, list[compiled.Group]]] = {}  # message -> its first group, its groups
         count = 0
         for name in plan.messages:
-            own = groups_of(plan.database.messages[name], [s for s in plan.slots if s.message == name])
+            own = compiled.groups_of(
+                plan.database.messages[name], [s for s in plan.slots if s.message == name]
+            )
             for number, group in enumerate(own, count):
                 for slot in group.slots:
                     groups[slot.number] = number
@@ -256,7 +240,7 @@ class MappedCodec(ForeignHand):
         self.dialogue = (
             None
             if plan.database.packets
-            else Dialogue(hand.device, 0, hand.sending.period, self.rejected, str(hand.path), on_can=True)
+            else Dialogue(hand.device, 0, hand.command.period, self.rejected, str(hand.path), on_can=True)
         )
         talks = self.dialogue is not None and bool(self.dialogue.poll or self.dialogue.opening)
         self._talk = self.dialogue if talks else None  # that has to know what comes
@@ -295,9 +279,9 @@ class MappedCodec(ForeignHand):
     def _counting(self, name: str, scope: dict[str, Any]) -> tuple[list[str], int]:  # noqa: ARG002
         message = self.plan.database.messages[name]
         signal = message.signals[self.plan.protection[name].counter]
-        return raw_reading(message, signal), 1 << signal.length
+        return compiled.raw_reading(message, signal), 1 << signal.length
 
-    def _of_frame(self, message: ForeignMessage, first: int, groups: list[Group]) -> Take:
+    def _of_frame(self, message: ForeignMessage, first: int, groups: list[compiled.Group]) -> Take:
         length = message.length
         head = [f" if len(data) != {length}:", f"  if len(data) < {length}:"]
         head += ["   return refuse('length', owners)", f"  data = data[:{length}]"]  # CAN FD fills up
@@ -313,7 +297,6 @@ class MappedCodec(ForeignHand):
 
 
 def _nodes(plan: Plan, rejected: Counter[str]) -> CanopenNodes | None:
-    """Return the nodes of a CANopen hand, with what is asked of them; None for other hands."""
     if not plan.hand.nodes:
         return None
     objects = [
@@ -322,7 +305,7 @@ def _nodes(plan: Plan, rejected: Counter[str]) -> CanopenNodes | None:
         if plan.database.messages[slot.message].asked and slot.place is not None
         for where in slot.place.selectors[:1]
     ]
-    return CanopenNodes(plan.hand.nodes.values(), objects, round(plan.hand.sending.poll * NS), rejected)
+    return CanopenNodes(plan.hand.nodes.values(), objects, round(plan.hand.command.poll * NS), rejected)
 
 
 class TopicCodec(ForeignHand):

@@ -140,8 +140,8 @@ class Commands(ABC):
         self._plan = plan
         self._state_of = state_of
         self._clipped = clipped
-        self._period = round(plan.hand.sending.period * NS)
-        self._stops = plan.hand.sending.silence == "holds"
+        self._period = round(plan.hand.command.period * NS)
+        self._stops = plan.hand.command.silence == "holds"
         self._outgoing: dict[Any, Outgoing] = {}
         self._of: dict[str, tuple[Outgoing, Target]] = {}  # by finger
         for finger in plan.fingers:
@@ -290,7 +290,8 @@ class FrameCommands(Commands):
             one.name: [
                 name
                 for name, signal in self._plan.database.messages[one.name].signals.items()
-                if _is_sent(one, signal) and name not in _filled(one)
+                if (not signal.selected_by or one.constants.get(signal.selected_by) in signal.selectors)
+                and name not in _filled(one)
             ]
             for one in self._outgoing.values()
         }
@@ -382,10 +383,6 @@ def _filled(outgoing: Outgoing) -> set[str]:
     shared = {signal.name for target in outgoing.targets for signal, _, _ in target.shares}
     own = {target.place.name for target in outgoing.targets}
     return own | shared | outgoing.constants.keys() | {outgoing.counter, outgoing.checksum}
-
-
-def _is_sent(outgoing: Outgoing, signal: Signal) -> bool:
-    return not signal.selected_by or outgoing.constants.get(signal.selected_by) in signal.selectors
 
 
 def _bounds(command: CommandMap, low: float, high: float) -> tuple[float, float]:

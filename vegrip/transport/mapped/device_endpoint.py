@@ -219,7 +219,6 @@ class VirtualDeviceEndpoint(Endpoint):
         return messages
 
     def send(self, message: Message) -> None:
-        """Have the device feel a state; other messages are not for it."""
         if isinstance(message, FingertipState):
             self._device.sense(message)
 
@@ -239,7 +238,7 @@ def open_device(table: Mapping[str, Any], hand: Hand, where: str) -> VirtualDevi
     settings = build(DeviceSettings, table, where)
     plan = open_plan(settings.map, tuple(name for name in hand.fingers if name) or None)
     device = VirtualDevice(plan, 0, settings.latency)
-    lifetime = LIFETIME_PERIODS * plan.hand.sending.period
+    lifetime = LIFETIME_PERIODS * plan.hand.command.period
     return VirtualDeviceEndpoint(device, _port(plan.hand.transport, settings), lifetime)
 
 

@@ -116,11 +116,9 @@ class Dialogue:
 
     @property
     def is_open(self) -> bool:
-        """Whether all that was to be said in order has been said, and answered."""
         return not self._said and self._awaited is None
 
     def zero(self) -> bool:
-        """Have the device take its zero; whether there is a command for it."""
         self._said.extend(self.zeroing)
         return bool(self.zeroing)
 

@@ -104,20 +104,16 @@ def _apply(fingers: dict[str, FingerDraft], settings: Sequence[Setting]) -> None
         before = finger.command if table == "command" else finger.channels.get(table)
         draft = before if before is not None and key else Draft({})
         for each, given in {key[0]: value}.items() if key else value.items():
-            _replace(finger, table, draft, each, given)
+            if each == "signal" and given != draft.signal:
+                if table != "command":
+                    _free(finger, str(given), draft)
+                draft.keys.clear()  # the unit was that of the other signal
+                draft.notes.clear()
+            draft.set(each, given)
         if table == "command":
             finger.command = draft
         else:
             finger.channels[table] = draft
-
-
-def _replace(finger: FingerDraft, table: str, draft: Draft, key: str, value: Any) -> None:
-    if key == "signal" and value != draft.signal:
-        if table != "command":
-            _free(finger, str(value), draft)
-        draft.keys.clear()  # the unit was that of the other signal
-        draft.notes.clear()
-    draft.set(key, value)
 
 
 def _free(finger: FingerDraft, signal: str, draft: Draft) -> None:

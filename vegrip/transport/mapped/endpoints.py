@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import can
-import zmq
 
 from vegrip.clock import NS
 from vegrip.errors import ConfigError
@@ -20,7 +19,7 @@ from vegrip.transport.mapped.codec import MappedCodec, TopicCodec
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.price import price, settings
 from vegrip.transport.open import CanSettings, Hand, ZmqSettings, open_bus
-from vegrip.transport.zmq_endpoint import MOST_MESSAGES, ZmqEndpoint
+from vegrip.transport.zmq_endpoint import ZmqEndpoint
 
 MASKS: Final = {False: 0x7FF, True: 0x1FFFFFFF}
 NO_TRAFFIC_NS: Final = 2 * NS
@@ -132,39 +131,20 @@ class MappedZmqEndpoint(ZmqEndpoint):
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a state, then take what is there; repeat commands that are due."""
         for topic, payload in self._mapped.due(time.monotonic_ns()):
-            self._publish(topic, payload)
+            self.send_payload(topic.encode(), payload)
         messages = super().receive(timeout)
         self._was_heard = self._was_heard or bool(messages)
         return messages
 
-    def _drain(self, messages: list[Message]) -> bool:
-        is_dry = True
-        for subscription in self._subscriptions:
-            for _ in range(MOST_MESSAGES // len(self._subscriptions) or 1):
-                parts = subscription.take()
-                if parts is None:
-                    break
-                if len(parts) > 2:
-                    self._faults["parts"] += 1
-                    continue
-                topic = parts[0].decode("utf-8", "replace") if len(parts) == 2 else ALONE
-                messages += self._mapped.decode_all(topic, parts[-1], time.monotonic_ns())
-            else:
-                is_dry = False
-        return is_dry
+    def _take(self, parts: Sequence[bytes], arrived: int, messages: list[Message]) -> None:
+        if len(parts) > 2:
+            self._faults["parts"] += 1
+            return
+        topic = parts[0].decode("utf-8", "replace") if len(parts) == 2 else ALONE
+        messages += self._mapped.decode_all(topic, parts[-1], arrived)
 
-    def _publish(self, topic: str, payload: bytes) -> None:
-        parts = [payload] if topic == ALONE else [topic.encode(), payload]
-        try:
-            self._publisher.send_multipart(parts, zmq.DONTWAIT)
-        except zmq.ZMQError:
-            self._faults["unsent"] += 1
-
-    def send(self, message: Message) -> None:
-        """Publish a command; other messages are not for a foreign hand."""
-        encoded = self._mapped.encode(message)
-        if encoded is not None:
-            self._publish(*encoded)
+    def parts_of(self, topic: bytes, payload: bytes | bytearray) -> list[bytes | bytearray]:
+        return [payload] if topic == ALONE.encode() else [topic, payload]
 
 
 def _faults(

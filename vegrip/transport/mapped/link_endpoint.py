@@ -48,7 +48,6 @@ class PacketStream:
         return len(self._buffer)
 
     def reset(self) -> None:
-        """Forget what has come: what comes next begins anew."""
         self._buffer.clear()
 
     def feed(self, chunk: bytes, stamp: int) -> list[Frame]:
@@ -115,7 +114,12 @@ class PacketStream:
 
     def _bring(self, packet: Packet, data: bytes, stamp: int, found: list[Frame]) -> None:
         if packet.clock is not None:
-            stamp = self._our_time(packet, data, stamp)
+            read, modulus, per_count = packet.clock  # of the device, whose count is carried on where it wraps
+            clock, told = self._clocks[packet.name]
+            raw = read(data, 0)
+            told[1] += (raw - told[0]) % modulus if told[0] >= 0 else raw
+            told[0] = raw
+            stamp = clock.hear(round(told[1] * per_count), stamp)
         if packet.index is None:
             found.append(Frame(packet.number, data, False, stamp))
             return
@@ -129,16 +133,6 @@ class PacketStream:
                 self._counts["bad_record"] += 1
             else:
                 found.append(Frame(record.number, data[begin:], False, stamp))
-
-    def _our_time(self, packet: Packet, data: bytes, stamp: int) -> int:
-        """Return the device's own time of a packet on our clock, its count carried on where it wraps."""
-        assert packet.clock is not None  # noqa: S101 (looked at by the caller)
-        read, modulus, per_count = packet.clock
-        clock, told = self._clocks[packet.name]
-        raw = read(data, 0)
-        told[1] += (raw - told[0]) % modulus if told[0] >= 0 else raw
-        told[0] = raw
-        return clock.hear(round(told[1] * per_count), stamp)
 
 
 def _records(index: Index, data: bytes) -> Iterator[tuple[int, int]]:
@@ -370,7 +364,7 @@ class MappedLinkEndpoint(Endpoint):
 
     def _dialogue(self, device: int) -> Dialogue:
         hand = self._codec.plan.hand
-        return Dialogue(hand.device, device, hand.sending.period, self._faults, str(hand.path))
+        return Dialogue(hand.device, device, hand.command.period, self._faults, str(hand.path))
 
     @property
     def sentences(self) -> Sequence[str]:
@@ -456,7 +450,6 @@ class MappedLinkEndpoint(Endpoint):
 
 
 def _is_read(plan: Plan, packet: str) -> bool:
-    """Whether the device sends ``packet``: it is none that only carries commands."""
     commands = {
         finger.command.signal.partition(".")[0]
         for finger in plan.hand.fingers.values()

@@ -153,7 +153,12 @@ class _Maker:
             key: self._channel(name, key, source, f"{where}.{key}]")
             for key, source in mapped.channels.items()
         }
-        _check_polar(set(channels), f"{where}]")
+        polar = schema.POLAR & channels.keys()
+        if polar and (polar != schema.POLAR or channels.keys() & set(VECTORS[0][:2])):
+            raise ConfigError(
+                f"{where}]: a tangential force is either tangential_magnitude and tangential_direction, or x "
+                "and y"
+            )
         torque = None
         if mapped.taxels is not None:
             torque = self._taxels(name, mapped.taxels, channels, f"{where}.taxels]")
@@ -184,7 +189,9 @@ class _Maker:
             for each, weight in zip(source.names, weights, strict=True)
         ]
         gated = not source.zero_is_measured and name not in ("tangential_direction", *schema.REPORTED)
-        return ChannelPlan(tuple(slots), offset, _table(name, source, where), source.above, gated=gated)
+        own, first = conversion(source.table_unit, SI[name], f"{where}: 'table_unit'")
+        table = tuple((float(x), float(y) * own + first) for x, y in source.table)
+        return ChannelPlan(tuple(slots), offset, table, source.above, gated=gated)
 
     def _taxels(
         self, finger: str, taxels: schema.TaxelMap, channels: dict[str, ChannelPlan], where: str
@@ -288,18 +295,6 @@ def _to_si(name: str, source: schema.SourceMap, unit: str, where: str) -> tuple[
     return scale * source.scale, scale * (source.offset - source.zero) + offset
 
 
-def _table(name: str, source: schema.SourceMap, where: str) -> tuple[tuple[float, float], ...]:
-    scale, offset = conversion(source.table_unit, SI[name], f"{where}: 'table_unit'")
-    return tuple((float(x), float(y) * scale + offset) for x, y in source.table)
-
-
-def _check_polar(given: set[str], where: str) -> None:
-    if given & schema.POLAR and (not given >= schema.POLAR or given & set(VECTORS[0][:2])):
-        raise ConfigError(
-            f"{where}: a tangential force is either tangential_magnitude and tangential_direction, or x and y"
-        )
-
-
 def _check_rotated(rotation: tuple[tuple[float, ...], ...], given: set[str], where: str) -> None:
     if not rotation:
         return
@@ -341,13 +336,13 @@ def _check_protection(hand: schema.HandMap, database: Database, name: str, spec:
 def read_database(hand: schema.HandMap) -> Database:
     if hand.packets:
         return packet_database(hand.packets, str(hand.path), hand.device.offset)
-    if hand.database is None:
+    if hand.file is None:
         return Database("", {})
     if hand.format:
-        return _descriptors(hand.database)
-    if hand.nodes and hand.database.suffix.lower() != ".eds":
-        raise ConfigError(f"{hand.path}: 'nodes' belongs to an .eds, not to {hand.database.name}")
-    return read_frames(hand.database, hand.nodes)
+        return _descriptors(hand.file)
+    if hand.nodes and hand.file.suffix.lower() != ".eds":
+        raise ConfigError(f"{hand.path}: 'nodes' belongs to an .eds, not to {hand.file.name}")
+    return read_frames(hand.file, hand.nodes)
 
 
 def read_frames(path: Path, nodes: Mapping[str, int]) -> Database:

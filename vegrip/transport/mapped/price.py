@@ -75,7 +75,6 @@ def settings(plan: Plan) -> dict[str, Any]:
 
 
 def _waits(plan: Plan) -> dict[str, float]:
-    """Return for how long values may repeat themselves [s] before they count as frozen."""
     names = {"frozen_after": MECHANICAL, "force_frozen_after": ("normal_force",)}
     return {
         name: max(_longest_run(plan, finger, channels) for finger in plan.fingers)
@@ -125,7 +124,6 @@ def _longest_run(plan: Plan, finger: FingerPlan, channels: Sequence[str]) -> flo
 
 
 def _noise_of(hand: HandMap, finger: str, channel: str) -> float:
-    """Return the noise of a channel, as the map says it or as it is believed without."""
     mapped = hand.fingers[finger]
     source = mapped.channels.get(channel) or mapped.taxels
     return (source.noise if source is not None else 0.0) or USUAL_NOISE[NOISE_CHANNELS[channel]]
@@ -179,7 +177,7 @@ def _messages(plan: Plan) -> list[str]:
     if asked:
         said.append(
             f"{_list(asked)}: values are asked for one after the other, one each "
-            f"{1e3 * plan.hand.sending.poll:g} ms and node, so they are not of the same moment"
+            f"{1e3 * plan.hand.command.poll:g} ms and node, so they are not of the same moment"
         )
     if bare:
         said.append(
@@ -218,7 +216,7 @@ def _commands(plan: Plan) -> list[str]:
         said.append(f"{_list(mute)}: no command is mapped: margins are published, no finger is commanded")
     if len(mute) == len(plan.fingers):
         return said
-    sending = plan.hand.sending
+    sending = plan.hand.command
     ending = {
         "holds": "it holds when they stop, as the map says",
         "opens": "it OPENS when they stop: should this computer fail, the grip is lost",

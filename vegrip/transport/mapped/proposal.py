@@ -163,19 +163,15 @@ def _finger(found: list[Guess], database: Database) -> FingerDraft:
         draft.others = []
     elif "normal_force" not in draft.channels and forces:
         draft.channels["normal_force"] = _channel(forces[0], database)
-    _second_shear(draft, database)
-    command = next((one for one in found if one.channel == "command"), None)
-    if command is not None:
-        draft.command = _command(command, database)
-    return draft
-
-
-def _second_shear(draft: FingerDraft, database: Database) -> None:
-    """Two shears of no named axis are x and y in their order, until a shear tells."""
+    # two shears of no named axis are x and y in their order, until a shear tells
     second = next((one for one in draft.others if one.channel == "tangential_force_x"), None)
     if second is not None and "tangential_force_y" not in draft.channels:
         draft.channels["tangential_force_y"] = _channel(second, database)
         draft.others.remove(second)
+    command = next((one for one in found if one.channel == "command"), None)
+    if command is not None:
+        draft.command = _command(command, database)
+    return draft
 
 
 def _natural(name: str) -> list[tuple[int, str]]:
@@ -321,7 +317,8 @@ def leave_out_unknown_units(proposal: Proposal) -> None:
             options.setdefault(
                 f"--set 'fingers.*.{channel}.gain={worth}'", f"{_in_unit(draft)} for {channel}"
             )
-        _forget_trigger(finger)
+        if finger.trigger not in {*finger.signals, *(name.partition(".")[0] for name in finger.signals)}:
+            finger.trigger = ""
         command = finger.command
         if command is not None and _is_open(command):
             finger.command = None
@@ -391,11 +388,6 @@ def option_of(signal: str, proposal: Proposal, database: Database) -> str:
     channel = next(lacking, "displacement")
     worth = f"{ONE_IS_WORTH[SI[channel]]}/{database.signal(signal).unit or 'count'}"
     return f'--set \'fingers.*.{channel}={{ signal = "{signal}", gain = "{worth}" }}\''
-
-
-def _forget_trigger(finger: FingerDraft) -> None:
-    if finger.trigger not in {*finger.signals, *(name.partition(".")[0] for name in finger.signals)}:
-        finger.trigger = ""
 
 
 def _is_open(command: Draft) -> bool:

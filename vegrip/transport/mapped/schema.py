@@ -28,7 +28,7 @@ The keys of a channel are those of :class:`SourceMap`, of a command those of :cl
 
 import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -89,7 +89,10 @@ class SourceMap:
         if self.sign not in (1, -1):
             raise ConfigError(f"'sign' is {self.sign}; it must be 1 or -1")
         if self.table:
-            _check_table(self.table)
+            if len(self.table) < 2 or not all(_are_numbers(row, 2) for row in self.table):
+                raise ConfigError("'table' must be two or more pairs [their value, our value]")
+            if not all(one[0] < other[0] for one, other in itertools.pairwise(self.table)):
+                raise ConfigError("'table' must ascend in its first column")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -147,22 +150,19 @@ class CommandMap:
 class FingerMap:
     """One finger."""
 
-    channels: Mapping[str, SourceMap]
-    trigger: str = ""
-    max_age: float = 0.1  # [s]
-    rotation: tuple[tuple[float, ...], ...] = ()
-    taxels: TaxelMap | None = None
-    command: CommandMap | None = None
-
-
-@dataclass(frozen=True)
-class _FingerKeys:
     trigger: str = parameter("", doc="message that completes a state; empty: that of the normal force")
     max_age: float = parameter(
         0.1, unit="s", low=0.0, high=10.0, doc="older values of other messages are missing"
     )
     axes: tuple[str, ...] = parameter((), doc='our x, y, z in theirs, as ["-y", "x", "z"]')
     rotation: tuple[Any, ...] = parameter((), doc="three rows of a rotation from their frame to ours")
+    channels: Mapping[str, SourceMap] = field(default_factory=dict)
+    taxels: TaxelMap | None = None
+    command: CommandMap | None = None
+
+
+FINGER_KEYS: Final = ("trigger", "max_age", "axes", "rotation")
+"""What stands in a finger's table beside the tables of channels, taxels and command."""
 
 
 @dataclass(frozen=True)
@@ -189,27 +189,9 @@ class SendingMap:
 
 
 @dataclass(frozen=True)
-class HandMap:
-    """A whole file."""
+class HandKeys:
+    """The keys of a whole file."""
 
-    path: Path
-    database: Path | None
-    format: str
-    nodes: Mapping[str, int]
-    rate: float  # [Hz]
-    messages: Mapping[str, MessageMap]
-    fingers: Mapping[str, FingerMap]
-    sending: SendingMap
-    transport: Mapping[str, Any]
-    friction: Mapping[str, Any]
-    packets: Mapping[str, PacketMap]
-    device: DeviceMap
-    product: Mapping[str, Any]
-    open: Mapping[str, str]  # what is not known yet -> how to measure it
-
-
-@dataclass(frozen=True)
-class _Top:
     database: str = parameter("", doc="file with their messages, beside this one")
     format: str = parameter("", choices=("", *FORMATS), doc="of messages on a network")
     nodes: dict[str, int] = parameter({}, doc="CANopen: node-ID by finger")
@@ -224,15 +206,30 @@ class _Top:
     product: dict[str, Any] = parameter({}, doc="what it is, for vegrip connect --list")
 
 
+@dataclass(frozen=True)
+class HandMap(HandKeys):
+    """A whole file, its tables read."""
+
+    messages: dict[str, MessageMap] = parameter({})
+    fingers: dict[str, FingerMap] = parameter({})
+    packets: dict[str, PacketMap] = parameter({})
+    path: Path = Path()
+    open: Mapping[str, str] = field(default_factory=dict)  # what is not known yet -> how to measure it
+
+    @property
+    def file(self) -> Path | None:
+        """The database."""
+        return self.path.parent / self.database if self.database else None
+
+
 def read_map(path: Path | str) -> HandMap:
-    """Read the map of a hand; what it names in the database is looked up later."""
     path = Path(path)
     return parse_map(read_toml(path), path)
 
 
 def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
     """Return the map in ``table``; ``path`` names it in complaints, and its folder has the database."""
-    top = build(_Top, table, str(path))
+    top = build(HandKeys, table, str(path))
     if top.format == "protobuf" and not top.database:
         raise ConfigError(
             f"{path}: format = 'protobuf' needs database = 'hand.desc', which protoc --include_imports "
@@ -261,23 +258,8 @@ def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
     messages |= {
         name: MessageMap(counter=each.counter, checksum=each.checksum) for name, each in packets.items()
     }
-    database = path.parent / top.database if top.database else None
-    return HandMap(
-        path,
-        database,
-        top.format,
-        top.nodes,
-        top.rate,
-        messages,
-        fingers,
-        top.command,
-        top.transport,
-        top.friction,
-        packets,
-        top.device,
-        top.product,
-        unknown,
-    )
+    read = {"messages": messages, "fingers": fingers, "packets": packets}
+    return HandMap(**{**vars(top), **read}, path=path, open=unknown)
 
 
 def _known(
@@ -319,14 +301,14 @@ def _table(value: Any, path: Path, name: str) -> Mapping[str, Any]:
 
 
 def _finger(table: Mapping[str, Any], where: str) -> FingerMap:
-    own = {key: value for key, value in table.items() if key in _FingerKeys.__dataclass_fields__}
-    keys = build(_FingerKeys, own, where)
+    own = {key: value for key, value in table.items() if key in FINGER_KEYS}
+    keys = build(FingerMap, own, where)
     channels, taxels, command = {}, None, None
     for key, value in table.items():
         if key in own:
             continue
         inside = f"{where[:-1]}.{key}]"
-        known = (*MAPPED_CHANNELS, "taxels", "command", *_FingerKeys.__dataclass_fields__)
+        known = (*MAPPED_CHANNELS, "taxels", "command", *FINGER_KEYS)
         if key not in known:
             raise ConfigError(f"{where}: unknown key {key!r}; {suggestion(key, known, 'known are')}")
         if not isinstance(value, Mapping):
@@ -346,7 +328,8 @@ def _finger(table: Mapping[str, Any], where: str) -> FingerMap:
             f"{where}: neither normal_force nor displacement is mapped; nothing can be estimated "
             "without one of them"
         )
-    return FingerMap(channels, keys.trigger, keys.max_age, _rotation(keys, where), taxels, command)
+    rotation = _rotation(keys, where)
+    return replace(keys, rotation=rotation, channels=channels, taxels=taxels, command=command)
 
 
 def _built(cls: Any, table: Mapping[str, Any], where: str) -> Any:
@@ -355,13 +338,6 @@ def _built(cls: Any, table: Mapping[str, Any], where: str) -> Any:
     except ConfigError as error:
         said = str(error)
         raise ConfigError(said if said.startswith(where) else f"{where}: {said}") from None
-
-
-def _check_table(table: tuple[Any, ...]) -> None:
-    if len(table) < 2 or not all(_are_numbers(row, 2) for row in table):
-        raise ConfigError("'table' must be two or more pairs [their value, our value]")
-    if not all(one[0] < other[0] for one, other in itertools.pairwise(table)):
-        raise ConfigError("'table' must ascend in its first column")
 
 
 def _are_numbers(row: Any, count: int) -> bool:
@@ -384,7 +360,7 @@ def _check_taxels(taxels: TaxelMap, channels: Mapping[str, SourceMap], where: st
         raise ConfigError(f"{where}: {twice[0]} comes from the taxels and from a signal; give one of them")
 
 
-def _rotation(keys: _FingerKeys, where: str) -> tuple[tuple[float, ...], ...]:
+def _rotation(keys: FingerMap, where: str) -> tuple[tuple[float, ...], ...]:
     if keys.axes and keys.rotation:
         raise ConfigError(f"{where}: give 'axes' or 'rotation', not both")
     if len(keys.axes or keys.rotation) not in (0, 3):
@@ -394,7 +370,14 @@ def _rotation(keys: _FingerKeys, where: str) -> tuple[tuple[float, ...], ...]:
     rows = [_axis(word, where) for word in keys.axes] or [tuple(map(float, row)) for row in keys.rotation]
     if not rows:
         return ()
-    _check_rotation(rows, where)
+    matrix = np.array(rows)
+    if not np.allclose(matrix @ matrix.T, np.eye(3), rtol=0.0, atol=1e-3):
+        raise ConfigError(f"{where}: the rows of 'rotation' must be of length 1 and at right angles")
+    if np.linalg.det(matrix) < 0.0:
+        raise ConfigError(
+            f"{where}: this is a mirror image, not a rotation: a left-handed frame; turn one sign round "
+            "by 'sign' of that channel instead"
+        )
     return tuple(rows)
 
 
@@ -405,14 +388,3 @@ def _axis(word: str, where: str) -> tuple[float, ...]:
             f"{where}: an axis is {word!r}; it must be x, y or z, with a minus in front if it is turned round"
         )
     return tuple(sign if name == axis else 0.0 for axis in "xyz")
-
-
-def _check_rotation(rows: list[tuple[float, ...]], where: str) -> None:
-    matrix = np.array(rows)
-    if not np.allclose(matrix @ matrix.T, np.eye(3), rtol=0.0, atol=1e-3):
-        raise ConfigError(f"{where}: the rows of 'rotation' must be of length 1 and at right angles")
-    if np.linalg.det(matrix) < 0.0:
-        raise ConfigError(
-            f"{where}: this is a mirror image, not a rotation: a left-handed frame; turn one sign round "
-            "by 'sign' of that channel instead"
-        )

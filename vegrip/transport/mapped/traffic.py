@@ -203,7 +203,6 @@ class Values:
         return (len(states) - 1) * NS / (states[-1].stamp - states[0].stamp)
 
     def implausible(self) -> list[str]:
-        """Return what cannot be true of contact: an indentation that does not grow with the force."""
         return [sentence for finger in self.states if (sentence := self._backwards(finger))]
 
     def _backwards(self, finger: str) -> str:

@@ -47,7 +47,7 @@ class VirtualDevice:
         hand, on_can = plan.hand, not plan.database.packets
         self._on_can = on_can
         self._dialogue = Dialogue(
-            hand.device, number, hand.sending.period, Counter(), str(hand.path), on_can=on_can
+            hand.device, number, hand.command.period, Counter(), str(hand.path), on_can=on_can
         )
         commands = FrameCommands(plan, self._state_of, Counter())
         self._commands = {
@@ -119,16 +119,8 @@ class VirtualDevice:
         return sent
 
     def taken(self) -> list[tuple[str, float]]:
-        """Return the forces commanded since the last call, by finger [N]."""
         found, self._fresh = list(self._fresh.items()), {}
         return found
-
-    @property
-    def next_at(self) -> int:
-        """When it sends next if it is told nothing [ns]; far ahead when it waits to be asked."""
-        times = [at for at, _ in self._outbox]
-        times += [self._next] if self._streams and self._by_itself else []
-        return min(times, default=1 << 62)
 
     @property
     def _steps(self) -> Sequence[Step]:
