@@ -75,6 +75,18 @@ def test_a_difference_says_which_kind_and_the_first_line(tmp_path, monkeypatch):
     ]
 
 
+def test_answers_of_a_librarys_solver_may_differ_in_what_the_processor_decides_and_no_more():
+    lines = {**LINES, "conditions": []}
+    expected = Answered("a case", lines, NUMBERS, of_library=True).entry
+    for force, is_said in (([2.5, 2.60001], False), ([2.5, 2.6001], True)):
+        now = Answered(
+            "a case", {**lines, "commands": ["1 thumb 9"]}, {**NUMBERS, "force": force}, of_library=True
+        )
+        assert bool(store.differences(now, expected, None)) == is_said
+    lost = Answered("a case", {**lines, "counts": ["lost 4"]}, NUMBERS, of_library=True)
+    assert store.differences(lost, expected, None)
+
+
 def test_a_difference_without_a_trace_on_this_machine_names_the_digests(tmp_path, monkeypatch):
     monkeypatch.setattr(store, "TRACES", tmp_path)
     (said,) = store.differences(answered({"counts": ["lost 4"]}), answered().entry, None)

@@ -38,8 +38,9 @@ class Job:
 
 def answered(case: Case, way: str) -> Answered:
     """Return what a node answers in a case."""
-    answers = play(case.wire, SETTINGS[case.setting], case.tape(), case.seed, way)
-    return Answered(case.name, lines_of(answers), numbers_of(answers))
+    setting = SETTINGS[case.setting]
+    answers = play(case.wire, setting, case.tape(), case.seed, way)
+    return Answered(case.name, lines_of(answers), numbers_of(answers), setting.has_contacts)
 
 
 @dataclass(frozen=True)
