@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from pathlib import Path
 
-import numba
 import pytest
 
+from vegrip import compiled
 from vegrip.cli import _terminal as _progress
 from vegrip.compiling import SENTENCE
 from vegrip.model import cache
@@ -17,7 +17,7 @@ def test_the_first_compiling_says_so_and_the_cache_is_silent(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("VEGRIP_CACHE", str(tmp_path))
-    monkeypatch.setattr(cache.announcer, "said", False)
+    monkeypatch.setattr(compiled.announcer, "said", False)
     module = cache.load(KERNEL.format(number=7))
     with _progress.progress("fit"):
         assert module.f(1.0) == 8.0
@@ -28,10 +28,10 @@ def test_the_first_compiling_says_so_and_the_cache_is_silent(
 def test_compiling_that_takes_long_says_how_far_it_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    announcer = cache._Announcer()
+    announcer = compiled.Announcer()
     for name in ("said", "functions", "_compiled", "_since", "_told"):
-        monkeypatch.setattr(cache.announcer, name, getattr(announcer, name))
-    monkeypatch.setattr(cache, "NEWS_PERIOD_S", 0.0)
+        monkeypatch.setattr(compiled.announcer, name, getattr(announcer, name))
+    monkeypatch.setattr(compiled, "NEWS_PERIOD_S", 0.0)
     monkeypatch.setenv("VEGRIP_CACHE", str(tmp_path))
     called = "import numba\n\n\ndef g(x):\n    return 2.0 * x\n\n\ng = numba.njit(g)\n"
     module = cache.load(called + "\n\ndef f(x):\n    return g(x) + g(1)\n\n\nf = numba.njit(cache=True)(f)\n")
@@ -48,10 +48,10 @@ def test_compiling_that_takes_long_says_how_far_it_is(
 def test_of_modules_that_were_not_generated_nobody_knows_how_many_functions_will_compile(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    announcer = cache._Announcer()
+    announcer = compiled.Announcer()
     for name in ("said", "functions", "_compiled", "_since", "_told"):
-        monkeypatch.setattr(cache.announcer, name, getattr(announcer, name))
-    monkeypatch.setattr(cache, "NEWS_PERIOD_S", 0.0)
+        monkeypatch.setattr(compiled.announcer, name, getattr(announcer, name))
+    monkeypatch.setattr(compiled, "NEWS_PERIOD_S", 0.0)
     monkeypatch.setenv("VEGRIP_CACHE", str(tmp_path))
     functions = [made_by_hand(number) for number in range(3)]
     with _progress.progress("hand"):
@@ -71,8 +71,8 @@ def made_by_hand(number: int) -> Callable[[int], int]:
         return 2 * x
 
     twice.__module__ = f"vegrip.virtual.kernels{number}"
-    compiled: Callable[[int], int] = numba.njit(twice)
-    return compiled
+    made: Callable[[int], int] = compiled.load_numba().njit(twice)
+    return made
 
 
 def test_rows_are_counted_once_a_second(monkeypatch: pytest.MonkeyPatch) -> None:

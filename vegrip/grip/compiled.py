@@ -10,9 +10,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from numba import typeof
-from numba.core.dispatcher import Dispatcher
-
 from vegrip.c99 import BYTES, LONG, LONGS, MEMORY
 from vegrip.c99.bridge import Lengths
 from vegrip.c99.kinds import Kind
@@ -82,6 +79,11 @@ def compile_now(module: FingerKernels, finger: FingerLayout, f: Any, t: Any, out
     numba compiles a function when it is called first, and that would be within the loop: a minute without a
     command. Nothing is called here, so that the arrays stay as they are.
     """
+    if isinstance(module, native.ModuleC):
+        return
+    from numba import typeof  # noqa: PLC0415 (only where numba is what runs)
+    from numba.core.dispatcher import Dispatcher  # noqa: PLC0415
+
     given = {MEMORY: f, LONGS: t, BYTES: out, LONG: 0}
     entries = entries_of(finger)
     for name in (*FRAME_ENTRIES, *MESSAGE_ENTRIES):

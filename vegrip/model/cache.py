@@ -9,72 +9,16 @@ import hashlib
 import importlib.util
 import sys
 import threading
-import time
 from pathlib import Path
 from types import ModuleType
 
-import numba
-from numba.core import event
-
-from vegrip.compiling import announce_compiling
+from vegrip.compiled import GENERATED, announcer, load_numba
 from vegrip.host import compiled_folder
 from vegrip.host.compiled_folder import UntrustedError
 from vegrip.whole_file import write_whole
 
-NEWS_PERIOD_S = 3.0  # [s] between two sentences of progress
-GENERATED = "vegrip_generated_"
-"""How the names of generated modules begin."""
 LOADING = threading.RLock()
 """Held while a module is imported: another thread must not take it half executed."""
-
-
-class _Announcer(event.Listener):
-    """Says that numba is at work on a model, and how far it is: not for what comes from the cache."""
-
-    said = False
-    functions = 0
-    """Of the generated modules that were loaded to be compiled; not all of them are called."""
-
-    def __init__(self) -> None:
-        self._compiled: set[tuple[str, str]] = set()
-        self._since = self._told = 0.0  # [s]
-
-    def on_start(self, event: event.Event) -> None:
-        """Say it when a function of a generated module begins to compile."""
-        module, name = _function_of(event)
-        if not module:
-            return
-        now = time.monotonic()
-        if not self.said:
-            self.said, self._since, self._told = True, now, now
-            announce_compiling()
-        elif now - self._told >= NEWS_PERIOD_S:
-            self._told = now
-            announce_compiling(f"compiling {name}: {self._done()}, {now - self._since:.0f} s so far")
-
-    def on_end(self, event: event.Event) -> None:
-        if (function := _function_of(event))[0]:
-            self._compiled.add(function)
-
-    def _done(self) -> str:
-        """Return how many functions are compiled, and of how many where that is known.
-
-        How many a module of vegrip itself has is not: only what was generated was counted when it was loaded.
-        """
-        generated = sum(module.startswith(GENERATED) for module, _ in self._compiled)
-        if generated < len(self._compiled) or generated >= self.functions:
-            return f"{len(self._compiled)} compiled before it"
-        return f"{generated} of at most {self.functions} functions are done"
-
-
-def _function_of(event: event.Event) -> tuple[str, str]:
-    function = getattr(event.data["dispatcher"], "py_func", None)
-    module = getattr(function, "__module__", "") or ""
-    return (module, str(getattr(function, "__name__", ""))) if module.startswith("vegrip") else ("", "")
-
-
-announcer = _Announcer()
-event.register("numba:compile", announcer)  # type: ignore[no-untyped-call]
 
 
 def load(text: str) -> ModuleType:
@@ -82,7 +26,7 @@ def load(text: str) -> ModuleType:
 
     When they compile, :func:`vegrip.compiling.announce_compiling` says so.
     """
-    name = GENERATED + hashlib.sha256(f"{numba.__version__}\n{text}".encode()).hexdigest()[:24]
+    name = GENERATED + hashlib.sha256(f"{load_numba().__version__}\n{text}".encode()).hexdigest()[:24]
     with LOADING:
         if name not in sys.modules:
             announcer.functions += text.count("\ndef ")
