@@ -81,22 +81,3 @@ def test_who_knows_the_truth_needs_less_than_who_estimates_it() -> None:
     known, estimated = (run_course(Trial(name, 5, 4.0, 0.1, "pinch")) for name in ("known", "vegrip"))
     assert known.slips == 0
     assert np.mean(known.force[200:]) < 0.8 * np.mean(estimated.force[200:])
-
-
-def test_a_late_and_coarse_slip_channel_is_late_and_coarse() -> None:
-    """The flag comes by the delay later, and not below the threshold."""
-    scenario = Scenario(3, 2.5, "pinch")
-
-    def first_flag(threshold: float, delay: float) -> float:
-        sensor = replace(scenario.settings.sensor, slip_threshold=threshold, slip_delay=delay)
-        hand = VirtualHand(replace(scenario.settings, sensor=sensor), 3, scenario.events)
-        while hand.time < 2.5:
-            states = hand.step(0.002, {"thumb": 0.9, "index": 0.9})
-            if any(state.slip > 0.5 for state in states):
-                return hand.time
-        return np.inf
-
-    at_once = first_flag(0.0, 0.0)
-    assert first_flag(0.0, 0.02) == pytest.approx(at_once + 0.02, abs=1e-6)
-    assert at_once < first_flag(5e-3, 0.0) < np.inf
-    assert first_flag(1.0, 0.0) == np.inf
