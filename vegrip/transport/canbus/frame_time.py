@@ -6,6 +6,7 @@ from random import Random
 from typing import NamedTuple
 
 from vegrip.clock import NS
+from vegrip.config import parameter
 from vegrip.transport.canbus import bus_records as wire
 from vegrip.transport.canbus import frame_bits as text
 
@@ -36,8 +37,10 @@ class BusFrame(NamedTuple):
 class BitTiming:
     """Bit rates of a bus."""
 
-    bitrate: int = 1_000_000  # [bit/s]
-    data_bitrate: int = 5_000_000  # [bit/s] of FD frames with bit-rate switch
+    bitrate: int = parameter(1_000_000, unit="bit/s", low=1_000, high=20_000_000)
+    data_bitrate: int = parameter(
+        5_000_000, unit="bit/s", low=1_000, high=20_000_000, doc="of FD frames with bit-rate switch"
+    )
 
 
 class _Kind(NamedTuple):

@@ -240,7 +240,7 @@ class Hub:
         """Return the bus, made when it is the first greeting; ConfigError: it is full, or has other rates."""
         if len(self._nodes) >= MOST_MEMBERS:
             raise ConfigError(f"it has {MOST_MEMBERS} members, and no room for more")
-        asked = greeting.timing.timing
+        asked = greeting.timing
         if self._bus is None:
             self._bus = BusModel(asked, carry)
         here = self._bus.timing

@@ -24,8 +24,6 @@ HUB_VERSION = 5
 MAX_PACKET_BYTES = 512  # bytes of a packet with one frame; the greeting is the longest
 MAX_GATHERED_BYTES = wire.GATHERED_BYTES  # bytes of a packet with several deliveries or requests
 MOST_REQUESTS = 16  # in one packet
-MIN_BIT_RATE: Final = 1_000  # [bit/s]
-MAX_BIT_RATE: Final = 20_000_000  # [bit/s]
 MAX_REASON_CHARS: Final = 200  # characters; the answer must fit into a packet
 
 
@@ -33,23 +31,11 @@ MAX_REASON_CHARS: Final = 200  # characters; the answer must fit into a packet
 
 
 @dataclass(frozen=True)
-class Rates:
-    """The bit rates it asks for."""
-
-    bitrate: int = parameter(1_000_000, unit="bit/s", low=MIN_BIT_RATE, high=MAX_BIT_RATE)
-    data_bitrate: int = parameter(5_000_000, unit="bit/s", low=MIN_BIT_RATE, high=MAX_BIT_RATE)
-
-    @property
-    def timing(self) -> BitTiming:
-        return BitTiming(self.bitrate, self.data_bitrate)
-
-
-@dataclass(frozen=True)
 class Greeting:
     """What a newcomer says; ``build`` refuses everything that has another type or is out of bounds."""
 
     version: int = parameter(HUB_VERSION)
-    timing: Rates = parameter(Rates())
+    timing: BitTiming = parameter(BitTiming())
     must_match_rates: bool = parameter(False, doc="the bit rates must be these")
     wants_own_frames: bool = parameter(False, doc="it wants to hear its own frames")
     listen_only: bool = parameter(False)
