@@ -60,12 +60,7 @@ def found_library(name: str) -> Path | None:
 
 
 def check(where: Path, name: str) -> None:
-    """Raise unless ``where``, and what lies there of the module ``name``, is this user's or root's.
-
-    Raises:
-        UntrustedError: says what is another's.
-
-    """
+    """Raise unless ``where``, and what lies there of the module ``name``, is this user's or root's."""
     if reason := why_not_trusted(where):
         raise UntrustedError(reason)
     compiled = where / "__pycache__"

@@ -181,13 +181,7 @@ _ERRORS: dict[int, type[VegripError]] = {2: UsageError, 3: InputError, 4: Device
 
 
 def ask(entry: Entry, call: str, patience: float = ANSWER_TIMEOUT_S, **arguments: Any) -> Any:
-    """Return what the node answers to ``call``.
-
-    Raises:
-        VegripError: of the kind the node raised.
-        DeviceError: no answer within ``patience`` [s].
-
-    """
+    """Return what the node answers to ``call`` within ``patience`` [s]; its errors are raised here."""
     with zmq.Context() as context, context.socket(zmq.REQ) as socket:
         socket.linger = 0
         socket.connect(entry.control)

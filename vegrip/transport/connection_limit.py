@@ -43,23 +43,15 @@ class ConnectionLimit:
 
     Make it before the socket is bound, :meth:`start` it afterwards, and close it before the socket. A socket
     of another kind than ipc is followed, but not limited: there libzmq survives a lack of descriptors.
-
-    Args:
-        socket: to be watched; only one may watch it.
-        address: where it will listen, "" for one that does not.
-        counts: where ``connections`` is counted, the times that no more were let in.
-        events: further ones that are wanted.
-        on_event: told of these, in the thread of the limit.
-
     """
 
     def __init__(
         self,
-        socket: zmq.Socket[bytes],
-        address: str,
-        counts: Counter[str],
-        events: int = 0,
-        on_event: Callable[[int], None] | None = None,
+        socket: zmq.Socket[bytes],  # only one may watch it
+        address: str,  # where it will listen, "" for one that does not
+        counts: Counter[str],  # gets ``connections``, the times that no more were let in
+        events: int = 0,  # further ones that are wanted
+        on_event: Callable[[int], None] | None = None,  # told of these, in the thread of the limit
     ) -> None:
         self._file = Path(address.removeprefix("ipc://")) if address.startswith("ipc://") else None
         if self._file is not None:

@@ -38,21 +38,14 @@ class ZmqEndpoint(Endpoint):
     ``connections`` for the times that no more subscribers were let in, ``lost`` for gaps in the numbers of
     messages, ``crowded`` and ``clipped``; with keys also those of
     :class:`~vegrip.transport.socket_monitor.Handshakes`.
-
-    Args:
-        publish: address to bind, "" to send nothing.
-        subscribe: addresses to connect to.
-        codec: what the messages look like; its namespace selects the topics.
-        keys: CURVE keys; required as soon as an address is not of this machine.
-
     """
 
     def __init__(
         self,
-        publish: str,
+        publish: str,  # address to bind, "" to send nothing
         subscribe: Sequence[str],
         codec: MsgpackCodec,
-        keys: Keys | None = None,
+        keys: Keys | None = None,  # required as soon as an address is not of this machine
     ) -> None:
         self.arrivals: Sequence[int] = ()
         self._codec, self.broken = codec, codec.broken

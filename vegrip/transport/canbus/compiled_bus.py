@@ -77,12 +77,7 @@ def compile_library() -> Path:
 
 
 class CompiledBus:
-    """The functions of the library, called as those in Python are.
-
-    Raises:
-        OSError: it cannot be loaded.
-
-    """
+    """The functions of the library, called as those in Python are."""
 
     def __init__(self, library: Path) -> None:
         loaded = ctypes.PyDLL(str(library))

@@ -80,12 +80,7 @@ _EVERYTHING: Final[Pair] = (0, 0)
 
 
 def pairs_of(filters: Iterable[Mapping[str, Any]]) -> list[Pair]:
-    """Return python-can's ``filters`` as pairs of identifier and mask; without ``extended`` both kinds pass.
-
-    Raises:
-        ValueError: there are more than ``MOST_FILTERS``, or a number does not fit.
-
-    """
+    """Return python-can's ``filters`` as identifiers and masks; without ``extended`` both kinds pass."""
     pairs: list[Pair] = []
     for given in filters:
         identifier, mask = int(given["can_id"]), int(given["can_mask"])
@@ -134,12 +129,7 @@ PLAIN_FLAGS = wire.FD | wire.SWITCH
 
 
 def pack_request(time: int, identifier: int, data: bytes, flags: int, code: int = -1) -> bytes:
-    """Return the packet that asks for a frame to be sent, queued at ``time`` [ns].
-
-    Raises:
-        KeyError: no frame has so many bytes of data.
-
-    """
+    """Return the packet that asks for a frame, queued at ``time`` [ns]; KeyError: none has such a length."""
     return REQUEST.pack(time, identifier, flags, _CODES[len(data)] if code < 0 else code) + data
 
 

@@ -134,12 +134,7 @@ class VegripBus(can.BusABC):
             raise can.CanInitializationError(f"{self.channel_info}: {error}") from None
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
-        """Queue ``msg``; when the queue is full wait up to ``timeout`` [s] (None: not at all).
-
-        Raises:
-            can.CanOperationError: the queue is still full, the bus has gone, or the frame cannot be sent.
-
-        """
+        """Queue ``msg``; when the queue is full wait up to ``timeout`` [s] (None: not at all)."""
         self.put_requests(self._request(msg), time.monotonic() + (timeout or 0.0))
 
     def put(self, *frames: tuple[int, bytes, int]) -> None:
@@ -155,10 +150,6 @@ class VegripBus(can.BusABC):
         """Return the next frame for this node, None when there is none until ``deadline`` [s, monotonic].
 
         What python-can's ``recv`` does, without ``can.Message`` and filters.
-
-        Raises:
-            can.CanOperationError: the bus has gone.
-
         """
         while not self._read_ahead:
             delivery, more = self._look()
@@ -171,14 +162,7 @@ class VegripBus(can.BusABC):
     def offer_packet(self, timeout: float, look: LookAtPacket) -> bool | None:
         """Wait up to ``timeout`` [s] for frames that come together, and let ``look`` deal with them.
 
-        What it leaves is received as ever.
-
-        Returns:
-            Whether it has dealt with some; None: nothing has come.
-
-        Raises:
-            can.CanOperationError: the bus has gone.
-
+        What it leaves is received as ever. Return whether it has dealt with some; None: nothing has come.
         """
         if self._packets or self._read_ahead or not (self._gathers and self._fd):
             return False

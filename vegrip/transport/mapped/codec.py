@@ -149,21 +149,12 @@ class ForeignHand(ABC):
     def _taking(
         self,
         name: str,
-        head: Sequence[str],
-        reading: Sequence[str],
-        scope: dict[str, Any],
-        has_validity: bool,
+        head: Sequence[str],  # looks whether ``data`` can be read
+        reading: Sequence[str],  # fills the slots, and sets ``found`` to the groups of signals in it
+        scope: dict[str, Any],  # what both know
+        has_validity: bool,  # a message without any group is one without validity
     ) -> Take:
-        """Return what takes the message ``name``: one function, since each call costs a tenth of it.
-
-        Args:
-            name: of the message.
-            head: lines that look whether ``data`` can be read.
-            reading: lines that fill the slots, and set ``found`` to the groups of signals in it.
-            scope: what both know.
-            has_validity: whether a message without any group is one without validity.
-
-        """
+        """Return what takes the message ``name``: one function, since each call costs a tenth of it."""
         scope |= {"refuse": self._refuse, "owners": self._owners(name)}
         scope |= {"s": self._slots, "heard": self._heard}
         lines = ["def take(data, stamp):", *head, " seq = None"]

@@ -52,10 +52,8 @@ class Law:
     def text(self, force: str, before: str) -> str:
         """Return the text of the value to send, NaN when it cannot be known.
 
-        Args:
-            force: name of the wanted one [N]; that of the present one is ``felt``.
-            before: name of the force of the last message [N], NaN before the first.
-
+        ``force`` is the name of the wanted one [N], ``before`` of that of the last message, NaN before the
+        first; the present one is ``felt``.
         """
         gain = repr(self.sign * self.scale)
         if self.kind == "position":  # the present one is in the unit of the signal
