@@ -82,7 +82,7 @@ def test_a_helper_ends_when_its_node_is_killed_whatever_it_is_doing(module, tmp_
 
 def test_a_helper_whose_node_has_ended_already_does_not_begin(module):
     done = subprocess.run(
-        [sys.executable, "-m", "vegrip.runtime.behind", "1", module("print('began')")],
+        [sys.executable, "-m", "vegrip.runtime.background", "1", module("print('began')")],
         capture_output=True, check=False,
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (-signal.SIGTERM, b"")
