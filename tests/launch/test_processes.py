@@ -100,6 +100,9 @@ def test_a_launch_starts_watches_restarts_and_stops_in_reverse(tmp_path, vegrip)
         lost = hub_process("launch")
         os.kill(lost, signal.SIGKILL)
         assert wait_for(lambda: now if (now := hub_process("launch")) != lost else None)
+        assert wait_for(
+            lambda: "bus_lost" in vegrip("topic", "echo", "/diagnostics", "--count", "2", "--json")[1]
+        )
     finally:
         launched.send_signal(signal.SIGINT)
         output, _ = launched.communicate(timeout=PATIENCE)

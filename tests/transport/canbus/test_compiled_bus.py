@@ -117,7 +117,7 @@ def test_one_that_does_not_read_holds_up_no_other_and_gets_what_waited(bus):
 @pytest.mark.parametrize("mode", ["python", "numba"])
 def test_the_bus_is_left_to_python_where_that_is_asked_for(mode, monkeypatch):
     monkeypatch.setenv("VEGRIP_KERNEL", mode)
-    monkeypatch.setattr(compiled_bus, "_started", None)  # would fail
+    monkeypatch.setattr(compiled_bus.subprocess, "Popen", None)  # would fail
     assert Search().found(10**18) is None
 
 
@@ -132,21 +132,21 @@ def empty(monkeypatch, tmp_path):
 
 def test_without_a_compiler_python_goes_on_and_nothing_is_started(empty, monkeypatch):
     monkeypatch.setattr(compiled_bus, "compiler", lambda: None)
-    monkeypatch.setattr(compiled_bus, "_started", None)  # would fail
+    monkeypatch.setattr(compiled_bus.subprocess, "Popen", None)  # would fail
     search = Search()
     assert [search.found(now * LOOK_AGAIN) for now in range(4)] == [None] * 4
 
 
 def test_a_compiler_that_fails_is_asked_once(empty, monkeypatch):
-    started = []
+    started, ended = [], subprocess.Popen
 
-    def fail():
-        started.append(subprocess.Popen([sys.executable, "-c", "raise SystemExit(1)"]))
+    def fail(*_, **__):
+        started.append(ended([sys.executable, "-c", "raise SystemExit(1)"]))
         started[-1].wait()
         return started[-1]
 
     monkeypatch.setattr(compiled_bus, "compiler", lambda: "cc")
-    monkeypatch.setattr(compiled_bus, "_started", fail)
+    monkeypatch.setattr(compiled_bus.subprocess, "Popen", fail)
     search = Search()
     assert [search.found(now * LOOK_AGAIN) for now in range(5)] == [None] * 5
     assert len(started) == 1
@@ -160,7 +160,7 @@ def test_the_loop_is_compiled_once_beside_the_bus_and_found_by_the_next_look(emp
     assert search.found(LOOK_AGAIN - 1) is None, "it looks once a second"
     assert search.found(LOOK_AGAIN) is not None
     assert [path.name for path in empty.glob("*.so")] == [f"{library_name()}.so"]
-    monkeypatch.setattr(compiled_bus, "_started", None)  # would fail
+    monkeypatch.setattr(compiled_bus.subprocess, "Popen", None)  # would fail
     assert Search().found(0) is not None
 
 
