@@ -52,6 +52,7 @@ def test_a_step_a_call_leads_from_the_first_press_to_the_next_trial(tmp_path, ca
         (["--radius", "9 mm", "--end"], 2, "nothing was recorded yet"),
         (["--radius", "9 mm", "--node", "nobody"], 2, "there is no node 'nobody'"),
         (["--radius", "9 mm", "--depth", "-1"], 3, "depth"),
+        (["--radius", "9 mm", "--virtual", "11"], 2, "fingertip 11 has a radius of 0.005287 m; leave"),
     ],
 )
 def test_a_mistake_is_one_sentence(runtime, capsys, arguments, code, sentence):

@@ -4,6 +4,7 @@ import re
 import shlex
 import sys
 from collections.abc import Mapping
+from math import isclose
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -142,7 +143,11 @@ def _opened(
     given: RigLimits = rig_limits(limits, own)
     metres = parse_length(radius, "--radius") if radius else None
     if virtual is not None:
-        metres = practice_tip(virtual).radius
+        stated, metres = metres, practice_tip(virtual).radius
+        if stated is not None and not isclose(stated, metres, rel_tol=1e-3):
+            raise UsageError(
+                f"the virtual fingertip {virtual} has a radius of {metres:.4g} m; leave --radius out"
+            )
     if found is not None:
         if metres is not None and metres != found.radius:
             raise UsageError(f"{folder} is the calibration of a fingertip of radius {found.radius:g} m")
