@@ -9,10 +9,9 @@ import pytest
 from vegrip.clock import NS
 from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.estimator.compiled import Kernels, module_for
-from vegrip.estimator.health import NO_CELL, HealthHysteresis, Look, health_of
+from vegrip.estimator.health import NO_CELL, HealthHysteresis, Look
 from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import CHANNELS, PER_CELL, PER_CHANNEL, REGIMES, layout_of
-from vegrip.messages import Condition, FingertipState
 from vegrip.model import paper_model
 from vegrip.types import Floats
 
@@ -83,22 +82,22 @@ def test_the_mean_nis_is_by_weight_and_leaves_out_what_follows_a_jerk(
     assert (found.nis, found.judged) == (pytest.approx(4.0), 2.0)
 
 
-def test_the_message_names_channel_and_regime_of_what_fails(module: Kernels, memory: Floats) -> None:
+def test_what_fails_is_named_by_channel_and_regime(module: Kernels, memory: Floats) -> None:
     cells, verdict = cells_of(memory).reshape(SHAPE), HealthHysteresis()
 
-    def told(seconds: int) -> tuple[bool, str, str]:
-        state = FingertipState(seconds * NS, "index", seconds)
-        found = health_of(state, seconds, Condition.OK, look(module, memory, verdict.failing), verdict)
-        return found.consistent, found.channel, found.regime
+    def told(seconds: int) -> tuple[str, str] | None:
+        found = look(module, memory, verdict.failing)
+        failing = verdict.update(int(found.worst), found.misfit, found.misfit_told, seconds * NS)
+        channel, regime = divmod(failing, len(REGIMES))
+        return None if failing == NO_CELL else (CHANNELS[channel], REGIMES[regime])
 
-    assert told(0) == (False, "", ""), "nothing is known"
     cells[:] = CALM_CELL
-    assert told(1) == (True, "", "")
+    assert told(1) is None
     for i, (channel, regime) in enumerate([("contact_radius", "air"), ("displacement", "deep hold")]):
         cells[CHANNELS.index(channel), REGIMES.index(regime)] = 500.0, 10.0 ** (i + 1), 1.0
-        assert told(2 + i) == (False, channel, regime)
+        assert told(2 + i) == (channel, regime)
     cells[:] = CALM_CELL
-    assert [told(4 + i)[0] for i in range(12)] == [False] * 10 + [True] * 2
+    assert [told(4 + i) is None for i in range(12)] == [False] * 10 + [True] * 2
 
 
 def test_refusals_are_those_of_all_channels(module: Kernels, memory: Floats) -> None:

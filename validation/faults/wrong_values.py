@@ -18,7 +18,8 @@ second node (:mod:`.sound_node`) is given what the hand senses before it is made
     the command stays at the largest for no more than 0.5 s after the fault
     within 2 s the friction is within two standard deviations of what the second node believes
     and its standard deviation is not smaller than there: a fault teaches nothing
-    from 2 s on no command is above 1.25 of the largest one of the second node since the fault began,
+    from 2 s on no command is above 1.25 of the largest one of the second node since the fault began
+    (a slip channel that lies is not used any more: of that, or of the grip that has none),
     and no finger is gripped fail-safe
 
 ``--worst N`` looks for the worst case: half of N at random, then steps from the worst in each part of it.
@@ -37,6 +38,7 @@ from validation.faults.sound_node import SoundNode
 from validation.faults.testbed import SAMPLING, STATE_RATE_HZ, Falsify, Scene
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters
+from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.messages import Estimate, FingertipState, Reason
 from vegrip.trials.candidates import KNOBS, demo_parameters, parameters
 from vegrip.types import Floats
@@ -169,6 +171,17 @@ def reference(*, learning: bool = False) -> Reference:
     return Reference(learning=learning)
 
 
+@cache
+def without_a_channel(end: float) -> Floats:
+    """Return the commands [N] until ``end`` [s] of a grasp that learns and in which no slip is felt."""
+    settings = learning_parameters()
+    grip = replace(settings.grip, probability=GripSettings().probability)
+    friction = replace(settings.friction, probing=False)
+    scene = Scene("pinch", parameters=replace(settings, grip=grip, friction=friction))
+    scene.run_until(end)
+    return np.array(scene.course.command)
+
+
 def judge(fault: Fault, *, learning: bool = False) -> Verdict:
     """Run the grasp with the fault and compare it with the one without."""
     over = round((fault.begin + fault.duration) / SAMPLING) * SAMPLING
@@ -185,7 +198,10 @@ def judge(fault: Fault, *, learning: bool = False) -> Verdict:
     if learning:
         fallen = SLIPPED if disturbed.slips > without.slips else 0.0
         back = round(look / SAMPLING)
-        above = float(disturbed.command[back:n].max() / sound.command[begun:n].max() - 1.0)
+        most = float(sound.command[begun:n].max())
+        if fault.channel.startswith("slip"):
+            most = max(most, float(without_a_channel(end)[begun:].max()))
+        above = float(disturbed.command[back:n].max()) / most - 1.0
     return Verdict(
         fallen=fallen,
         risen=above / RISEN,

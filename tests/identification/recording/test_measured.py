@@ -37,7 +37,8 @@ def test_every_row_of_every_file_is_kept(folder: str, pattern: str, chart: str, 
         recording = imported(path, chart)
         assert len(recording) == len(path.read_text().splitlines()) - 1
         assert recording.report.rows_lost == 0
-        assert set(recording.sensors) == {"normal_force", "displacement"}
+        short = {"normal_force"} if chart == "afm_oocyte" else set()  # too few rows in the air tell no noise
+        assert set(recording.sensors) == {"normal_force", "displacement"} - short
 
 
 def test_silicone_is_in_newtons_and_metres(measured: Measured) -> None:
