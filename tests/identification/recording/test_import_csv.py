@@ -208,7 +208,8 @@ ROWS = "time_s,F\n0,1\n1,2\n"
         (["t=time_s", "normal_force=F"], ["normal_force=newtron"], "there is no unit 'newtron'"),
         (["t=time_s", "normal_force=F"], ["normal_force=2 mN"], "there is no unit '2 mN'"),
         (["t=time_s", "normal_force=F"], ["normal_force=m("], "there is no unit 'm('"),
-        (["t=time_s", "normal_force=F"], ["t=N"], "it needs one of s"),
+        (["t=time_s", "normal_force=F"], ["t=N"], "it needs one like s"),
+        (["t=time_s", "normal_force=F"], ["normal_force=g"], "the weight of a gram is gf, of a kilogram kgf"),
         (["t=F"], [], "none of the columns"),
         (["episode=trial", "t=time_s", "normal_force=F"], [], "there is no column 'trial'"),
     ],
@@ -219,6 +220,26 @@ def test_a_map_that_does_not_fit_the_table_is_refused(
     with pytest.raises(RecordingError, match=r"press\.csv") as refused:
         import_csv(table(tmp_path, ROWS), with_columns(ColumnMap(), columns, units))
     assert sentence in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("column", "units", "said"),
+    [
+        ("force_g", [], "import with --unit normal_force=gf"),
+        ("force_mN", [], "import with --unit normal_force=mN"),
+        ("force_mN", ["normal_force=mN"], ""),
+        ("force_N", [], ""),
+        ("force_z", [], ""),
+        ("force_s", [], ""),  # no unit of a force
+    ],
+)
+def test_a_column_that_ends_like_a_unit_and_is_taken_as_si_is_suspected(
+    column: str, units: list[str], said: str, tmp_path: Path
+) -> None:
+    chart = with_columns(ColumnMap(), ["t=time_s", f"normal_force={column}"], units)
+    told = import_csv(table(tmp_path, ROWS.replace("F", column)), chart).report.summary()
+    assert said in told
+    assert ("ends like a unit" in told) == bool(said)
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ BAD = {
     "a unit of another quantity": (
         FZ,
         FZ + '\nunit = "mm"',
-        "'mm' is not a unit of this quantity; it needs one of N",
+        "'mm' is not a unit of this quantity; it needs one like N",
     ),
     "no unit": (FZ, FZ + '\nunit = "foobar"', "there is no unit 'foobar'"),
     "one signal for two fingers": (PLAIN_MAP, PLAIN_MAP + SECOND, "already the normal_force of thumb"),

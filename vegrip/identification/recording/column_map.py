@@ -29,7 +29,7 @@ In the map of a rosbag a column is ``/topic:field.of.the.message``, and ``[bag]`
 import contextlib
 import dataclasses
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -40,6 +40,9 @@ from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.data import Fingertip
 from vegrip.identification.recording.units import to_si
 
+AT_END = re.compile(r"_([A-Za-zµ°]+)$")
+WEIGHTS = {"g": "gf", "kg": "kgf"}
+"""Masses that stand for forces."""
 IN_BRACKETS = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]$")
 
 
@@ -192,16 +195,37 @@ def header_units(base: ColumnMap) -> tuple[ColumnMap, list[str]]:
 
     A column of which a unit or a scale is said keeps that.
     """
-    entries: dict[str, TimeMap | ChannelMap] = {"t": base.time, **base.channels}
     found = []
-    for name, entry in entries.items():
-        bracket = IN_BRACKETS.search(entry.column)
-        if bracket and not entry.unit and abs(getattr(entry, "scale", 1.0)) == 1.0:
-            with contextlib.suppress(RecordingError):  # a remark
-                to_si(bracket[1], CHANNELS[name].unit if name in CHANNELS else "s", name)
-                base = _changed(base, name, "unit", bracket[1])
-                found.append(f"{name} in {bracket[1]}")
+    for name, unit, _ in _named_units(base, IN_BRACKETS):
+        base = _changed(base, name, "unit", unit)
+        found.append(f"{name} in {unit}")
     return base, found
+
+
+def suspect_units(base: ColumnMap) -> Iterator[str]:
+    """Yield which columns are taken as SI although their names end like a unit, as ``force_g``."""
+    for name, unit, scale in _named_units(base, AT_END):
+        if scale != 1.0:
+            column = (base.time if name == "t" else base.channels[name]).column
+            yield (
+                f"the column {column!r} is taken in {_si(name)}, and ends like a unit; if its numbers are in "
+                f"it, import with --unit {name}={unit}"
+            )
+
+
+def _named_units(base: ColumnMap, pattern: re.Pattern[str]) -> Iterator[tuple[str, str, float]]:
+    """Yield channel, unit and factor to SI of the units in names of columns of which none is said."""
+    entries: dict[str, TimeMap | ChannelMap] = {"t": base.time, **base.channels}
+    for name, entry in entries.items():
+        match = pattern.search(entry.column)
+        if match and not entry.unit and abs(getattr(entry, "scale", 1.0)) == 1.0:
+            unit = WEIGHTS.get(match[1], match[1]) if _si(name) == "N" else match[1]
+            with contextlib.suppress(RecordingError):  # a remark
+                yield name, unit, to_si(unit, _si(name), name)[0]
+
+
+def _si(name: str) -> str:
+    return CHANNELS[name].unit if name in CHANNELS else "s"
 
 
 def _built(table: Mapping[str, Any], path: Path) -> ColumnMap:

@@ -12,7 +12,7 @@ from vegrip.clock import NS
 from vegrip.errors import RecordingError, suggestion
 from vegrip.identification.recording.channels import CHANNELS, noise_name
 from vegrip.identification.recording.checks import report_doubts, stretches_of, usable_rows
-from vegrip.identification.recording.column_map import ColumnMap, header_units, own_columns
+from vegrip.identification.recording.column_map import ColumnMap, header_units, own_columns, suspect_units
 from vegrip.identification.recording.data import Columns, Recording
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import Progress, Table, read_header, read_table
@@ -134,6 +134,8 @@ def import_csv(
         report.add(Kind.NOTE, f"taken by their names: {', '.join(sorted(taken))}")
     _check_mapped(path, chart, header)
     chart, units = header_units(chart)
+    for sentence in suspect_units(chart):
+        report.add(Kind.SUSPECT, sentence)
     if units:
         report.add(Kind.NOTE, f"units taken from the names of the columns: {', '.join(units)}")
     numbers = [chart.time.column, *(entry.column for entry in chart.channels.values())]

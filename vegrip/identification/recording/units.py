@@ -75,8 +75,9 @@ def _convert(value: float, unit: str, wanted: str, what: str) -> float:
     try:
         converted = float(units.Quantity(value, units.parse_units(unit)).to(wanted).magnitude)
     except pint.DimensionalityError:
+        weight = "; the weight of a gram is gf, of a kilogram kgf" if unit in ("g", "kg") else ""
         raise RecordingError(
-            f"{what}: {unit!r} is not a unit of this quantity; it needs one of {wanted}"
+            f"{what}: {unit!r} is not a unit of this quantity; it needs one like {wanted}{weight}"
         ) from None
     except (pint.PintError, tokenize.TokenError, SyntaxError, ValueError, TypeError, *STRANGE):
         raise unknown from None
