@@ -1,4 +1,4 @@
-"""Draw the pictures of the demonstration: ``python docs/demo_figures.py`` writes into ``docs/images/``.
+"""Draw the pictures of the demonstration into docs/images: ``PYTHONPATH=. python docs/demo_figures.py``.
 
 The screen is that of a real run (30 s) on this machine. The curves are of the same scenario in simulated
 time, for all controllers, so they are the same on every machine.
@@ -11,6 +11,7 @@ import time
 from io import StringIO
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 
 from validation.controllers.comparison import Trial, run_course
@@ -48,6 +49,10 @@ def main() -> int:
     for grasp, name in PICTURES.items():
         scenario = Scenario(SEED, DURATION, grasp)
         ours = run_course(Trial(DEMONSTRATED, SEED, DURATION, KNOBS[grasp][DEMONSTRATED], grasp))
+        stated = [(time, *rows[0]) for time, rows in zip(ours.time, ours.stated, strict=True)]
+        ours.friction = [  # of the thumb, whose logarithm is stated now and then
+            (time, np.exp(mean), np.exp(mean) * std) for time, mean, std in stated if np.isfinite(mean)
+        ]
         others = run_other_controllers(scenario, ours)
         draw_comparison({"vegrip": ours, **others}, scenario.events, IMAGES / name, DURATION)
     return 0
