@@ -5,11 +5,11 @@ from collections.abc import Iterable
 from itertools import groupby
 
 from validation.faults.rogue_programs import ACTS
-from validation.faults.table import CASES, Case
+from validation.faults.table import CASES, RECOVERY_S, Case
 
-HEADER = "| fault | for | seen as | within | over after | what happens |\n|---|---|---|---|---|---|"
+HEADER = "| fault | seen as | what happens |\n|---|---|---|"
 
-STRANGERS = "| what is done | counted as | over after | what happens |\n|---|---|---|---|"
+STRANGERS = "| what is done | counted as | what happens |\n|---|---|---|"
 
 
 LAST_AMOUNT = re.compile(r"^(.*?)([\d.]+ (?:ms|s|N))(\D*)$")
@@ -22,16 +22,15 @@ def markdown(cases: Iterable[Case] = CASES) -> str:
 
 def rogue_programs_table() -> str:
     """Return the table of what programs that misbehave do to a node on ZeroMQ."""
-    rows = [
-        f"| {act.name} | `{act.counted_as}` | {_duration(act.back_within)} | {act.behaviour} |"
-        for act in ACTS
-    ]
+    rows = [f"| {act.name} | `{act.counted_as}` | {act.behaviour} |" for act in ACTS]
     return "\n".join([STRANGERS, *rows])
 
 
 def _row(alike: list[Case]) -> str:
+    name = _common_name(alike)
     durations = ", ".join(dict.fromkeys(_duration(case.duration) for case in alike))
-    return "| " + " | ".join([_common_name(alike), durations, *_outcome(alike[0])]) + " |"
+    whole = name if " for " in name or durations in name else f"{name}, for {durations}"
+    return "| " + " | ".join([whole, *_outcome(alike[0])]) + " |"
 
 
 def _shared(case: Case) -> tuple[str, ...]:
@@ -45,11 +44,12 @@ def _common_name(alike: list[Case]) -> str:
 
 
 def _outcome(case: Case) -> tuple[str, ...]:
-    conditions = ", ".join(sorted(f"`{condition.name}`" for condition in case.seen_as))
-    counted = f"count `{case.counted_as}`" if case.counted_as else ""
-    seen = "; ".join(filter(None, (conditions, counted))) or "-"
-    within = _milliseconds(case.detection) if case.seen_as else "-"
-    return (seen, within, _milliseconds(case.recovery), case.behaviour)
+    seen = ", ".join(sorted(f"`{condition.name}`" for condition in case.seen_as))
+    if seen:
+        seen += f" {_milliseconds(case.detection)}"
+    counted = f"`{case.counted_as}`" if case.counted_as else ""
+    over = "" if case.recovery == RECOVERY_S else f"; over after {_milliseconds(case.recovery)}"
+    return ("; ".join(filter(None, (seen, counted))), case.behaviour + over)
 
 
 def _duration(seconds: float) -> str:

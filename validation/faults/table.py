@@ -50,9 +50,9 @@ def _case(name: str, make: Callable[[], Injection], duration: float, *seen: Cond
 STALE, MISSING, CORRUPT = Condition.STALE, Condition.MISSING, Condition.CORRUPT
 REPLAYED, FROZEN, OUT_OF_RANGE = Condition.REPLAYED, Condition.FROZEN, Condition.OUT_OF_RANGE
 
-HELD_THEN_RAMP = "held, then ramp to the fail-safe grip"
-GOES_ON = "control goes on with the rest"
-UNTOUCHED = "control does not notice"
+HELD_THEN_RAMP = "held, then fail-safe"
+GOES_ON = "goes on with the rest"
+UNTOUCHED = "no effect"
 
 
 def _losses() -> list[Case]:
