@@ -16,8 +16,11 @@ def test_the_page_lists_every_parameter_with_its_typical_value_prior_and_bounds(
     for p in effect(name).parameters:
         std = f"{100.0 * p.std:g} %" if p.transform == "log" else f"{p.std:g}"
         unit = "" if p.unit == "1" else f" {p.unit}"
-        absent = "" if p.null is None else f", absent at {p.null:g}"
-        assert f"`{p.symbol}` {p.default:g} ± {std}{unit} ({p.low:g} .. {p.high:g}{absent})" in row
+        absent = set() if p.null is None else {p.null}
+        bounds = " .. ".join(
+            f"{value:g}{'†' if value in absent else ''}" for value in sorted({p.low, p.high} | absent)
+        )
+        assert f"`{p.symbol}` {p.default:g} ± {std}{unit} ({bounds})" in row
     assert all(other in row for other in effect(name).confounded)
     assert effect(name).experiment in row
 
