@@ -250,7 +250,12 @@ def test_single_point_carries_force_but_no_torque() -> None:
     foot = PressureMap([[0.1, 0.2]], [5.0])
     through = [0.3, 0.4, 0.1 * 0.4 - 0.2 * 0.3]
     assert map_gauge(foot, through) == pytest.approx(0.5)
-    assert map_gauge(foot, [0.3, 0.4, 0.0]) == np.inf
+    assert bound_gauge(foot, through).twist == pytest.approx([0.6, 0.8, 0.0])
+    for moment in (-0.02, 0.02):  # [m] about the foot, which does not move
+        lower, upper, twist = bound_gauge(foot, [0.3, 0.4, through[2] + moment])
+        assert lower == upper == np.inf
+        assert twist[2] == np.sign(moment)
+        assert foot.velocities(twist) == pytest.approx(np.zeros((1, 2)))
 
 
 @pytest.mark.parametrize("load", [[0, 0, 0], [np.nan, 0, 1], [1, 0], [np.inf, 0, 0]])

@@ -151,7 +151,7 @@ def elliptical_map(
     force = weights * s * np.cos(0.5 * np.pi * q) * profile(s, k)
     angle = 2.0 * np.pi * (np.arange(sectors) + 0.5) / sectors
     # turned ring by ring, so that the spokes do not line up
-    turned = angle + 2.0 * np.pi / sectors * ((np.arange(rings) * 0.618034) % 1.0)[:, None]
+    turned = angle + 2.0 * np.pi / sectors * (np.arange(rings) * 0.618034)[:, None]
     positions = np.stack([a * s[:, None] * np.cos(turned), b * s[:, None] * np.sin(turned)], axis=-1)
     return PressureMap(positions.reshape(-1, 2), np.repeat(force, sectors))
 
@@ -233,7 +233,7 @@ def _bound_centred(pressure: PressureMap, load: Floats) -> GaugeBounds:
     across = np.linalg.svd(load[None])[2][1:]  # (2, 3): changes of the slip that keep load.t = 1
     best = GaugeBounds(0.0, np.inf, twist)
     for smoothing in SMOOTHING:
-        eps = smoothing * float(np.linalg.norm(pressure.velocities(twist), axis=-1).max())
+        eps = smoothing * float(np.linalg.norm(pressure.velocities(twist), axis=1).max())
         twist = _minimise(pressure, twist, across, eps)
         for bounds in (_spin_about_nearest(pressure, load, twist), _bounds(pressure, load, twist, eps)):
             if bounds is not None and bounds.upper - bounds.lower < best.upper - best.lower:
@@ -255,7 +255,7 @@ def _bounds(pressure: PressureMap, load: Floats, twist: Floats, eps: float) -> G
 
 
 def _spin_about_nearest(pressure: PressureMap, load: Floats, twist: Floats) -> GaugeBounds | None:
-    index = int(np.argmin(np.linalg.norm(pressure.velocities(twist), axis=-1)))
+    index = int(np.argmin(np.linalg.norm(pressure.velocities(twist), axis=1)))
     x, y = pressure.positions[index]
     spin = np.array([y, -x, 1.0])
     if load @ spin == 0.0:
@@ -303,4 +303,4 @@ def _smooth_support(pressure: PressureMap, twist: Floats, eps: float) -> tuple[f
 
 
 def _smooth_speed(v: Floats, eps: float) -> Floats:
-    return np.asarray(np.sqrt((v**2).sum(axis=-1) + eps**2))
+    return np.asarray(np.sqrt((v**2).sum(axis=1) + eps**2))
