@@ -34,6 +34,15 @@ def test_all_fingers_come_out_as_they_went_in() -> None:
     assert all(math.isnan(m.temperature) for m in got)
 
 
+@pytest.mark.parametrize(("settings", "stamp"), [({}, NOW), ({"use_sender_time": False}, NOW + 5_000_000)])
+def test_a_state_is_of_the_time_of_its_sender_unless_asked_otherwise(settings, stamp) -> None:  # type: ignore[no-untyped-def]
+    codec, payload = BatchCodec(FINGERS, **settings), packed(BatchCodec(FINGERS), states())
+    codec.rows_in(payload, FingertipState)
+    message = codec.decode(codec.frame(payload, FingertipState, 0, NOW + 5_000_000))
+    assert message is not None
+    assert message.stamp == stamp
+
+
 def test_commands_come_out_as_they_went_in() -> None:
     codec, other = BatchCodec(FINGERS), BatchCodec(FINGERS)
     sent = ForceCommand(NOW, "finger19", 3, 2.5, 0.125, Reason.RAISE, expires=NOW + 100_000_000)
@@ -101,6 +110,9 @@ def test_a_repeated_batch_says_nothing_new() -> None:
     assert len(unpacked(codec, payload)) == len(FINGERS)
     assert unpacked(codec, payload) == []
     assert codec.rejected["counter"] == len(FINGERS)
+    assert len(unpacked(codec, packed(BatchCodec(FINGERS), states(7)))) == len(FINGERS)
+    assert unpacked(codec, packed(BatchCodec(FINGERS), states(6))) == [], "nor does one that was overtaken"
+    assert codec.rejected["counter"] == 2 * len(FINGERS)
     assert not codec.broken
 
 

@@ -163,6 +163,25 @@ def test_fields_of_a_later_revision_are_passed_over() -> None:
     assert not receiver.rejected
 
 
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"finger": "i" * 64}, {}),
+        ({"note": "n" * 256}, {}),
+        ({"note": "n" * 257}, {"schema": 1}),
+        ({"weights": dict.fromkeys(map(str, range(64)), 1)}, {}),
+        ({"weights": dict.fromkeys(map(str, range(65)), 1)}, {"schema": 1}),
+    ],
+)
+def test_texts_and_maps_may_be_so_long_and_no_longer(
+    change: dict[str, object], fault: dict[str, int]
+) -> None:
+    receiver, body = MsgpackCodec(), GOOD | change
+    topic = f"/hand/{body['finger']}/force_command"
+    assert (receiver.decode(topic, payload_of(body, topic), 0) is not None) == (not fault)
+    assert receiver.rejected == fault
+
+
 def test_a_payload_too_long_or_too_short_is_named() -> None:
     receiver = MsgpackCodec()
     for size in (0, 11, 12, 4097, 10_000_000):
@@ -191,7 +210,19 @@ def test_a_flood_of_finger_names_does_not_grow_the_memory_and_keeps_no_newcomer_
         topic = f"/hand/f{number}/force_command"
         assert receiver.decode(topic, payload_of(GOOD | {"finger": f"f{number}"}, topic), 0) is not None
     assert receiver.rejected == {}
+    assert MOST_STRANGERS == 1024
     assert receiver.crowded == 3000 - MOST_STRANGERS
+
+
+def test_a_flood_of_finger_names_leaves_no_more_than_1024_routes_of_each_way() -> None:
+    topics = Topics()
+    for number in range(1500):
+        assert topics.incoming(f"/hand/f{number}/state") is not None
+        assert topics.incoming(f"/hand/f{number}/nonsense") is None
+        assert topics.outgoing(FingertipState, f"f{number}") is not None
+        assert topics.outgoing(FingertipState, f"in dex {number}") is None
+    assert len(topics._incoming) == len(topics._outgoing) == 1024
+    assert None not in topics._incoming.values()
 
 
 @pytest.mark.parametrize("before", [0, 1], ids=["first heard after the flood", "heard before it"])

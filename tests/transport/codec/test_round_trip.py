@@ -24,7 +24,9 @@ Messages = Callable[..., st.SearchStrategy[Message]]
 
 def through_can(message: Message, fd: bool) -> Message | None:
     sender, receiver = (CanCodec(FINGERS, fd=fd, use_sender_time=True) for _ in range(2))
-    received = [receiver.decode(f._replace(stamp=message.stamp)) for f in sender.encode(message)]
+    sent = sender.encode(message)
+    assert not any(frame.stamp for frame in sent)
+    received = [receiver.decode(f._replace(stamp=message.stamp)) for f in sent]
     assert not receiver.rejected
     assert all(m is None for m in received[:-1])
     return received[-1] if received else None

@@ -38,6 +38,16 @@ def test_a_repeat_or_a_step_back_is_refused_and_changes_nothing(modulus: int, st
 
 
 @pytest.mark.parametrize("modulus", MODULI)
+def test_half_of_all_counters_are_behind_the_last_one_and_none_before_the_first(modulus: int) -> None:
+    stream = Sequence(modulus)
+    assert not any(stream.is_behind(counter) for counter in (0, 1, modulus - 1))
+    stream.advance(0, 0)
+    behind = [stream.is_behind(counter) for counter in (0, 1, modulus // 2, modulus // 2 + 1, modulus - 1)]
+    assert behind == [False, False, False, True, True]
+    assert stream.advance(0, 0) is None
+
+
+@pytest.mark.parametrize("modulus", MODULI)
 def test_a_sender_that_starts_again_is_heard_after_a_silence(modulus: int) -> None:
     stream = Sequence(modulus)
     for seq in range(12):
@@ -113,6 +123,21 @@ def test_a_replayed_payload_is_refused() -> None:
     assert all(receiver.decode(*p, stamp=0) for p in payloads)
     assert not any(receiver.decode(*p, stamp=0) for p in payloads)
     assert receiver.rejected == {"counter": 10}
+
+
+@given(order=st.permutations(range(1, 12)), reach=st.integers(1, 4))
+def test_what_was_overtaken_by_few_enough_is_taken_once_under_its_own_number(
+    order: list[int], reach: int
+) -> None:
+    stream = Sequence(2**32, reach)
+    stream.advance(0, 0)
+    last, taken = 0, {0}
+    for counter in [*order, *order]:
+        good = counter not in taken and counter >= last - reach
+        assert stream.advance(counter, 0) == (counter if good else None)
+        taken |= {counter} if good else set()
+        last = max(last, counter) if good else last
+    assert stream.lost == last + 1 - len(taken)
 
 
 @given(kept=st.sets(st.integers(0, 39)))
