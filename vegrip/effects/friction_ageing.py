@@ -17,7 +17,7 @@ def age(force: float, slip_speed: float, dt: float, reference_depth: float, D_c:
         return 0.0
     slid = abs(slip_speed) * dt / (D_c * reference_depth)
     left = math.exp(-slid)
-    grown = -math.expm1(-slid) / slid if slid > 1e-9 else 1.0 - 0.5 * slid
+    grown = -math.expm1(-slid) / slid if slid > 0.0 else 1.0
     return t_c * left + dt * grown
 
 

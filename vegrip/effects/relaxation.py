@@ -25,8 +25,7 @@ def branch(z: float, elastic_force: float, elastic_before: float, rate: float, d
     if h <= 0.0:
         return z
     lost = -math.expm1(-h)  # 1 - E without cancellation
-    phi = lost / h if h > 1e-9 else 1.0 - 0.5 * h
-    return z + lost * (elastic_before - z) + (1.0 - phi) * (elastic_force - elastic_before)
+    return z + lost * (elastic_before - z) + (1.0 - lost / h) * (elastic_force - elastic_before)
 
 
 def force(
