@@ -180,7 +180,7 @@ class ContactEstimator:
     @property
     def in_contact(self) -> bool:
         """Whether the fingertip touches; made at two standard deviations, broken at half of one."""
-        return self._has_begun and bool(self.named["REP_CONTACT"] > 0.5)
+        return self._has_begun and bool(self.named["REP_CONTACT"] > 0.0)
 
     @property
     def is_excited(self) -> bool:
@@ -212,7 +212,7 @@ class ContactEstimator:
             value, std = known[at[name]], known[at[name + "_STD"]]
             return Estimate(value, std, current and when and math.isfinite(value + std), age)
 
-        touching = known[at["CONTACT"]] > 0.5
+        touching = known[at["CONTACT"]] > 0.0
         return ContactEstimate(
             stamp,
             self._finger,
@@ -221,7 +221,7 @@ class ContactEstimator:
             channels=self._channels_used() if memory["SAMPLE_TRUSTED"] else Channel.NONE,
             indentation=Estimate(known[at["DEPTH_NOW"]], known[at["DEPTH_STD"]], current, age),
             normal_force=of("FORCE"),
-            contact_radius=of("RADIUS", when=known[at["RADIUS_SOUND"]] > 0.5),
+            contact_radius=of("RADIUS", when=known[at["RADIUS_SOUND"]] > 0.0),
             pressure_exponent=of("EXPONENT", when=touching),
             friction_coefficient=of("MU"),
             limit_force=of("LIMIT_FORCE"),
@@ -297,7 +297,7 @@ class ContactEstimator:
         """
         memory = self.named
         gauge, radius = memory["REP_GAUGE"], memory["REP_RADIUS"]
-        if not (gauge > 0.0 and memory["REP_CONTACT"] > 0.5 and radius > 0.0):
+        if not (gauge > 0.0 and memory["REP_CONTACT"] > 0.0 and radius > 0.0):
             return NAN, math.inf, NAN
         mu = memory["REP_MU"]
         friction_part = memory["REP_MU_STD"] / mu if mu > 0.0 else 0.0
@@ -352,7 +352,7 @@ class ContactEstimator:
         temperature = float(m.section("EXOGENOUS")[0])
         if not shown.coldest <= temperature <= shown.warmest:
             return "temperature"
-        if not m["REP_CONTACT"] > 0.5 or not m["REP_SOUND"] > 0.5:
+        if not m["REP_CONTACT"] > 0.0 or not m["REP_SOUND"] > 0.0:
             return ""
         speed_std = math.sqrt(max(m["MOTION_VAR_SPEED"], 0.0))
         for channel, value, std, most in (
@@ -431,7 +431,7 @@ class ContactEstimator:
     def _is_valid(self) -> bool:
         if not self._has_begun or not self._age("SAMPLE_STAMP") <= self.settings.longest_gap:
             return False
-        return bool(self.named["REP_SOUND"] > 0.5)
+        return bool(self.named["REP_SOUND"] > 0.0)
 
     def _is_current(self) -> bool:
         return bool(self.named["SAMPLE_TRUSTED"]) and self._is_valid()

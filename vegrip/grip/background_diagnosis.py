@@ -97,7 +97,7 @@ class SampleRing:
 
     def note(self, kept: KeptStates) -> None:
         """Keep of these states those for which it is time."""
-        touching = kept.values[:, -1] > 0.5
+        touching = kept.values[:, -1] > 0.0
         for i, (stamp, touches) in enumerate(zip(kept.stamps.tolist(), touching.tolist(), strict=True)):
             if stamp < self._last:
                 self._clear()  # the sender's clock began anew

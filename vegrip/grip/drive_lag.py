@@ -105,7 +105,7 @@ def follow_drive(q: Numbers, i: int, dt: float, command: float, force: float) ->
     if not (abs(command) + abs(force) < math.inf and 0.0 < dt <= DRIVE_GAP):
         q[DRIVE_BEGUN + i] = 0.0
         return
-    if q[DRIVE_BEGUN + i] < 0.5:
+    if q[DRIVE_BEGUN + i] == 0.0:
         q[DRIVE_BEGUN + i] = 1.0
         q[DRIVE_COMMAND + i] = q[DRIVE_PLAY + i] = command
         q[DRIVE_MODEL + i] = force
@@ -174,7 +174,7 @@ def judge_drive(q: Numbers, i: int, dt: float) -> None:
     """Tell the lag of finger ``i`` behind a need [s], and whether it is known."""
     lag = q[DRIVE_STATE + 3 * i]
     q[DRIVE_LAG + i] = dt / (1.0 - math.exp(-dt / lag))
-    most = DRIVE_VAGUE if q[DRIVE_KNOWN + i] > 0.5 else DRIVE_SURE
+    most = DRIVE_VAGUE if q[DRIVE_KNOWN + i] > 0.0 else DRIVE_SURE
     sure = math.sqrt(max(q[DRIVE_P + 9 * i], 0.0)) < most * max(q[DRIVE_LAG + i], DRIVE_FINE)
     moved, explained = (
         q[DRIVE_MOVED + i] >= DRIVE_PATH,
@@ -185,4 +185,4 @@ def judge_drive(q: Numbers, i: int, dt: float) -> None:
 
 def measured_lag(q: Numbers, i: int) -> float:
     """Return the lag of the drive of finger ``i`` behind a need [s]; NaN: not known."""
-    return q[DRIVE_LAG + i] if q[DRIVE_KNOWN + i] > 0.5 else math.nan
+    return q[DRIVE_LAG + i] if q[DRIVE_KNOWN + i] > 0.0 else math.nan

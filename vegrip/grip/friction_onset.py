@@ -77,7 +77,7 @@ def has_taught(q: Numbers, i: int) -> bool:
 
 def is_heard(q: Numbers, i: int) -> bool:
     """Return whether the slip of finger ``i`` is sensed and believed, and force may be let go of at all."""
-    return q[PROBE_CLIMB] > 0.0 and q[ONSET_SILENT + i] < 0.5 and not is_doubted(q, i)
+    return q[PROBE_CLIMB] > 0.0 and q[ONSET_SILENT + i] == 0.0 and not is_doubted(q, i)
 
 
 def feel_onset(

@@ -140,7 +140,7 @@ class GraspFriction:
         g, i = self._memory, self._places[finger]
         if found := self.suspicion(finger):
             return found
-        if g[ONSET_SILENT + i] > 0.5:
+        if g[ONSET_SILENT + i] > 0.0:
             return f"{finger} does not feel slip"
         if is_doubted(g, i):
             return f"the slip channel of {finger} contradicts its load"

@@ -59,4 +59,4 @@ def recall_load(q: Numbers, i: int, dt: float, u: float) -> float:
 
 def present_slip(q: Numbers, i: int, slip: float) -> float:
     """Return the ``slip`` flag or speed of finger ``i`` as it is now: none where the slide is over."""
-    return 0.0 if slip > 0.0 and q[LATE_ENDED + i] > 0.5 else slip
+    return 0.0 if slip > 0.0 and q[LATE_ENDED + i] > 0.0 else slip

@@ -58,7 +58,7 @@ def lead_load(q: Numbers, i: int, dt: float, x: float, y: float, torque: float) 
     if not abs(x) + abs(y) + abs(turn) < math.inf:
         q[LEAD_BEGUN + i] = 0.0
         return math.sqrt(x * x + y * y), abs(torque)
-    begun = q[LEAD_BEGUN + i] > 0.5
+    begun = q[LEAD_BEGUN + i] > 0.0
     q[LEAD_BEGUN + i] = 1.0
     lag = lead_time(q, i)
     lead_component(q, 3 * i, dt, x, q[LEAD_NOISE], begun, lag)
@@ -89,7 +89,7 @@ def reserve_for(lag: float, burst: float) -> float:
 
 def counts_measured(q: Numbers, i: int) -> bool:
     """Return whether the measured lag of finger ``i`` counts."""
-    return q[DRIVE_IS_MEASURED] > 0.5 and q[DRIVE_KNOWN + i] > 0.5
+    return q[DRIVE_IS_MEASURED] > 0.0 and q[DRIVE_KNOWN + i] > 0.0
 
 
 def lead_component(

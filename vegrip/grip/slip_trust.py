@@ -326,7 +326,7 @@ def void_lies(g: Numbers, q: Numbers, i: int) -> None:
         silent = min(silent, q[FELT_FLAG + FELT_WIDTH * j + FELT_QUIET])
     if silent >= TRUST_CLEAN_TIME:
         q[TRUST_CLEAN + i] = g[BELIEF_MEAN + i]
-    if is_off and q[TRUST_VOID + i] < 0.5 and q[flag + FELT_WHY] != FELT_DEAF:
+    if is_off and q[TRUST_VOID + i] == 0.0 and q[flag + FELT_WHY] != FELT_DEAF:
         q[TRUST_PROOF + i] = 0.0
         for j in range(int(g[BELIEF_FINGERS])):
             forget_evidence(g, j, min(q[TRUST_PRIOR + j], q[TRUST_CLEAN + j] + q[TRUST_SPREAD + j]))

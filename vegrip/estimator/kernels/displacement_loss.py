@@ -6,7 +6,7 @@ from vegrip.estimator.kernels.state import contact, difference_step
 
 def follow_displacement_loss(m: Floats, blind: bool) -> None:
     """Note whether the displacement is measured, and what changes when it is lost."""
-    was = m.mode.blind > 0.5
+    was = m.mode.blind > 0.0
     m.mode.blind = 1.0 if blind else 0.0
     if blind:
         m.motion.restless = 1.0

@@ -95,14 +95,14 @@ def slip_times(m: Floats, tangential: float, torque: float, chance: float) -> tu
     halved. NaN when the load, the contact or what the hold leads to is not known.
     """
     load, y = load_of(tangential, torque), TRIED0
-    if math.isnan(load[0]) or m.report.contact < 0.5:
+    if math.isnan(load[0]) or m.report.contact == 0.0:
         return math.nan, math.nan
     copy_state(m)
     put_learned(m, y)
     elastic, origin, fresh = begin_hold(m, y)
     begun = (origin, fresh)
     slipped = slip_probability_after(m, y, elastic, 0.0, begun, load)[0]
-    slides = m.friction.sliding > 0.5
+    slides = m.friction.sliding > 0.0
     likely = 0.0 if slides or slipped >= 0.5 else OPEN
     earliest = 0.0 if slides or slipped >= chance else OPEN
     t, dt = 0.0, FIRST

@@ -49,7 +49,7 @@ def learn_friction(
         m.friction.held_time = 0.0
         count_slide(m, math.log(u), noise)
         return
-    if m.friction.sliding > 0.5:
+    if m.friction.sliding > 0.0:
         new_loading(m)
         m.friction.smooth = 0.0
     m.friction.sliding = m.friction.slide_count = 0.0
@@ -163,7 +163,7 @@ def inflate_friction(m: Floats, dt: float, touching: bool) -> None:
     Where slips scatter less than was told, regrasping changes less as well.
     """
     grown = m.set.mu_drift * m.set.mu_drift * dt
-    if touching and m.friction.touching < 0.5:
+    if touching and m.friction.touching == 0.0:
         grown += (
             m.set.regrasp * m.set.regrasp * min(m.friction.scatter_var / (m.set.scatter * m.set.scatter), 1.0)
         )

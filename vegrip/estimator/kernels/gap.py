@@ -19,7 +19,7 @@ RECOVERY_STEPS = 60  # into which a pause is cut
 
 def bridge_gap(m: Floats, dt: float, force: float, displacement: float) -> None:
     """Carry what is known over a pause of ``dt`` [s]."""
-    if m.report.contact < 0.5 and math.isfinite(displacement) and not is_touching(m, force):
+    if m.report.contact == 0.0 and math.isfinite(displacement) and not is_touching(m, force):
         m.mode.corner = 0.0
         for i in range(RECOVERY_STEPS):
             predict(m, gap_step(dt, i), displacement)
@@ -42,7 +42,7 @@ def bridge_gap(m: Floats, dt: float, force: float, displacement: float) -> None:
         copy_section(m, TRIAL0, TRIED0 + EFFECTS, NS)
     copy_section(m, TRIAL0, OLD0, NS)
     begin_contact(m, force, displacement)
-    if m.mode.zero_known < 0.5:
+    if m.mode.zero_known == 0.0:
         m.mode.zero_known = zero_known
         return
     for i in range(NS):

@@ -59,7 +59,7 @@ def expect_force(m: Floats, value: float) -> Expected:
         S = R + bend + spread_of(m)
         if narrow:
             break
-    if m.mode.zero_known > 0.5:
+    if m.mode.zero_known > 0.0:
         S += coherent_variance(m, bend)
     m.mode.slope = m.h[DELTA]
     if m.h[DELTA] > 0.0 and expected - m.mid[BIAS] > SURELY * math.sqrt(S):
@@ -88,7 +88,7 @@ def smooth_slopes(m: Floats) -> float:
     exact learns in time along the direction that no sample tells: stiffness against zero.
     """
     n, place = m.ratio.count, m.ratio.place
-    holds = m.mode.regime == REGIME_HOLD and m.mode.zero_known > 0.5
+    holds = m.mode.regime == REGIME_HOLD and m.mode.zero_known > 0.0
     near = holds and abs(m.y[DELTA] - place) < NEAR * math.sqrt(m.set.r_displacement)
     n = min(n + 1.0, RATIO_TIME / max(m.mode.period, 1e-4)) if near else 0.0
     m.ratio.count = n
@@ -164,7 +164,7 @@ def force_gradient(m: Floats, y: int) -> float:
     """Fill H with the derivative of the sensed force at ``y``; return that force."""
     clear_section(m, H0, H1)
     base = contact(m, y)[3]
-    for j in range(LEARNED_FROM if m.mode.blind > 0.5 else M):
+    for j in range(LEARNED_FROM if m.mode.blind > 0.0 else M):
         h = difference_step(m, y, j)
         if FELT[j] and h > 0.0:
             keep = m[y + j]

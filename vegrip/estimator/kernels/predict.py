@@ -76,7 +76,7 @@ def effects_ahead(m: Floats, dt: float, displacement: float, error: float) -> No
         for i in range(NS):
             m.f[i * N + j] = 0.0
         known = (
-            LEARNED_FROM <= j < M and m.mode.blind > 0.5
+            LEARNED_FROM <= j < M and m.mode.blind > 0.0
         )  # parameters without a displacement, see displacement_loss.py
         if j != BIAS and m.l[j * N + j] > 0.0 and not known:
             step_along(m, dt, displacement, j)

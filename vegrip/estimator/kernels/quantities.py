@@ -38,7 +38,7 @@ def spread_quantities(m: Floats) -> Quantities:
     square_root(m, P0)
     copy_state(m)
     now = quantities(m, TRIED0)
-    if m.mode.blind > 0.5:
+    if m.mode.blind > 0.0:
         at_constant_force(m)
     for j in range(M):
         up = down = now
@@ -52,7 +52,7 @@ def spread_quantities(m: Floats) -> Quantities:
                 down = quantities(m, TRIED0)
         note_difference(m, j, up, down, now[2])
         m.d_delta[j] = m.l[DELTA * N + j]
-        if j >= LEARNED_FROM and m.mode.blind > 0.5:
+        if j >= LEARNED_FROM and m.mode.blind > 0.0:
             m.d_force[j] = 0.0  # exactly; the straight line along which it moved bends
     spread_considered(m, now)
     spread_unexplained(m, now[0])

@@ -122,7 +122,7 @@ def utilisation(m: Floats) -> tuple[float, float]:
     Uses the quantities of REPORT; N scales it down, a and k by their derivatives.
     """
     gauge_now = m.report.gauge
-    if not gauge_now > 0.0 or m.report.contact < 0.5:
+    if not gauge_now > 0.0 or m.report.contact == 0.0:
         return math.nan, math.inf
     friction_std = math.sinh(WIDE * math.sqrt(m.consider[CONSIDERED_MU])) / WIDE
     friction_part = friction_std * friction_std

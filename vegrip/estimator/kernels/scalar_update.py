@@ -77,12 +77,12 @@ def apply_measurement(m: Floats, channel: int, innovation: float, S: float) -> N
     accept(m, channel)
     if nis > HUBER:
         S *= math.sqrt(nis / HUBER)
-    zero_kept = m.mode.zero_known < 0.5
+    zero_kept = m.mode.zero_known == 0.0
     # a tip that rests shows what drifts, not what it is made of
-    unfelt = m.mode.felt < 0.5 and m.mode.blind < 0.5
+    unfelt = m.mode.felt == 0.0 and m.mode.blind == 0.0
     careful = m.mode.rest > m.set.learning_rest or m.mode.caution > 0.0 or nis > HUBER or unfelt
     # in contact and without a displacement nothing tells the bias of the force from the force
-    bias_kept = m.mode.blind > 0.5 and channel == CHANNEL_FORCE and m.h[DELTA] > 0.0
+    bias_kept = m.mode.blind > 0.0 and channel == CHANNEL_FORCE and m.h[DELTA] > 0.0
     for i in range(N):
         kept = KEPT[i] or (i == BIAS and bias_kept) or (i == OFFSET and (zero_kept or unfelt))
         m.k[i] = 0.0 if kept else m.g[i] / S
@@ -116,7 +116,7 @@ def record_innovation(m: Floats, channel: int, normalised: float, nis: float) ->
 
 def regime_of(m: Floats) -> float:
     """How the tip moves: in the air, loading, hold or unloading."""
-    if m.report.contact < 0.5:
+    if m.report.contact == 0.0:
         return REGIME_AIR
     slow = 2.0 * math.sqrt(max(m.p[SPEED * N + SPEED], 0.0))
     if abs(m.y[SPEED]) <= slow:
@@ -131,7 +131,7 @@ def cell_of(m: Floats) -> float:
     deep, fast = m.y[DELTA] > m.set.depth, abs(m.y[SPEED]) > FAST * m.set.depth
     if m.mode.since_jerk < SETTLED:
         cell = REGIME_JERK
-    elif regime > REGIME_AIR and m.friction.sliding > 0.5:
+    elif regime > REGIME_AIR and m.friction.sliding > 0.0:
         cell = REGIME_SLIDING
     elif regime == REGIME_LOADING and (deep or fast):
         cell = REGIME_FAST_LOADING if fast else REGIME_DEEP_LOADING

@@ -160,7 +160,7 @@ def sensed_slip(f: Floats) -> float:
 
 def touches(f: Floats, t: Wholes) -> bool:
     """Return whether the fingertip touches."""
-    return t.sample.begun == 1 and f.report.contact > 0.5
+    return t.sample.begun == 1 and f.report.contact > 0.0
 
 
 def informed_age(t: Wholes) -> float:
@@ -172,7 +172,7 @@ def informed_age(t: Wholes) -> float:
 
 def is_sound(f: Floats, t: Wholes) -> bool:
     """Return whether estimates count: measurements come, and are not all refused."""
-    return t.sample.begun == 1 and informed_age(t) <= f.set.longest_gap and f.report.sound > 0.5
+    return t.sample.begun == 1 and informed_age(t) <= f.set.longest_gap and f.report.sound > 0.0
 
 
 def is_force_known(f: Floats, t: Wholes) -> bool:

@@ -24,16 +24,16 @@ ACTIVE = -3.0  # bound in std of the zero below which it cuts nothing off
 
 def detect_touch(m: Floats, force: float, displacement: float) -> None:
     """Cumulative sum of the force over its noise [Page1954]_: whether the contact is felt."""
-    if not math.isfinite(force) or m.mode.blind > 0.5:
+    if not math.isfinite(force) or m.mode.blind > 0.0:
         return
     excess = (force - m.y[BIAS]) / math.sqrt(m.set.r_force + m.p[BIAS * N + BIAS]) - ALLOWED
     counted = min(max(excess, -MOST_EXCESS), MOST_EXCESS)
     m.mode.touch = min(max(m.mode.touch + counted, 0.0), SUREST)
     if m.mode.touch >= TOUCHED:
         m.mode.felt = m.mode.met = 1.0
-    elif m.mode.touch <= 0.0 and m.mode.felt > 0.5:
+    elif m.mode.touch <= 0.0 and m.mode.felt > 0.0:
         m.mode.felt = 0.0
-    if m.mode.met < 0.5 and math.isfinite(displacement):
+    if m.mode.met == 0.0 and math.isfinite(displacement):
         exclude_zeros(m, excess, displacement)
 
 

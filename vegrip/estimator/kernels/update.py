@@ -78,7 +78,7 @@ def take_sample(m: Floats, dt: float, force: float, displacement: float) -> None
         m.mode.corner = 0.0
         predict(m, dt, math.nan)
         bound_state(m)
-        if m.mode.blind > 0.5 and m.y[DELTA] < 0.0:
+        if m.mode.blind > 0.0 and m.y[DELTA] < 0.0:
             m.y[DELTA] = m.y[SPEED] = 0.0  # out of contact nothing tells how far
         if math.isfinite(force):
             innovation, S = expect_innovation(m, force)
@@ -107,7 +107,7 @@ def take_sample(m: Floats, dt: float, force: float, displacement: float) -> None
 
 def expect_innovation(m: Floats, force: float) -> tuple[float, float]:
     """Innovation of the force, and its variance."""
-    return expect_force_alone(m, force) if m.mode.blind > 0.5 else expect_force(m, force)
+    return expect_force_alone(m, force) if m.mode.blind > 0.0 else expect_force(m, force)
 
 
 def follow_if_motion_fits(m: Floats, dt: float, force: float) -> bool:
@@ -227,8 +227,8 @@ def update(
     if m.report.force <= 0.0:
         m.mode.zero_known = 1.0  # in the air: the next touch tells where zero is
     u, relative = utilisation(m)
-    sound = m.report.sound > 0.5 and m.mode.contradicted == 0.0 and not is_load_doubted(m)
-    learn_friction(m, dt, u, relative, slip, m.report.contact > 0.5, sound)
+    sound = m.report.sound > 0.0 and m.mode.contradicted == 0.0 and not is_load_doubted(m)
+    learn_friction(m, dt, u, relative, slip, m.report.contact > 0.0, sound)
 
 
 def plausible_value(value: float) -> float:

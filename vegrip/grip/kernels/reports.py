@@ -101,7 +101,7 @@ def report_contact(f: Floats, t: Wholes, first: Bytes, second: Bytes) -> None:
     pack_contact1(
         first, seq, stamp, flag_of(touching), flag_of(current),
         flag_of(current and is_known(f.report.force, f.report.force_std)),
-        flag_of(current and f.report.radius_sound > 0.5 and is_known(f.report.radius, f.report.radius_std)),
+        flag_of(current and f.report.radius_sound > 0.0 and is_known(f.report.radius, f.report.radius_std)),
         flag_of(current and touching and is_known(f.report.exponent, f.report.exponent_std)),
         f.report.depth_now, f.report.depth_std, age, f.report.force, f.report.force_std,
         f.report.radius, f.report.radius_std, f.report.exponent, f.report.exponent_std,

@@ -215,7 +215,7 @@ def relaxed(t: Floats, first: Floats, added: Floats, c: float, nu: float) -> Flo
     """Return what a branch of amplitude ``c`` and rate ``nu`` [1/s] remembers of ``added`` (n, m)."""
     out = np.zeros(added.shape)
     for i in range(t.size):
-        if first[i] > 0.5:
+        if first[i] > 0.0:
             out[i] = c * added[i]
         else:
             keep = np.exp(-nu * (t[i] - t[i - 1]))

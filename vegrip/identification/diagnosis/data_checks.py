@@ -93,7 +93,7 @@ def shift(t: Floats, first: Floats, displacement: Floats, force: Floats) -> floa
     0 where they agree at none.
     """
     step = float(np.median(np.diff(t)))
-    same = (first[1:] < 0.5) & (np.diff(t) < 3.0 * step)
+    same = (first[1:] == 0.0) & (np.diff(t) < 3.0 * step)
     quick = np.where(same, np.diff(displacement), 0.0)
     push = np.where(same & np.isfinite(np.diff(force)), np.diff(np.nan_to_num(force)), 0.0)
     quick[displacement[1:] <= 0.0] = 0.0

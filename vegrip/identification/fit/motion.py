@@ -61,7 +61,7 @@ def straight(t: Floats, first: Floats, measured: Floats, noise: float) -> NDArra
 
 
 def _runs(wanted: NDArray[np.bool_], first: Floats) -> list[tuple[int, int]]:
-    episode = np.cumsum(first > 0.5)
+    episode = np.cumsum(first > 0.0)
     at = np.flatnonzero(np.diff(np.where(wanted, episode, -1), prepend=-1, append=-1))
     return [(low, high) for low, high in pairwise(at.tolist()) if wanted[low] and high - low > CUBIC + 1]
 
@@ -87,7 +87,7 @@ def _bends(
     begun_before = np.zeros(n + 1)
     for i in range(n):
         bends_before[i + 1] = bends_before[i] + known[i]
-        begun_before[i + 1] = begun_before[i] + (first[i] > 0.5)
+        begun_before[i + 1] = begun_before[i] + (first[i] > 0.0)
     step = max(half // 8, 1)
     for i in range(half, n - half, step):
         low, high = i - half, i + half + 1
@@ -141,7 +141,7 @@ def smooth(t: Floats, first: Floats, y: Floats, R: float, q: Floats) -> tuple[Fl
     P = np.empty((n, 3))
     gain = np.empty((n, 4))  # v / F, 1 / F, K_d, K_v
     for i in range(n):
-        if first[i] > 0.5:
+        if first[i] > 0.0:
             x[i, 0], x[i, 1] = y[i], 0.0
             j = i
             while np.isnan(x[i, 0]) and j + 1 < n:
@@ -155,7 +155,7 @@ def smooth(t: Floats, first: Floats, y: Floats, R: float, q: Floats) -> tuple[Fl
         a, b = (P[i, 0] / F, P[i, 1] / F) if known else (0.0, 0.0)
         gain[i, 0], gain[i, 1] = (v / F, 1.0 / F) if known else (0.0, 0.0)
         gain[i, 2], gain[i, 3] = a, b
-        if i + 1 < n and first[i + 1] < 0.5:
+        if i + 1 < n and first[i + 1] == 0.0:
             dt = t[i + 1] - t[i]
             d0, v0 = x[i, 0] + a * v, x[i, 1] + b * v
             p0, p1, p2 = P[i, 0] - a * P[i, 0], P[i, 1] - a * P[i, 1], P[i, 2] - b * P[i, 1]
@@ -167,7 +167,7 @@ def smooth(t: Floats, first: Floats, y: Floats, R: float, q: Floats) -> tuple[Fl
     jerk, share = np.zeros(n), np.zeros(n)
     r0, r1, n0, n1, n2 = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(n - 1, -1, -1):
-        if i == n - 1 or first[i + 1] > 0.5:
+        if i == n - 1 or first[i + 1] > 0.0:
             r0, r1, n0, n1, n2 = 0.0, 0.0, 0.0, 0.0, 0.0
         else:
             dt = t[i + 1] - t[i]
@@ -196,7 +196,7 @@ def posterior(t: Floats, first: Floats, y: Floats, R: float, q: Floats) -> tuple
     pull, push, start = np.zeros((n, 2)), np.zeros(n), np.zeros((n, 3))
     i0, i1, i2 = 0.0, 0.0, 0.0
     for i in range(n - 1, -1, -1):
-        if i == n - 1 or first[i + 1] > 0.5:
+        if i == n - 1 or first[i + 1] > 0.0:
             i0, i1, i2 = 0.0, 0.0, 0.0
         else:
             dt = t[i + 1] - t[i]
@@ -208,7 +208,7 @@ def posterior(t: Floats, first: Floats, y: Floats, R: float, q: Floats) -> tuple
             i1, i2 = i1 + dt * i0, i2 + 2.0 * dt * i1 + dt * dt * i0
         if not np.isnan(y[i]):
             i0 += 1.0 / R
-        if first[i] > 0.5:
+        if first[i] > 0.0:
             step = t[i + 1] - t[i] if i + 1 < n else 1.0
             b0, b2 = i0 + 1.0 / (PRIOR_VARIANCE * R), i2 + step * step / (PRIOR_VARIANCE * R)
             det = b0 * b2 - i1 * i1
@@ -243,7 +243,7 @@ def motion_of(t: Floats, first: Floats, measured: Floats, noise: float) -> Motio
     ``first`` is 1 where an episode begins; episodes do not know of each other.
     """
     dt = np.diff(t, append=t[-1] + 1.0)
-    dt[np.r_[first[1:] > 0.5, True]] = 1.0  # from episode to episode nothing is carried over
+    dt[np.r_[first[1:] > 0.0, True]] = 1.0  # from episode to episode nothing is carried over
     known = np.isfinite(measured)
     if noise <= 0.0:
         none = np.zeros(t.size)
@@ -268,7 +268,7 @@ def motion_of(t: Floats, first: Floats, measured: Floats, noise: float) -> Motio
 def _shared(values: Floats, first: Floats) -> Floats:
     half = ACCELERATION_STEPS // 2
     total = np.zeros_like(values)
-    episode = np.cumsum(first > 0.5)
+    episode = np.cumsum(first > 0.0)
     for shift in range(-half, half + 1):
         moved = np.roll(values, shift)
         same = np.roll(episode, shift) == episode

@@ -113,7 +113,7 @@ def estimate_ou_noise(t: Floats, first: Floats, y: Floats, X: Floats, rough: flo
 
 def spread_rows(first: Floats, most: int = MAX_ROWS) -> NDArray[np.int64]:
     """Return at most ``most`` rows: whole stretches spread evenly, or the beginnings of a few long ones."""
-    starts = np.flatnonzero(first > 0.5)
+    starts = np.flatnonzero(first > 0.0)
     lengths = np.diff(np.append(starts, first.size))
     count = min(starts.size, max(4, most * starts.size // first.size))
     chosen = np.linspace(0, starts.size - 1, count).round().astype(int)
@@ -134,14 +134,14 @@ def innovations(
     out, x = np.zeros((n, m)), np.zeros(m)
     scale, P = 0.0, slow
     for i in range(n):
-        if first[i] > 0.5:
+        if first[i] > 0.0:
             x[:] = 0.0
             P = slow
         else:
             kept = np.exp(-(t[i] - t[i - 1]) / time)
             x *= kept
             P = kept * kept * P + slow * (1.0 - kept * kept)
-        if used[i] > 0.5:
+        if used[i] > 0.0:
             S = P + white
             scale += 0.5 * np.log(S)
             for c in range(m):

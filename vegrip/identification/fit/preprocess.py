@@ -52,8 +52,8 @@ def find_events(t: Floats, first: Floats, displacement: Floats, force: Floats, n
     """
     found: list[Event] = []
     fall, move = -np.diff(force), np.abs(np.diff(displacement))
-    fall[first[1:] > 0.5] = np.nan
-    ends = np.append(np.flatnonzero(first > 0.5), t.size)  # of the episodes
+    fall[first[1:] > 0.0] = np.nan
+    ends = np.append(np.flatnonzero(first > 0.0), t.size)  # of the episodes
     for i in np.flatnonzero(np.nan_to_num(fall) > MIN_FORCE_NOISES * noise).tolist():
         if found and i < found[-1].end:
             continue
@@ -198,7 +198,7 @@ def find_spikes(values: Floats, noise: float, first: Floats) -> Mask:
     cubic = (4.0 * (values[1:-3] + values[3:-1]) - values[:-4] - values[4:]) / 6.0
     off = np.minimum(np.minimum(np.abs(here - before), np.abs(here - after)), np.abs(here - cubic))
     apart = np.abs(values[3:-1] - values[1:-3])
-    same = np.maximum.reduce([first[1:-3], first[2:-2], first[3:-1], first[4:]]) < 0.5
+    same = np.maximum.reduce([first[1:-3], first[2:-2], first[3:-1], first[4:]]) == 0.0
     steady = np.abs(before - after) < 0.25 * off  # a ramp, on which neighbours are far apart
     wild = np.where((off > SPIKE * noise) & ((off > 4.0 * apart) | steady) & same, off, 0.0)
     beside = np.maximum(np.r_[0.0, wild[:-1]], np.r_[wild[1:], 0.0])  # whose line goes through the wild row
@@ -217,7 +217,7 @@ def stretches(
         while (
             j < rows.size
             and rows[j] == rows[j - 1] + 1
-            and first[rows[j]] < 0.5
+            and first[rows[j]] == 0.0
             and j - i < LONGEST_STRETCH
             and t[rows[j]] - t[rows[i]] < SLIP_LOAD_WINDOW_S
         ):

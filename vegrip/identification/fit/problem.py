@@ -116,7 +116,7 @@ class Problem:
         asked[measured.seen], asked[measured.sliding] = 1.0, 2.0
         runs = within or model
         self.zeros, self.laws = (zeros, laws) if like is None else (like.zeros, like.laws)
-        self.episodes = np.cumsum(measured.first > 0.5).astype(np.int64) - 1
+        self.episodes = np.cumsum(measured.first > 0.0).astype(np.int64) - 1
         self._owner = _owners(self.zeros, self.episodes, measured.recording)
         self.places = _owners(self.laws, self.episodes, measured.recording)
         count = int(self.places.max()) + 1
@@ -333,7 +333,7 @@ class Problem:
         rising = np.gradient(self.measured.motion.displacement, t) > 0.0
         concerned = (out[:, AT["indentation"]] > 0.0) & (rising | ~dented)
         for i in range(t.size):
-            if self.measured.first[i] > 0.5:
+            if self.measured.first[i] > 0.0:
                 since = -math.inf
             if dented[i]:
                 since = t[i]

@@ -87,7 +87,7 @@ def follows(indentation: Answer, first: Floats, motion: Floats, noise: float) ->
     shake = SHAKE_STDS * noise * np.random.default_rng(0).standard_normal(first.size)
     moved = indentation(shake) - still
     rests = np.abs(np.diff(moved)) < RESTING_SHARE * np.abs(np.diff(shake))
-    out: NDArray[np.bool_] = np.r_[True, ~rests | (first[1:] > 0.5)]
+    out: NDArray[np.bool_] = np.r_[True, ~rests | (first[1:] > 0.0)]
     return out
 
 
@@ -98,10 +98,10 @@ def by_speed(force: Answer, t: Floats, first: Floats, motion: Motion) -> tuple[F
     the force is bent within it.
     """
     steps = np.diff(motion.displacement) / np.diff(t)
-    jump = first[1:] > 0.5
+    jump = first[1:] > 0.0
     steps[jump] = 0.0
     before, after = np.r_[0.0, steps], np.r_[steps, 0.0]
-    before[first > 0.5] = after[first > 0.5]
+    before[first > 0.0] = after[first > 0.0]
     ends = np.r_[jump, True]
     after[ends] = before[ends]
     std = np.maximum(speed_std(t, first, motion.pull, motion.push, motion.start), 1e-12)
@@ -117,7 +117,7 @@ def speed_std(t: Floats, first: Floats, pull: Floats, push: Floats, start: Float
     out = np.zeros(n)
     dd, dv, vv = 0.0, 0.0, 0.0
     for i in range(n):
-        if first[i] > 0.5:
+        if first[i] > 0.0:
             dd, dv, vv = start[i, 0], start[i, 1], start[i, 2]
         out[i] = np.sqrt(max(vv, 0.0))
         if i + 1 < n:
@@ -247,18 +247,18 @@ def gains(
     P, A = np.zeros((5, 5)), np.zeros((5, 5))
     none = not used.any()
     for i in range(n):
-        if first[i] > 0.5:
+        if first[i] > 0.0:
             begun(start[i], S_b, P)
         k, h = seen[i, 0], seen[i, 1]
         g = h * (P[:, 1] + P[:, 2]) + k * P[:, 3] + P[:, 4]
         S = h * (g[1] + g[2]) + k * g[3] + g[4] + white[i]
-        if used[i] > 0.5 or none:
+        if used[i] > 0.0 or none:
             scale[i] = 1.0 / np.sqrt(S)
-        if used[i] > 0.5:
+        if used[i] > 0.0:
             gain[i] = g / S
             for a in range(5):
                 P[a] -= g[a] * gain[i]
-        if i + 1 < n and first[i + 1] < 0.5:
+        if i + 1 < n and first[i + 1] == 0.0:
             dt = t[i + 1] - t[i]
             decay = np.exp(-dt / time)
             transition(dt, pull[i], follows[i + 1], decay, A)
@@ -285,7 +285,7 @@ def whiten(
     out = np.zeros((n, m))
     x = np.zeros((m, 5))
     for i in range(n):
-        if first[i] > 0.5:
+        if first[i] > 0.0:
             x[:, :] = 0.0
         else:
             dt = t[i] - t[i - 1]
