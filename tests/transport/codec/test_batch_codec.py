@@ -1,6 +1,7 @@
 """Batches: what goes in comes out, and a damaged one says nothing."""
 
 import math
+import struct
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from vegrip.errors import ConfigError
 from vegrip.messages import Channel, ContactEstimate, Estimate, FingertipState, ForceCommand, Reason
 from vegrip.transport.codec.batch_codec import FIRST_ROW, MAX_BATCH_ROWS, BatchCodec
+from vegrip.transport.codec.database import database
 
 FINGERS = tuple(f"finger{number}" for number in range(20))
 NOW = 7_000_000_000
@@ -80,6 +82,17 @@ def test_a_batch_of_reports_of_as_many_fingers_as_there_may_be_is_not_too_long()
     sent = [ContactEstimate(NOW, name, 0, friction_coefficient=known) for name in names]
     payload = bytes(codec.pack(ContactEstimate, [frame for one in sent for frame in codec.encode(one)]))
     assert BatchCodec(names).rows_in(payload, ContactEstimate) == 2 * MAX_BATCH_ROWS
+
+
+def test_a_row_has_the_number_of_its_finger_above_the_identifiers_of_a_bus() -> None:
+    payload, message = (
+        packed(BatchCodec(FINGERS), states()),
+        database().get_message_by_name("FingertipStateFd"),
+    )
+    head = struct.unpack_from("<BBH", payload, 12)
+    assert head == (1, len(FINGERS), 2 + message.length)
+    found = [struct.unpack_from("<H", payload, 16 + row * head[2])[0] for row in range(len(FINGERS))]
+    assert found == [message.frame_id + 0x800 * (1 + row) for row in range(len(FINGERS))]
 
 
 def test_every_flipped_bit_is_noticed() -> None:

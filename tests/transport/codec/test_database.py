@@ -40,6 +40,14 @@ def kind(message: DbcMessage) -> type[Any]:
 
 
 @every_message
+def test_a_part_counts_and_tells_its_version_within_the_bits_that_it_has(message: DbcMessage) -> None:
+    (part,) = (one for layout in layouts().layouts for one in layout.parts if one.base == message.frame_id)
+    assert (part.name, part.length, part.fd) == (message.name, message.length, message.is_fd)
+    assert part.version_modulus == 2 ** message.get_signal_by_name("version").length
+    assert part.modulus == (2**32 if message.is_fd else 15)
+
+
+@every_message
 def test_no_two_signals_overlap(message: DbcMessage) -> None:
     used = [bit for s in message.signals for bit in range(s.start, s.start + s.length)]
     assert len(used) == len(set(used))
