@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.messages import FingertipState, Message
+from vegrip.messages import ContactEstimate, FingertipState, Message
 from vegrip.transport.codec import CanCodec, Frame
 
 FINGERS = ("thumb", "index")
@@ -99,6 +99,8 @@ def test_parts_without_anything_measured_are_not_sent() -> None:
     assert len(sender.encode(FingertipState(0, "thumb", 0, normal_force=1.0))) == 1
     assert len(sender.encode(FingertipState(0, "thumb", 0, displacement=1e-3))) == 2
     assert len(sender.encode(FingertipState(0, "thumb", 0, temperature=30.0))) == 3
+    for fd in (False, True):
+        assert len(CanCodec(FINGERS, fd=fd).encode(ContactEstimate(0, "thumb", 0))) == 1
 
 
 def test_a_state_in_fewer_parts_forgets_what_the_last_one_measured() -> None:

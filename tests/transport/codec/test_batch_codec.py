@@ -95,6 +95,16 @@ def test_a_row_has_the_number_of_its_finger_above_the_identifiers_of_a_bus() -> 
     assert found == [message.frame_id + 0x800 * (1 + row) for row in range(len(FINGERS))]
 
 
+def test_batches_count_up_in_16_bits() -> None:
+    codec = BatchCodec(FINGERS)
+    first, second = (int.from_bytes(packed(codec, states())[2:4], "big") for _ in range(2))
+    assert second == first + 1
+    data = bytearray(packed(codec, states()))
+    for _ in range(0x10000):
+        codec.seal(data, FingertipState, len(FINGERS))
+    assert int.from_bytes(data[2:4], "big") == first + 2
+
+
 def test_every_flipped_bit_is_noticed() -> None:
     codec, payload = BatchCodec(FINGERS), packed(BatchCodec(FINGERS), states())
     for bit in np.random.default_rng(0).choice(8 * len(payload), 300, replace=False).tolist():

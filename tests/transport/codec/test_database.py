@@ -231,6 +231,7 @@ def test_every_float_is_declared_as_one() -> None:
         ("SG_ adjustment : 32|16@1- (0.001,0)", "SG_ adjustment : 32|16@1- (0.001,1)"),
         ("SG_ adjustment : 32|16@1-", "SG_ adjustment : 39|16@0-"),
         ("SG_ adjustment : 32|16@1-", "SG_ adjustment : 32|12@1-"),
+        ("SG_ adjustment : 32|16@1-", "SG_ adjustment : 36|6@1-"),
         ("SG_ adjustment : 32|16@1-", "SG_ weight : 32|16@1-"),
         ('BA_ "MessageSetVersion" 1;', 'BA_ "MessageSetVersion" 2;'),
         ('BA_ "E2EProfile" BO_ 64 2;', 'BA_ "E2EProfile" BO_ 64 0;'),
