@@ -10,7 +10,9 @@ from vegrip.cli import main
 from vegrip.effects import effect
 from vegrip.identification.diagnosis import diagnose
 from vegrip.identification.fit import fit
+from vegrip.identification.fit.solve import _step
 from vegrip.identification.recording import Recording, write_recording
+from vegrip.identification.recording.data import join_recordings
 from vegrip.model import paper_model, read_model
 
 TAU = 0.04  # [s]
@@ -55,6 +57,20 @@ def test_the_command_says_so_and_writes_values_between_those_of_the_places(
     assert min(laws) < read_model(file).values["K"].value < max(laws)
     assert main([*asked, "--force"]) == 0
     assert "of 4 episodes has a stiffness of its own" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize(("share", "seed"), [(-0.05, 31), (-0.15, 33)])
+def test_a_place_whose_share_lies_at_its_bound_does_not_end_the_fit(tip, share, seed) -> None:
+    """A place whose force grows in a hold wants less than no relaxation."""
+    grows, falls = (
+        tip(seed + i, kinds=("hold", "ramp"), branches=((each, 3.0),)) for i, each in enumerate((share, 0.6))
+    )
+    found = fit(join_recordings([grows, falls], "both"), laws=(0, 0, 1, 1))
+    problem, best = found.problem, found.optimum
+    _, foretold = _step(problem.unknowns, best.u, best.residual, problem.jacobian(best.u), 0.0)
+    assert 0.0 <= foretold < 0.002 * best.cost
+    assert found.laws[0]["c1"] < 0.02
+    assert found.laws[1]["c1"] == pytest.approx(0.6, abs=0.02)
 
 
 def test_friction_and_what_is_added_are_the_same_everywhere(two_places) -> None:

@@ -28,7 +28,7 @@ group of each."""
 
 OWN_MARK = "_at_"  # in the names of what a place has for itself
 OWN_STDS = 5.0  # standard deviations of the prior, within which a place differs from the others
-OWN_LOG_SCALE = 1.0  # and that of its stiffness
+OWN_LOG_SCALE = 1.0  # and the greatest of the logarithm by which a value differs
 OF_SURFACES = {"area", "friction", "profile"}  # stages of an effect that is no matter of the place
 AT = {name: i for i, name in enumerate(QUANTITIES)}
 # the prior of a fit is this many times wider than declared, of the base model and of shapes
@@ -173,7 +173,7 @@ class Problem:
             for p, v, own in zip(declared, values, base, strict=True)
         ]
         own = {
-            own_name(p.symbol, i): min(std, OWN_LOG_SCALE)
+            own_name(p.symbol, i): min(std if p.transform == "log" else std / p.default, OWN_LOG_SCALE)
             for p, std in zip(declared, wide, strict=True)
             if p.symbol in self.own_symbols
             for i in range(places)
@@ -223,8 +223,7 @@ class Problem:
         for symbol in self.own_symbols:
             if (name := own_name(symbol, place)) in names:
                 at, declared = self._places[symbol], self.model.parameters[symbol][1]
-                off = float(u[names.index(name)])
-                moved = own[at] * math.exp(off) if declared.transform == "log" else own[at] + off
+                moved = own[at] * math.exp(float(u[names.index(name)]))
                 own[at] = min(max(moved, declared.low), declared.high)
         return own
 
