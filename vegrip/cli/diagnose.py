@@ -102,7 +102,7 @@ def _as_dict(found: "Diagnosis", draws: int) -> dict[str, Any]:
     from vegrip.identification.diagnosis.certainty import certainty_of
     from vegrip.identification.experiment.design import next_experiment
 
-    return found.as_dict(next_experiment(found), certainty_of(found, draws).as_dict() if draws else None)
+    return found.as_dict(next_experiment(found), certainty_of(found, draws).as_dict())
 
 
 def _write_folder(found: "Diagnosis", start: str, draws: int, folder: Path) -> None:
@@ -159,7 +159,7 @@ def _print(found: "Diagnosis", draws: int) -> None:
     for note in [
         one["note"]
         for one in (told["unexplained"], told["repeated"], told["holds"], told["certainty"])
-        if one
+        if one and one["note"]
     ]:
         console.print(note, soft_wrap=True)
     if told["experiment"]:

@@ -9,34 +9,30 @@ over the groups g of rows,
 
 which costs next to nothing, because the sums over rows are made once.
 
-And each accepted effect is certified by rows that chose neither it nor its values. The search is made again
-on half of the episodes; where it takes the effect, too, or what cannot be told from it, the values of that
-half foretell the change s that it makes in the others. There the residual is regressed on s, beside the
+And each accepted effect is certified by rows that told none of its values. Those of one half of the episodes
+foretell the change s that it makes in the others. There the residual is regressed on s, beside the
 derivatives of the model without it: over its standard error the coefficient is Student's t, exactly, whatever
-the size of the noise. Both halves are tested in turn, and the worse counts; where one half alone has chosen
-the effect, twice its test. What else was accepted belongs to the model without it, whichever rows chose that.
+the size of the noise. Both halves are tested in turn, and the worse counts, times the number of candidates
+that were looked at: so it holds for each of them at once, whichever rows chose the name. What else was
+accepted belongs to the model without it.
 """
 
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtr
 
-from vegrip.errors import RecordingError
 from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.acceptance import misfit_by_regime
-from vegrip.identification.diagnosis.candidate_fit import EVALUATIONS, CandidateFit, Weighted
+from vegrip.identification.diagnosis.candidate_fit import NEAR_STEPS, CandidateFit, Nearby
 from vegrip.identification.diagnosis.diagnosis import Diagnosis, Left
-from vegrip.identification.diagnosis.search import required_evidence, search_effects
-from vegrip.identification.fit.fitting import base_model, fit
-from vegrip.identification.fit.problem import Zeros
+from vegrip.identification.diagnosis.search import Step, required_evidence
+from vegrip.identification.fit.preprocess import Mask
 from vegrip.identification.fit.solve import refine_optimum
-from vegrip.identification.recording import Recording
 from vegrip.types import Floats
 
 OUTSIDE = 1e-3  # weight of the rows that tell no values
@@ -52,14 +48,15 @@ class Certainty:
     draws: int
     same: int
     answers: Mapping[str, int]
-    certified: Mapping[str, float]  # accepted effect -> chance that noise does as much on episodes held apart
+    certified: Mapping[str, float]  # accepted effect -> chance that noise makes any candidate do as much
 
     @property
     def note(self) -> str:
         others = ", ".join(f"{answer} in {n}" for answer, n in list(self.answers.items())[1:])
         drawn = f"the same answer in {self.same} of {self.draws} draws" + (f" ({others})" if others else "")
         held = ", ".join(f"{name} p = {chance:.1g}" for name, chance in self.certified.items())
-        return drawn + (f"; on episodes held apart {held}" if held else "")
+        tested = f"on episodes held apart {held}" if held else ""
+        return "; ".join(one for one in (drawn if self.draws else "", tested) if one)
 
     def as_dict(self) -> dict[str, Any]:
         return {**asdict(self), "note": self.note}
@@ -160,66 +157,30 @@ def certainty_of(found: Diagnosis, draws: int = 20, seed: int = 0) -> Certainty:
     answers = Counter(redraw.answer(one * redraw.count / one.sum()) for one in weights)
     rest = [(answer, n) for answer, n in answers.most_common() if answer != given]
     told = dict([(given, answers[given]), *rest])
-    return Certainty(draws, answers[given], told, certify(found, chosen_apart(found)))
+    return Certainty(draws, answers[given], told, certify(found))
 
 
-def certify(found: Diagnosis, chosen: Sequence[Collection[str]]) -> dict[str, float]:
-    """Return for each accepted effect the probability that chance alone does as much.
-
-    ``chosen``: by the first half of the episodes and by the second.
-    """
+def certify(found: Diagnosis) -> dict[str, float]:
+    """Return for each accepted effect the chance that noise makes any candidate explain as much."""
     half = SPLIT[np.unique(found.groups, return_inverse=True)[1] % SPLIT.size]
-    out = {}
-    for name, contest in found.search.contests.items():
+    looks = max(len(found.search.steps[0].hints), 1)
+
+    def chance(contest: Step, tested: Mask) -> float:
         base, new = contest.base, contest.tried[0].fitted
-        chances = []
-        for side in (0, 1):
-            if name not in chosen[side]:
-                continue
-            tested = half != side
-            change = _without(base, tested) - _without(new, tested)
-            rows = tested & base.problem.counted
-            r, J = base.optimum.residual[rows], base.optimum.jacobian[rows]
-            chances.append(chance_of(change[rows], r, J))
-        out[name] = max(chances) if len(chances) == 2 else min([1.0, *(2.0 * chance for chance in chances)])
-    return out
+        change = _without(base, tested) - _without(new, tested)
+        rows = tested & base.problem.counted
+        return chance_of(change[rows], base.optimum.residual[rows], base.optimum.jacobian[rows])
+
+    return {
+        name: min(1.0, looks * max(chance(contest, half == side) for side in (0, 1)))
+        for name, contest in found.search.contests.items()
+    }
 
 
-def chosen_apart(found: Diagnosis) -> list[set[str]]:
-    """Return what a search takes on each half of the episodes, with what it does not tell apart.
-
-    Fewer than four episodes are not halved: there, each half is said to have chosen what both did.
-    """
-    problem, accepted = found.start.problem, [one.candidate.name for one in found.search.accepted]
-    if not accepted or problem.episodes.max() < 3:
-        return [set(accepted), set(accepted)]
-    measured, half = problem.measured, SPLIT[problem.episodes % SPLIT.size]
-    return [_chosen(found, measured.recording.select(half == side), half == side) for side in (0, 1)]
-
-
-def _chosen(found: Diagnosis, part: Recording, rows: NDArray[np.bool_]) -> set[str]:
-    problem = found.start.problem
-
-    def kept(groups: Zeros) -> Zeros:
-        if isinstance(groups, str):
-            return groups
-        there = np.unique(problem.episodes[rows])
-        return tuple(groups[i] for i in there)
-
-    given = None if problem.model == base_model(part) else problem.model
-    zeros, laws = kept(problem.zeros), kept(problem.laws)
-    try:
-        start = fit(part, given, noise=problem.measured.noise, zeros=zeros, laws=laws)
-        own = Diagnosis(start, search_effects(start.problem, start.optimum))
-    except RecordingError:  # half of it is too little
-        return set()
-    taken = {one.candidate.name for one in own.search.accepted}
-    return taken.union(*own.indistinguishable)
-
-
-def _without(fitted: CandidateFit, rows: NDArray[np.bool_]) -> Floats:
-    weighted = Weighted(fitted.problem, np.where(rows, OUTSIDE, 1.0))
-    return fitted.problem.residual(refine_optimum(weighted, fitted.optimum.u, EVALUATIONS, near=0.5).u)
+def _without(fitted: CandidateFit, rows: Mask) -> Floats:
+    weights, there = np.where(rows, OUTSIDE, 1.0), fitted.optimum
+    near = Nearby(fitted.problem, weights, there)
+    return fitted.problem.residual(refine_optimum(near, there.u, NEAR_STEPS).u)
 
 
 def chance_of(s: Floats, r: Floats, J: Floats) -> float:
