@@ -46,7 +46,7 @@ from vegrip.identification.diagnosis.candidate_fit import (
 from vegrip.identification.diagnosis.candidate_fit import _problem as candidate_problem
 from vegrip.identification.diagnosis.candidate_fit import _start as candidate_start
 from vegrip.identification.diagnosis.clean import find_clean
-from vegrip.identification.diagnosis.score_tests import candidates, screen_candidates
+from vegrip.identification.diagnosis.score_tests import Hint, candidates, screen_candidates
 from vegrip.identification.diagnosis.search import shortlist
 from vegrip.identification.fit import Fit, fit
 from vegrip.identification.fit.problem import AT
@@ -56,6 +56,7 @@ from vegrip.types import Floats
 from vegrip.whole_file import write_whole
 
 KEPT = "what is done stays in the files of -o, and the same command goes on with the others"
+Found = tuple[tuple[str, ...], CandidateFit]
 MOST = 4  # effects that are added
 F_SIZE = 0.01  # of the F-test
 SEEN_SHARE = 0.05  # of the squares of held-out episodes
@@ -74,24 +75,28 @@ def _named(names: tuple[str, ...], exponent: float) -> Answer:
 
 
 def of_bic(start: Fit) -> Answer:
+    names, last = forward_selection(start)
+    return _named(names, last.value("p"))
+
+
+def forward_selection(start: Fit) -> Found:
+    """Return what BIC adds to a model, and the model with it."""
     groups = held_out_groups(start.problem)
     last = evaluate_candidate(start.problem, start.optimum, groups)
-    names: list[str] = []
+    names: tuple[str, ...] = ()
     while len(names) < MOST:
-        best: tuple[float, CandidateFit, str] | None = None
+        tried = []
         for hint in _hints(last, names):
-            problem, optimum = extended(last, hint)
-            new = evaluate_candidate(problem, optimum, groups)
-            if best is None or _bic(new) < best[0]:
-                best = (_bic(new), new, hint.candidate.name)
+            new = evaluate_candidate(*extended(last, hint), groups)
+            tried.append((_bic(new), new, hint.candidate.name))
+        best = min(tried, key=lambda one: one[0], default=None)
         if best is None or best[0] >= _bic(last):
             break
-        last = best[1]
-        names.append(best[2])
-    return _named(tuple(names), last.value("p"))
+        last, names = best[1], (*names, best[2])
+    return names, last
 
 
-def _hints(base: CandidateFit, names: list[str]) -> list[Any]:
+def _hints(base: CandidateFit, names: tuple[str, ...] = ()) -> list[Hint]:
     possible, _ = candidates(base.problem.model, base.problem.measured)
     possible = [one for one in possible if one.name not in names]
     return shortlist(screen_candidates(base.problem, base.optimum, possible, 1))
@@ -104,10 +109,18 @@ def _bic(one: CandidateFit) -> float:
 
 
 def of_lisdd(start: Fit) -> Answer:
+    names, held = clean_selection(start)
+    if held is None:
+        return Answer("unexplained", exponent=start.model.values["p"].value)
+    return _named(names, held.value("p"))
+
+
+def clean_selection(start: Fit) -> tuple[tuple[str, ...], CandidateFit | None]:
+    """Return what LISDD adds to the model of the clean range, and the model with it; None without a range."""
     base = evaluate_candidate(start.problem, start.optimum, held_out_groups(start.problem))
     clean = find_clean(base)
     if clean is None:
-        return Answer("unexplained", exponent=base.value("p"))
+        return (), None
     k = base.problem.unknowns
     told = [clean.parameters[name] for name in k.names]
     held = _held_at(base, np.array([math.log(x) if log else x for x, log in zip(told, k.log, strict=True)]))
@@ -115,29 +128,37 @@ def of_lisdd(start: Fit) -> Answer:
     part = (np.arange(counted.size) * 30 // counted.size) % 3  # blocks in turn: to fit, to choose, to certify
     fitting, choosing, testing = (counted[part == which] for which in range(3))
 
-    def squares(s: Floats, rows: NDArray[np.int64]) -> tuple[float, float]:
-        """Of ``rows``, before and after ``s``, whose amount is that of the rows that are fitted."""
+    def amount(s: Floats) -> float:
+        """Return that of the rows that are fitted."""
         power = float(s[fitting] @ s[fitting])
-        amount = float(s[fitting] @ left[fitting]) / power if power > 0.0 else 0.0
-        return float(np.sum(left[rows] ** 2)), float(np.sum((left - amount * s)[rows] ** 2))
+        return float(s[fitting] @ left[fitting]) / power if power > 0.0 else 0.0
 
-    best: tuple[float, Floats, str] | None = None
-    for hint in _hints(base, []):
+    def squares(s: Floats, rows: NDArray[np.int64]) -> tuple[float, float]:
+        """Of ``rows``, before and after ``s``."""
+        return float(np.sum(left[rows] ** 2)), float(np.sum((left - amount(s) * s)[rows] ** 2))
+
+    best: tuple[float, Floats, Hint] | None = None
+    for hint in _hints(base):
         problem = candidate_problem(held, hint.candidate)
         s = left - problem.residual(candidate_start(problem, held, hint, 1.0))
         before, after = squares(s, choosing)
         if after < before and (best is None or after < best[0]):
-            best = after, s, hint.candidate.name
+            best = after, s, hint
     if best is None:
-        return _named((), clean.parameters["p"])
+        return (), held
     before, after = squares(best[1], testing)
     ratio = (before - after) / (after / (testing.size - 1))
-    is_certain = float(f_distribution.sf(ratio, 1, testing.size - 1)) < F_SIZE
-    return _named((best[2],) * is_certain, clean.parameters["p"])
+    if float(f_distribution.sf(ratio, 1, testing.size - 1)) >= F_SIZE:
+        return (), held
+    hint = best[2]
+    problem = candidate_problem(held, hint.candidate)
+    added = replace(held, problem=problem)
+    return (hint.candidate.name,), _held_at(added, candidate_start(problem, held, hint, amount(best[1])))
 
 
 def _held_at(base: CandidateFit, u: Floats) -> CandidateFit:
-    optimum = replace(base.optimum, u=u, residual=base.problem.residual(u))
+    residual = base.problem.residual(u)
+    optimum = replace(base.optimum, u=u, residual=residual, jacobian=base.problem.jacobian(u, residual))
     return replace(base, optimum=optimum)
 
 

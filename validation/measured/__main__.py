@@ -2,7 +2,8 @@
 
 Each case is diagnosed, and the model that it ends with foretells recordings that no fit has seen: another
 speed, force, place or day. Only the zeros of the sensors, and the stiffness of another place, are fitted
-there. Beside it the paper's model, and regressions of what that leaves of the recordings that were fitted.
+there. Beside it the paper's model, what BIC and LISDD make of it, and regressions of what it leaves of the
+recordings that were fitted.
 """
 
 import json
@@ -11,11 +12,12 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import numpy as np
 import typer
 
+from validation.diagnosis_trials.procedures import clean_selection, forward_selection
 from validation.measured.cases import CASES, FURTHER, MAPS, Case, data_folder, tables
 from validation.measured.worked import filled
 from validation.outside.baselines import BASELINES, regressions
@@ -26,6 +28,7 @@ from vegrip.identification.diagnosis import diagnose
 from vegrip.identification.fit.fitting import solve
 from vegrip.identification.fit.noise import Noise, noise_of
 from vegrip.identification.fit.problem import AT, Problem, Zeros
+from vegrip.identification.fit.result import fit_of
 from vegrip.identification.recording import Recording
 from vegrip.identification.recording.column_map import read_column_map
 from vegrip.identification.recording.data import join_recordings, select_episodes
@@ -35,7 +38,8 @@ from vegrip.model import ContactModel
 from vegrip.types import Floats
 
 KEPT = "cases that are done stay in the file of -o, and the same command goes on with the others"
-WAYS = ("paper", "found", *BASELINES)
+SELECTIONS: Final = {"BIC": forward_selection, "LISDD": clean_selection}
+WAYS = ("paper", "found", *SELECTIONS, *BASELINES)
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,7 @@ class Verdict:
     before: float  # error over what was asked, of the recording that was fitted
     after: float
     heldout: Mapping[str, float]
+    others: Mapping[str, list[str]]  # what other procedures name
 
 
 def judge(case: Case, data: Path) -> Verdict:
@@ -63,13 +68,17 @@ def judge(case: Case, data: Path) -> Verdict:
     train = read(case, data, 0)
     found = diagnose(train, noise=noise_of(train).tolerant(tolerance), zeros=zeros, laws=laws)
     start = found.start
+    selected = {name: select(start) for name, select in SELECTIONS.items()}
     heldout: dict[str, float] = {}
     if case.heldout:
         other = read(case, data, 1)
         noise = noise_of(other).tolerant(tolerance)
+        models = {"paper": start.model, "found": found.model} | {
+            name: fit_of(last.problem, last.optimum).model for name, (_, last) in selected.items() if last
+        }
         told = {
             name: foretold(other, model, noise, zeros, is_scaled=case.scaled)
-            for name, model in (("paper", start.model), ("found", found.model))
+            for name, model in models.items()
         }
         heldout = {
             name: error(problem, table[:, AT["normal_force"]]) for name, (problem, table) in told.items()
@@ -88,6 +97,7 @@ def judge(case: Case, data: Path) -> Verdict:
         errors["before"],
         errors["after"],
         heldout,
+        {name: list(names) for name, (names, last) in selected.items() if last},
     )
 
 
@@ -166,17 +176,21 @@ def measured(
     sys.stdout.write(f"{table}\n")
 
 
-HEAD = (
-    "| case | known | verdict | fitted | held out: paper's model | what was found | curve | sparse | GP |",
-    "|---|---|---|---|---|---|---|---|---|",
-)
+COLUMNS = (
+    "case", "known", "verdict", "fitted", "held out: paper's model", "what was found", *SELECTIONS, "curve",
+    "sparse", "GP",
+)  # fmt: skip
+HEAD = (f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|")
 
 
 def row(case: Case, one: Verdict) -> str:
     """Return a case as a row of Markdown."""
     sets = [" or ".join(names) for names in one.sets]
     said = ", ".join([*one.named, *sets]) or ("" if not one.accepted else f"tried: {', '.join(one.accepted)}")
-    errors = [f"{100.0 * one.heldout[way]:.1f} %" if one.heldout else "" for way in WAYS]
+    errors = [f"{100.0 * one.heldout[way]:.1f} %" if way in one.heldout else "" for way in WAYS]
+    errors = [
+        f"{said} {', '.join(one.others.get(way, ()))}".strip() for way, said in zip(WAYS, errors, strict=True)
+    ]
     cells = (
         f"{case.title}; {case.source}, {case.licence}", case.known, f"**{one.verdict}** {said}".strip(),
         f"{one.before:.2f} -> {one.after:.2f}", *errors,
