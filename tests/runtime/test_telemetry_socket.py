@@ -1,5 +1,6 @@
 """Laws of the telemetry socket: one that misbehaves takes nothing from the others."""
 
+import itertools
 import math
 import time
 from collections import Counter
@@ -21,6 +22,7 @@ from vegrip.runtime.telemetry_socket import (
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 
 PATIENCE = 20.0  # [s] on a busy machine
+SENT = range(1000, 2000)  # [ns] stamps of states
 
 
 @pytest.fixture
@@ -62,6 +64,36 @@ def until(condition):
             return True
         time.sleep(0.005)
     return False
+
+
+def test_a_node_that_sends_faster_than_it_is_read_neither_silences_another_nor_holds_the_reader(
+    entry, sink, counts, monkeypatch
+):
+    other = Entry("/hand", "echo")
+    quiet = TelemetrySocket(other.telemetry, MsgpackCodec(), ("thumb",), counts)
+    reader = TelemetryReader([entry, other])
+    try:
+        for one in (sink, quiet):
+            assert is_heard(one, reader)
+        while list(reader.read(0.01)):
+            pass
+        states = [(FingertipState(stamp, "thumb", stamp, normal_force=0.5), Direction.IN) for stamp in SENT]
+        for one in (sink, quiet):
+            one.publish(states)
+        assert until(lambda: len(reader._poller.poll(0)) == 2)
+        spent = itertools.count()  # every look at the clock is 1 s later
+        monkeypatch.setattr(telemetry_socket.time, "monotonic", lambda: float(next(spent)))
+        heard = [(node.name, message.stamp) for node, _, _, message in reader.read(0.5)]
+        monkeypatch.undo()
+        assert {name for name, _ in heard} == {"/grip", "/hand"}
+        assert len(heard) < len(SENT)
+        while more := [(node.name, message.stamp) for node, _, _, message in reader.read(0.2)]:
+            heard += more
+        for name in ("/grip", "/hand"):
+            assert [stamp for node, stamp in heard if node == name] == list(SENT)
+    finally:
+        reader.close()
+        quiet.close()
 
 
 def is_heard(sink, reader):

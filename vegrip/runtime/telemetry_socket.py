@@ -19,6 +19,7 @@ from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.connection_limit import ConnectionLimit
 
 SUBSCRIBER_QUEUE_MESSAGES = 10_000  # messages kept for one subscriber
+TURN_MESSAGES = 100  # read of one node before the next one is
 MAX_SUBSCRIPTION_BYTES = 4096  # [bytes] of a subscription
 MOST_STREAMS = 1024  # are counted besides those of configured fingers; names may be made up
 MOST_PREFIXES = 256  # subscriptions told apart; when there are more, everything is encoded
@@ -205,13 +206,15 @@ def _owner(message: Message) -> str:
     return message.node if isinstance(message, OF_NODES) else message.finger
 
 
-def _waiting(socket: zmq.Socket[bytes]) -> Iterator[tuple[str, str, bytes]]:
-    for _ in range(SUBSCRIBER_QUEUE_MESSAGES):
+def _waiting(socket: zmq.Socket[bytes]) -> list[tuple[str, str, bytes]]:
+    taken: list[tuple[str, str, bytes]] = []
+    while len(taken) < TURN_MESSAGES:
         try:
             topic, direction, payload = socket.recv_multipart(zmq.DONTWAIT)
         except zmq.Again:
-            return
-        yield topic.decode().removeprefix(NEWEST), direction.decode(), payload
+            break
+        taken.append((topic.decode().removeprefix(NEWEST), direction.decode(), payload))
+    return taken
 
 
 class TelemetryReader:
@@ -240,13 +243,25 @@ class TelemetryReader:
         self._sources[socket] = (entry, MsgpackCodec(entry.namespace, remap=entry.remap))
 
     def read(self, timeout: float) -> Iterator[tuple[Entry, str, str, Message]]:
-        """Yield node, topic, direction (``in``, ``out``) and message of what comes within ``timeout`` [s]."""
-        for socket, _ in self._poller.poll(round(timeout * 1000)):
-            entry, codec = self._sources[socket]
-            for topic, direction, payload in _waiting(socket):
-                message = codec.decode(topic, payload, time.monotonic_ns())
-                if message is not None:
-                    yield entry, topic, direction, message
+        """Yield node, topic, direction (``in``, ``out``) and message of what comes within ``timeout`` [s].
+
+        Nodes take turns, and after another ``timeout`` it ends: one that sends faster than it is read would
+        keep the others from being heard.
+        """
+        ready = [socket for socket, _ in self._poller.poll(round(timeout * 1000))]
+        ends = time.monotonic() + timeout
+        while ready:
+            for socket in tuple(ready):
+                entry, codec = self._sources[socket]
+                taken = _waiting(socket)
+                if len(taken) < TURN_MESSAGES:
+                    ready.remove(socket)
+                for topic, direction, payload in taken:
+                    message = codec.decode(topic, payload, time.monotonic_ns())
+                    if message is not None:
+                        yield entry, topic, direction, message
+            if time.monotonic() >= ends:
+                return
 
     def close(self) -> None:
         for socket in self._sources:
