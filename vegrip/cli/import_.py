@@ -44,7 +44,7 @@ BASELINE = Annotated[
 ]
 RADIUS = Annotated[str, typer.Option(help="Radius of the fingertip, e.g. '8 mm'; overrides the map's.")]
 FINGERS = Annotated[str, typer.Option(help="CAN logs: fingers in the order of the bus, by commas.")]
-CANDUMP = re.compile(rb"\(\d+\.\d+\) \S+ [0-9A-Fa-f]+#")
+CANDUMP = re.compile(rb"\(\d+\.\d+\) \S+ [0-9A-Fa-f]+#| *(\(.*\) +)?\w+  +[0-9A-F]{3,8} +\[\d+\]")
 BAGS = (".bag", ".db3", ".mcap")  # and a folder, of rosbag 2
 ALL = "thumb,index,middle,ring,little"
 

@@ -7,6 +7,7 @@ import can
 import numpy as np
 import pytest
 
+from vegrip.cli import main
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.can_log import read_can_log
 from vegrip.messages import FingertipState, ForceCommand, Reason
@@ -90,3 +91,22 @@ def test_what_is_no_log_of_a_hand_is_refused(
     with pytest.raises(RecordingError, match=name) as refused:
         read_can_log(tmp_path / name, FINGERS)
     assert sentence in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "  can0  311   [8]  11 22 33 44 55 66 77 88",
+        " (0.000000)  can0  200  [48]  4E F1",
+        " (2026-11-25 10:00:00.1)  vcan1  18FF0001   [2]  01 02",
+    ],
+)
+def test_what_candump_shows_on_a_screen_is_no_log_and_it_is_said_how_to_write_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], line: str
+) -> None:
+    shown = tmp_path / "drive.log"
+    shown.write_text(f"{line}\n" * 3, encoding="utf-8")
+    with pytest.raises(RecordingError, match="candump -L can0"):
+        read_can_log(shown, FINGERS)
+    assert main(["import", str(shown), "-o", str(tmp_path / "drive")]) != 0
+    assert "candump -L can0" in capsys.readouterr().err

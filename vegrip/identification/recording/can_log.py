@@ -3,6 +3,7 @@
 import contextlib
 import math
 import os
+import re
 import struct
 import zlib
 from collections import Counter, defaultdict
@@ -25,6 +26,9 @@ from vegrip.identification.recording.report import MISSING, Kind, LoadReport, Mi
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.frame import EXTENDED
+
+CANDUMP_SHOWN: Final = re.compile(r" *(\(.*\) +)?\w+  +[0-9A-F]{3,8} +\[\d+\]")
+"""A frame as candump prints it: without the flags of FD, and by default without a time."""
 
 TOO_LARGE: Final = (MemoryError, OverflowError)
 MAX_CONTAINER_BYTES: Final = 2**26  # [bytes] of an unpacked container; loggers use 128 KiB
@@ -108,6 +112,11 @@ def _opened(path: Path) -> Iterator[Iterable[can.Message]]:
     else:
         reader = can.ASCReader if path.suffix.lower() == ".asc" else can.CanutilsLogReader
         with path.open() as text:
+            if reader is can.CanutilsLogReader and CANDUMP_SHOWN.match(text.readline(200)):
+                raise RecordingError(
+                    f"{path}: is what candump shows on a screen; have it write a log: candump -L can0 > FILE"
+                )
+            text.seek(0)
             yield reader(text)
 
 
