@@ -202,7 +202,7 @@ ROWS = "time_s,F\n0,1\n1,2\n"
 @pytest.mark.parametrize(
     ("columns", "units", "sentence"),
     [
-        (["normal_force=F"], [], "say which one it is with --map t=COLUMN"),
+        (["normal_force=time_s"], [], "say which one it is with --map t=COLUMN"),
         (["t=time_s", "normal_force=force"], [], "there is no column 'force'; there are time_s, F"),
         (["t=time_s", "normal_force=F"], ["normal_force=mm"], "'mm' is not a unit of this quantity"),
         (["t=time_s", "normal_force=F"], ["normal_force=newtron"], "there is no unit 'newtron'"),
@@ -240,6 +240,33 @@ def test_a_column_that_ends_like_a_unit_and_is_taken_as_si_is_suspected(
     told = import_csv(table(tmp_path, ROWS.replace("F", column)), chart).report.summary()
     assert said in told
     assert ("ends like a unit" in told) == bool(said)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "time_s,displacement_mm,normal_force_mN",
+        "time [s],displacement [mm],normal_force (mN)",
+        "t,displacement_mm,normal_force_mN",
+    ],
+)
+def test_columns_called_like_channels_with_a_unit_behind_are_taken_in_it(header: str, tmp_path: Path) -> None:
+    made = import_csv(
+        table(tmp_path, f"{header},force_N,temperature_mN,slip_V\n0.5,0.25,300,9,9,9\n1,0.5,400,9,9,9\n")
+    )
+    assert made.columns.keys() == {"displacement", "normal_force"}
+    assert made.t.tolist() == [0.0, 0.5]
+    assert made.columns["displacement"] == pytest.approx([2.5e-4, 5e-4])
+    assert made.columns["normal_force"] == pytest.approx([0.3, 0.4])
+    assert "displacement in mm, normal_force in mN" in made.report.summary()
+
+
+def test_what_is_said_of_a_column_goes_before_the_unit_behind_its_name(tmp_path: Path) -> None:
+    path = table(tmp_path, "time_s,normal_force_mN,f\n0,300,2\n1,400,3\n")
+    other = import_csv(path, with_columns(ColumnMap(), ["normal_force=f"], []))
+    assert other.columns["normal_force"].tolist() == [2.0, 3.0]
+    said = import_csv(path, with_columns(ColumnMap(), ["normal_force=normal_force_mN"], ["normal_force=N"]))
+    assert said.columns["normal_force"].tolist() == [300.0, 400.0]
 
 
 @pytest.mark.parametrize(

@@ -41,6 +41,7 @@ from vegrip.identification.recording.data import Fingertip
 from vegrip.identification.recording.units import to_si
 
 AT_END = re.compile(r"_([A-Za-zµ°]+)$")
+CALLED = {"time": "t"}
 WEIGHTS = {"g": "gf", "kg": "kgf"}
 """Masses that stand for forces."""
 IN_BRACKETS = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]$")
@@ -180,23 +181,36 @@ def with_columns(
 
 
 def own_columns(base: ColumnMap, header: Sequence[str]) -> ColumnMap:
-    """Return ``base`` with every column taken as what it is called, unless it says otherwise."""
+    """Return ``base`` with every column taken as what it is called, unless it says otherwise.
+
+    Behind its name may stand a unit, as in ``normal_force [mN]``, ``normal_force_mN`` or ``time_s``.
+    """
     said = {base.time.column, base.episode.column, *(entry.column for entry in base.channels.values())}
     for name in header:
         if name in CHANNELS and name not in base.channels and name not in said:
             base = _changed(base, name, "column", name)
+    for name in header:
+        for pattern in (IN_BRACKETS, AT_END):
+            if (unit := pattern.search(name)) is None or name in said:
+                continue
+            called = CALLED.get(name[: unit.start()].strip(), name[: unit.start()].strip())
+            is_free = base.time.column == "t" not in header if called == "t" else called not in base.channels
+            if (called == "t" or called in CHANNELS) and is_free and _is_unit(unit[1], called):
+                base = _changed(base, called, "column", name)
     if not base.episode.column and "episode" in header and "episode" not in said:
         base = _changed(base, "episode", "column", "episode")
     return base
 
 
 def header_units(base: ColumnMap) -> tuple[ColumnMap, list[str]]:
-    """Return ``base`` with the units that columns have in their names, as in ``Force [mN]``, and which.
+    """Return ``base`` with the units that columns have in their names, and which.
 
-    A column of which a unit or a scale is said keeps that.
+    As in ``Force [mN]`` or, behind the name of the channel, ``normal_force_mN``. A column of which a unit or
+    a scale is said keeps that.
     """
     found = []
-    for name, unit, _ in _named_units(base, IN_BRACKETS):
+    ends = [one for one in _named_units(base, AT_END) if one[2] != 1.0 and _is_called(base, one[0])]
+    for name, unit, _ in [*_named_units(base, IN_BRACKETS), *ends]:
         base = _changed(base, name, "unit", unit)
         found.append(f"{name} in {unit}")
     return base, found
@@ -219,9 +233,26 @@ def _named_units(base: ColumnMap, pattern: re.Pattern[str]) -> Iterator[tuple[st
     for name, entry in entries.items():
         match = pattern.search(entry.column)
         if match and not entry.unit and abs(getattr(entry, "scale", 1.0)) == 1.0:
-            unit = WEIGHTS.get(match[1], match[1]) if _si(name) == "N" else match[1]
+            unit = _spoken(match[1], name)
             with contextlib.suppress(RecordingError):  # a remark
                 yield name, unit, to_si(unit, _si(name), name)[0]
+
+
+def _is_called(base: ColumnMap, name: str) -> bool:
+    """Whether the column of a channel is called like it, but for a unit."""
+    column = AT_END.sub("", (base.time if name == "t" else base.channels[name]).column)
+    return CALLED.get(column, column) == name
+
+
+def _is_unit(unit: str, name: str) -> bool:
+    with contextlib.suppress(RecordingError):
+        to_si(_spoken(unit, name), _si(name), name)
+        return True
+    return False
+
+
+def _spoken(unit: str, name: str) -> str:
+    return WEIGHTS.get(unit, unit) if _si(name) == "N" else unit
 
 
 def _si(name: str) -> str:
