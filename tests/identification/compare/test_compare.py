@@ -149,6 +149,16 @@ def test_a_zero_of_the_force_sensor_sorts_no_row_by_its_noise(bench, plain) -> N
 
 
 @pytest.mark.slow
+def test_depths_and_forces_of_a_regime_are_without_the_zeros_of_the_sensors(tip) -> None:
+    features = [
+        compare(tip(5, kinds=("hold", "ramp"), zeros=zeros)).features for zeros in ((0.0, 0.0), (-0.3, 0.2))
+    ]
+    for name, std in (("indentation", 5e-6), ("normal_force", 0.01)):
+        here, there = (one.values[name] for one in features)
+        assert there == pytest.approx(here, abs=3.0 * std)
+
+
+@pytest.mark.slow
 def test_rows_that_stick_under_a_load_are_a_regime(plain) -> None:
     found = plain.features
     assert found.sticking is not None

@@ -196,15 +196,14 @@ def test_over_which_variables_a_curve_is_looked_for(stiffness) -> None:
     t = np.arange(6.0)
     depth = np.array([-1e-4, 1e-4, 3e-4, 3e-4, 1e-4, -1e-4])
     problem = SimpleNamespace(
-        measured=SimpleNamespace(
-            motion=SimpleNamespace(displacement=depth), recording=SimpleNamespace(t=t, columns={})
-        ),
+        measured=SimpleNamespace(recording=SimpleNamespace(t=t, columns={})),
         stiffness=np.where(depth > 0.0, stiffness, 0.0),
         episodes=np.zeros(6),
         depth=1e-4,
     )
     ones = np.ones(6)
     values = {"normal_force": ones, "time_in_contact": 0.09 * ones, "time": t, "tangential_force": 0.0 * ones}
+    values["indentation"] = depth
     rows = np.array([1, 2, 4, 5])
     told = dict(_variables(problem, SimpleNamespace(values=values), None, rows, "normal_force"))
     assert told["contact"].tolist() == [1.0, 1.0, 1.0, 0.0]
@@ -666,14 +665,11 @@ def test_a_curve_over_temperature_and_those_of_slip_are_looked_for_where_they_ar
     warm = 20.0 + scatter * np.tile([1.0, -1.0], 3)
     slip = np.array([0.0, 1e-4, -1e-3, np.nan, 0.0, 0.0])
     problem = SimpleNamespace(
-        measured=SimpleNamespace(
-            motion=SimpleNamespace(displacement=1e-4 * t),
-            recording=SimpleNamespace(t=t, columns={"slip_speed": slip}),
-        ),
+        measured=SimpleNamespace(recording=SimpleNamespace(t=t, columns={"slip_speed": slip})),
         stiffness=ones, episodes=np.zeros(6), depth=1e-3,
     )  # fmt: skip
     values = dict.fromkeys(("normal_force", "time_in_contact", "time", "tangential_force"), ones)
-    features = SimpleNamespace(values=values | {"temperature": warm})
+    features = SimpleNamespace(values=values | {"temperature": warm, "indentation": 1e-4 * t})
     table = np.zeros((6, len(AT)))
     table[:, AT["torque_z"]], table[:, AT["tangential_force"]] = -2e-3, -0.5
     table[:, AT["contact_radius"]] = 4e-3

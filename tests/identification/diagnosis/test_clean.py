@@ -36,11 +36,9 @@ def test_the_range_in_which_the_model_holds_is_told_and_the_bias_falls_there(tip
     assert after < 0.85 * before
 
 
-def fit_of(t, depth, touching):
+def fit_of(t, touching):
     """Return a fit that is only numbers, of which the widest range is looked for."""
     problem = SimpleNamespace(
-        table=lambda _: None,
-        measured=SimpleNamespace(motion=SimpleNamespace(displacement=depth)),
         stiffness=np.where(touching, 9.0, 0.0),
         used=np.ones(t.size, bool),
         unknowns=SimpleNamespace(start=None, names=("K", "p"), log=(True, False)),
@@ -66,7 +64,7 @@ def test_the_side_of_a_variable_with_most_rows_in_which_the_model_holds_is_told(
     touching = t >= 20.0
     values = {name: np.r_[-50.0 * np.ones(20), rng.permutation(np.arange(100.0))] for name in clean.VARIABLES}
     values["time"] = t - 20.0
-    depth = np.where(touching, values["indentation"], np.where(t < 10.0, -14.0, -15.0))
+    values["indentation"] = np.where(touching, values["indentation"], np.where(t < 10.0, -14.0, -15.0))
 
     def fitted(_, u, kept, inside):
         assert np.array_equal(kept & touching, inside)
@@ -77,7 +75,7 @@ def test_the_side_of_a_variable_with_most_rows_in_which_the_model_holds_is_told(
     monkeypatch.setattr(clean, "features_of", lambda *_: SimpleNamespace(values=values))
     monkeypatch.setattr(clean, "scaled", lambda _, start: start)
     monkeypatch.setattr(clean, "_fitted", fitted)
-    found = clean.find_clean(fit_of(t, depth, touching))
+    found = clean.find_clean(fit_of(t, touching))
     if not share:
         assert found is None
         return

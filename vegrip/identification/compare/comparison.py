@@ -59,7 +59,7 @@ class Comparison:
 
     @property
     def features(self) -> Features:
-        return features_of(self.problem, self.problem.table(self.u))
+        return features_of(self.problem, self.u)
 
     @property
     def where(self) -> list[Regime]:

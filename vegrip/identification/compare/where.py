@@ -74,11 +74,14 @@ class Features:
     sticking: NDArray[np.bool_] | None = None
 
 
-def features_of(problem: Problem, table: Floats) -> Features:
-    """Return the features of every row, from smoothed and predicted signals (noise must not sort rows)."""
-    m = problem.measured
+def features_of(problem: Problem, u: Floats) -> Features:
+    """Return the features of every row, from smoothed and predicted signals (noise must not sort rows).
+
+    Depth and normal force are without the zeros of their sensors.
+    """
+    m, table = problem.measured, problem.table(u)
     t, columns = m.recording.t, m.recording.columns
-    depth = m.motion.displacement
+    depth = problem.depth_at_rest(u)
     speed = _speed(t, depth, m.first)
     force = table[:, AT["normal_force"]]
     unforeseen = np.nan_to_num(m.force - force) > 5.0 * m.noise.normal_force  # zero of the sensor left out
@@ -93,7 +96,7 @@ def features_of(problem: Problem, table: Floats) -> Features:
     none = np.zeros(t.size)
     values = {
         "indentation": depth,
-        "normal_force": force,
+        "normal_force": force - problem.parts(u)[1][1],
         "speed": np.abs(speed),
         "time_in_contact": _since(t, touching, m.first),
         "time_in_episode": t - t[np.maximum.accumulate(np.where(m.first > 0.5, np.arange(t.size), 0))],

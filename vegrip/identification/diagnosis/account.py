@@ -111,7 +111,7 @@ def draw_diagnosis(found: Diagnosis, folder: Path, start: str) -> list[Path]:
     """Draw one picture per channel into ``folder``; return the files."""
     folder.mkdir(parents=True, exist_ok=True)
     problem, u = found.search.first.problem, found.search.first.optimum.u
-    values = features_of(problem, problem.table(u)).values
+    values = features_of(problem, u).values
     telling = find_discrepancy(found.search.first)
     variable = telling.variable if telling is not None and telling.variable in AXES else USUAL_VARIABLE
     feature, factor, label = AXES[variable]

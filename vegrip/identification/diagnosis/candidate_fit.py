@@ -255,7 +255,7 @@ def _start(problem: Problem, base: CandidateFit, hint: Hint, factor: float) -> F
 
 def regime_map(problem: Problem, u: Floats) -> Floats:
     """Return a number for every residual, -1 for those that do not count."""
-    features = features_of(problem, problem.table(u))
+    features = features_of(problem, u)
     depth = features.values["indentation"]
     contact = features.values["time_in_contact"]
     edges = (

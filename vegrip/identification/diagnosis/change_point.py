@@ -43,7 +43,7 @@ class Change:
     """A change of the stiffness at one place."""
 
     variable: str  # time or displacement
-    at: float  # where, [s] on the recording's clock or [m] as recorded
+    at: float  # where, [s] on the recording's clock or [m] deep
     interval: tuple[float, float]  # that holds it with 95 %
     change: float  # share of the stiffness, or stiffness that is added [N/m]
     std: float  # its standard error
@@ -201,7 +201,16 @@ def _refit(fitted: CandidateFit, problem: Changed, places: Floats, gains: Floats
             if low < event.time <= high:
                 at, low, high = event.time, float(t[event.begin]), event.time
     A = best.jacobian.T @ best.jacobian / widening + np.diag(problem.unknowns.std**-2.0)
-    std = math.sqrt(np.linalg.inv(A)[-1, -1])
+    covariance = np.linalg.inv(A)
+    std = math.sqrt(covariance[-1, -1])
+    if problem.variable == "displacement":
+        zero = float(np.median(problem.parts(u)[1][0]))
+        of_zeros = [
+            i for i, name in enumerate(problem.unknowns.names) if name.startswith("zero_displacement")
+        ]
+        reach = 1.96 * problem.depth * math.sqrt(float(np.mean(np.diag(covariance)[of_zeros])))
+        below, above = math.hypot(at - low, reach), math.hypot(high - at, reach)
+        at, low, high = at - zero, at - zero - below, at - zero + above
     located = math.log(weight.sum() / np.ptp(problem.inner))
     after = -best.cost - float(problem.log_scale.sum())
     gain = after - before + math.log(std / PRIOR_STD) + located

@@ -52,9 +52,8 @@ class Clean:
 def find_clean(fitted: CandidateFit) -> Clean | None:
     """Return the widest range in which the model of ``fitted`` holds; None where there is none."""
     problem = fitted.problem
-    table = problem.table(fitted.optimum.u)
-    values = features_of(problem, table).values
-    depth = problem.measured.motion.displacement
+    values = features_of(problem, fitted.optimum.u).values
+    depth = values["indentation"]
     touching = (problem.stiffness > 0.0) & problem.used
     clear = ~touching & (depth < -AT_SURFACE * float(np.nanmax(depth)))
     anew = scaled(problem, problem.unknowns.start)

@@ -81,7 +81,7 @@ def find_discrepancy(fitted: CandidateFit, *, with_changes: bool = False) -> Dis
     """
     problem, u = fitted.problem, fitted.optimum.u
     table = problem.table(u)
-    features = features_of(problem, table)
+    features = features_of(problem, u)
     found: list[Discrepancy] = []
     for channel, rows, block in _blocks(problem):
         if rows.size < MIN_CURVE_ROWS:
@@ -141,7 +141,7 @@ def _blocks(problem: Problem) -> Iterator[tuple[str, np.ndarray, slice]]:
 def _variables(
     problem: Problem, features: Features, table: Floats, rows: np.ndarray, channel: str
 ) -> Iterator[tuple[str, Floats]]:
-    f, depth = features.values, problem.measured.motion.displacement
+    f, depth = features.values, features.values["indentation"]
     t = problem.measured.recording.t
     speed = np.gradient(depth, t)
     speed[np.r_[False, np.diff(problem.episodes) != 0] | np.r_[np.diff(problem.episodes) != 0, False]] = 0.0

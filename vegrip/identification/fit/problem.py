@@ -206,6 +206,11 @@ class Problem:
         n = int(self._owner.max()) + 1
         return vector, (self.depth * zero[:n][self._owner], self.load * zero[n : 2 * n][self._owner])
 
+    def depth_at_rest(self, u: Floats) -> Floats:
+        """Return how deep the unloaded surface would lie (n,) [m]: the displacement without its zero."""
+        depth: Floats = self.measured.motion.displacement - self.parts(u)[1][0]
+        return depth
+
     def at(self, symbol: str) -> int:
         """Return where a parameter stands in the vector of :meth:`parts`."""
         return self._places[symbol]
