@@ -84,6 +84,8 @@ def test_a_refusal_is_shown_and_nothing_is_lost(known, start, visit) -> None:
     page.locator("#node-name").press("Enter")
     page.get_by_text("there is no node 'nobody'").wait_for()
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    cut = "[...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth > e.clientWidth).length"
+    assert page.evaluate(cut) == 0
     page.locator("#add-guide_friction").click()
     page.locator("#stop").click()
     page.get_by_text("was stopped; what was found before is kept").wait_for()

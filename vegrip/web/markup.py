@@ -82,7 +82,10 @@ def table(
 
     def cell(tag: str, place: int, value: object) -> str:
         text = value if isinstance(value, Markup) else escape(str(value))
-        return f"<{tag}{' class=num' if place in numbers else ''}>{text}</{tag}>"
+        label = head[place] if tag == "td" and place > 0 else ""  # where a narrow screen has no header
+        return (
+            f"<{tag}{attributes(class_='num' if place in numbers else '', data_label=label)}>{text}</{tag}>"
+        )
 
     lines = [("th", head), *(("td", row) for row in rows)]
     body = "".join(
@@ -90,7 +93,7 @@ def table(
         f"{''.join(cell(tag, i, v) for i, v in enumerate(line))}</tr>"
         for row, (tag, line) in enumerate(lines)
     )
-    given = attributes(class_=kind, id=identifier)
+    given = attributes(class_=f"stacks {kind}".strip(), id=identifier)
     return f'<div class="scroll"><table{given}>{body}</table></div>'
 
 

@@ -151,7 +151,7 @@ def ranking(rung: Rung, have: Sequence[str], *, is_busy: bool, has_buttons: bool
         _candidate(one, most, named=place in named, has_buttons=has_buttons, is_busy=is_busy)
         for place, one in enumerate(tried, 1)
     ]
-    head = ("effect", "evidence [nats]", "held out [nats]", "", "error after / noise", "fails", "")
+    head = ("effect", "evidence [nats]", "held out [nats]", "", "error after / noise", "outcome", "")
     return section(
         "what may be missing",
         _undecided(told) + table(head, rows, numbers=(1, 2, 4), kind="ranking", named=named),
