@@ -203,6 +203,14 @@ def test_nothing_is_cut_off_whatever_the_width(width: int, address, visit) -> No
     page.locator("#nodes td:last-child").last.evaluate(
         "cell => { cell.innerHTML = 'lost 230327, overrun 12'; }"
     )
+    page.evaluate(
+        """for (const card of document.querySelectorAll('.finger')) {
+             card.querySelector('.status').innerHTML = '<span class="chip bad">no input of late</span>';
+             card.querySelector('.big').innerHTML = '0.95 <small>its bound is not known yet</small>';
+             if (card.scrollWidth > card.clientWidth) throw Error('a finger is cut');
+           }
+           if (document.documentElement.scrollWidth > innerWidth) throw Error('the page is wider');"""
+    )
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     cut = "[...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth > e.clientWidth).length"
     assert page.evaluate(cut) == 0

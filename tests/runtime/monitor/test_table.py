@@ -105,6 +105,16 @@ def test_latency_and_refusals_of_a_node_are_shown(board: Board) -> None:
         assert cell in row
 
 
+def test_that_nothing_is_refused_now_is_said_only_of_two_statuses(board: Board) -> None:
+    said = []
+    for seq in (7, 8):
+        status = NodeStatus(seq, "/late", seq, Lifecycle.ACTIVE, 500.0, 500.0, rejected={"counter": 31})
+        board.receive(status, seq * NS)
+        said.append(next(line for line in text(board).splitlines() if "/late" in line))
+    assert "31 since its start" in said[0]
+    assert "none now (31 before)" in said[1]
+
+
 @pytest.mark.parametrize("margin", [math.nan, -0.4, 0.0, 1.0, 7.0])
 @pytest.mark.parametrize("bound", [math.nan, -math.inf, -0.5, 1.0])
 def test_no_margin_breaks_the_bar(board: Board, margin: float, bound: float) -> None:

@@ -155,6 +155,7 @@ class NodeRow:
     late: float = 0.0  # [1/s] deadlines missed, over the last status period
     sends: bool = False  # states or commands, not only statuses
     recent: dict[str, int] = field(default_factory=dict)  # refusal: [ns] when it was last counted
+    is_compared: bool = False  # whether two statuses tell what was refused lately
     _spoke: int = 0  # [ns] the newest message of any kind
     _streamed: int = 0  # [ns] the newest that is no status
     _pid: int = 0
@@ -228,7 +229,9 @@ class NodeRow:
         self._status_at = now
         self.sends = self.sends or status.rate_out > 0.0
         if before is None or status.seq <= before.seq:
+            self.is_compared = False
             return  # the first of this process
+        self.is_compared = True
         if self.present is None and gap < 2.0 * self._period + FRESH:
             self._period = gap
         self.late = max(status.deadline_misses - before.deadline_misses, 0) / max(gap, 1e-3)

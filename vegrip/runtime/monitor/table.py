@@ -265,7 +265,8 @@ def _refusals(row: NodeRow, now: int) -> Text:
     if recent:
         return Text(", ".join(f"{name} {count}" for name, count in recent.items()), "yellow")
     before = sum(row.status.rejected.values()) if row.status is not None else 0
-    return Text(f"none now ({before} before)" if before else "-", "dim")
+    said = f"none now ({before} before)" if row.is_compared else f"{before} since its start"
+    return Text(said if before else "-", "dim")
 
 
 def log_line(line: LogLine) -> Text:
