@@ -31,7 +31,7 @@ def broken_by(model: ContactModel, problem: Problem) -> Iterator[str]:
     rate = np.abs(np.gradient(m.motion.displacement, m.recording.t))
     quick = float(np.quantile(rate[problem.stiffness > 0.0], 0.99))
     moving = rate[(problem.stiffness > 0.0) & (rate > MOVES * quick)]
-    slow = max(float(np.quantile(moving, MOVES)), MOVES * quick)
+    slow = float(np.quantile(moving, MOVES))
     length = float(m.recording.t[-1] - m.recording.t[0])
     yield from broken_over(model, float(np.max(m.motion.displacement)), (slow, quick), length)
 
