@@ -1,0 +1,174 @@
+"""The hold that is looked ahead to, its crossings, and the least depth, against laws written out here."""
+
+import math
+
+import pytest
+from scipy.optimize import brentq
+
+from vegrip.contact.limit_surface import fast
+
+LOAD = (0.4, 1e-3)  # [N], [N m]
+
+
+@pytest.fixture
+def begun(kernels, m):
+    """Return elastic force [N], indentation [m] and force [N] with which a hold of the tried state begins."""
+    kernels.copy_state(m)
+    return kernels.begin_hold(m, kernels.TRIED0)
+
+
+def model_force(kernels, m, elastic, dt):
+    """Return the force [N] at an indentation a time into the hold."""
+
+    def force(delta):
+        at = kernels.TRIED0 + kernels.EFFECTS
+        return kernels.advance(
+            m, kernels.VALUES0, at, delta, 0.0, kernels.EXOGENOUS0, elastic, dt, kernels.TRIAL0
+        )[2]
+
+    return force
+
+
+@pytest.mark.parametrize("dt", [0.01, 0.5])
+@pytest.mark.parametrize("drive", [0.0, 300.0, 5000.0, math.inf])
+def test_force_and_indentation_go_on_along_the_stiffness_of_the_drive(kernels, m, begun, drive, dt) -> None:
+    elastic, origin, fresh = begun
+    m[kernels.SET_HOLD] = drive
+    force_at = model_force(kernels, m, elastic, dt)
+    expected = origin
+    if drive < math.inf:
+        expected = brentq(lambda d: fresh - force_at(d) - drive * (d - origin), 0.5 * origin, 2.0 * origin)
+    delta, _, _, force = kernels.try_hold(m, kernels.TRIED0, elastic, dt, (origin, fresh))
+    assert delta == pytest.approx(expected, rel=1e-6)
+    assert force == pytest.approx(force_at(delta), rel=1e-12)
+    trial = m[kernels.TRIAL0 : kernels.TRIAL0 + kernels.NS].tolist()
+    kernels.keep_hold(m, kernels.TRIED0, delta)
+    at = kernels.TRIED0 + kernels.EFFECTS
+    assert m[kernels.TRIED0 + kernels.DELTA] == delta
+    assert m[at : at + kernels.NS].tolist() == trial
+
+
+def test_a_load_needs_a_contact_that_has_force_and_area(kernels) -> None:
+    assert kernels.gauge_of(2.0, 3e-3, 2.5, 0.5, LOAD) == fast.gauge(2.5, 0.4, 1e-3 / 3e-3)
+    for force, radius in ((0.0, 3e-3), (2.0, 0.0), (-1.0, 3e-3)):
+        assert kernels.gauge_of(force, radius, 2.5, 0.5, LOAD) == math.inf
+        assert kernels.gauge_of(force, radius, 2.5, 0.5, (0.0, 1e-3)) == math.inf
+        assert kernels.gauge_of(force, radius, 2.5, 0.5, (0.0, 0.0)) == 0.0
+
+
+def test_what_the_force_does_not_tell_of_the_gauge_is_kept_apart(kernels, m) -> None:
+    m[kernels.REP_FORCE], m[kernels.REP_FORCE_STD], m[kernels.REP_GAUGE_REL] = 0.5, 0.05, 0.26
+    assert kernels.variance_without_force(m) == pytest.approx(0.26**2 - 0.1**2)
+    m[kernels.REP_GAUGE_REL] = 0.09
+    assert kernels.variance_without_force(m) == 0.0
+    m[kernels.FRI_VAR] = 0.04
+    alone = (math.sinh(math.sqrt(3.0) * 0.2) / math.sqrt(3.0)) ** 2
+    for force, std, relative in ((0.0, 0.05, 0.2), (0.5, 0.5e6, 0.2), (0.5, 0.05, 1e6)):
+        m[kernels.REP_FORCE], m[kernels.REP_FORCE_STD], m[kernels.REP_GAUGE_REL] = force, std, relative
+        assert kernels.variance_without_force(m) == pytest.approx(alone)
+
+
+@pytest.mark.parametrize("torque", [0.0, 1e-3])
+@pytest.mark.parametrize("force", [0.8, 1.5])
+def test_the_bound_of_a_gauge_widens_by_what_relaxes_and_by_the_noise_of_the_load(
+    kernels, m, monkeypatch, force, torque
+) -> None:
+    monkeypatch.setattr(kernels, "variance_without_force", lambda _: 0.04)
+    monkeypatch.setattr(kernels, "upper_gauge", lambda *given: given[:3])
+    m[kernels.REP_FORCE_STD], m[kernels.SET_S_TANGENTIAL], m[kernels.SET_S_TORQUE] = 0.1, 0.02, 6e-5
+    fresh, a, mu = 1.2, 3e-3, 0.5
+    _, relative, noise = kernels.bound_gauge(m, 0.7, force, a, mu, fresh, (0.4, torque), 1.6)
+    lost = 0.3 * math.log(fresh / force)
+    assert relative == pytest.approx(math.sqrt(0.04 + (0.1 / force) ** 2 + lost**2))
+    assert noise == pytest.approx(math.hypot(0.02, 0.02 if torque else 0.0) / (mu * force))
+    assert kernels.bound_gauge(m, 0.7, force, a, mu, 0.0, (0.4, torque), 1.6)[1] == pytest.approx(
+        math.sqrt(0.04 + (0.1 / force) ** 2)
+    )
+
+
+@pytest.mark.parametrize("at", [0.013, 0.5, 1.0])
+def test_a_crossing_is_found_within_its_step(kernels, m, monkeypatch, at) -> None:
+    def probability(_m, _y, _before, dt, _begun, _load):
+        return (0.3 if dt >= at else 0.1), 9.0, 9.0
+
+    monkeypatch.setattr(kernels, "slip_probability_after", probability)
+    found = kernels.crossing_time(m, kernels.TRIED0, 1.0, 1.0, (1e-3, 1.0), LOAD, 0.2)
+    assert at <= found <= at + 2e-9
+
+
+@pytest.mark.parametrize(
+    ("earliest", "likely", "sliding", "told"),
+    [
+        (0.37, 41.0, 0.0, (41.0, 0.37)),
+        (0.0004, 0.0004, 0.0, (0.0004, 0.0004)),
+        (-1.0, 5.0, 0.0, (5.0, 0.0)),
+        (-1.0, -1.0, 0.0, (0.0, 0.0)),
+        (3.0, 1e5, 0.0, (math.inf, 3.0)),
+        (1e5, 1e5, 0.0, (math.inf, math.inf)),
+        (3.0, 41.0, 1.0, (0.0, 0.0)),
+        (math.nan, math.nan, 0.0, (math.nan, math.nan)),
+    ],
+)
+def test_a_hold_is_followed_until_slip_is_likely(
+    kernels, m, monkeypatch, earliest, likely, sliding, told
+) -> None:
+    """Slip has the chance 0.1 from one instant on, and one half from another."""
+    passed = [0.0, 0.0]  # [s] of the hold that is kept, and tried beyond it
+
+    def probability(_m, _y, before, dt, begun, load):
+        assert (begun, load) == ((2e-3, 1.5), (0.4, 1e-3))
+        assert before == (7.0 if passed[0] == 0.0 else 8.0)
+        passed[1] = dt
+        t = passed[0] + dt
+        return (0.5 if t >= likely else 0.1 if t >= earliest else 0.0 * likely), 3e-3, 8.0
+
+    monkeypatch.setattr(kernels, "slip_probability_after", probability)
+    monkeypatch.setattr(kernels, "begin_hold", lambda *_: (7.0, 2e-3, 1.5))
+    monkeypatch.setattr(kernels, "keep_hold", lambda *_: passed.__setitem__(0, sum(passed)))
+    m[kernels.FRI_SLIDING], m[kernels.REP_CONTACT] = sliding, 1.0
+    found = kernels.slip_times(m, -0.4, -1e-3, 0.1)
+    assert found == pytest.approx(told, rel=1e-6, nan_ok=True)
+    m[kernels.REP_CONTACT] = 0.0
+    assert all(math.isnan(one) for one in kernels.slip_times(m, 0.4, 1e-3, 0.1))
+
+
+@pytest.mark.parametrize("power", [1.0, 1.5, 2.0, 4.0])
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.9])
+def test_the_least_depth_is_where_the_worst_gauge_is_what_is_wanted(
+    kernels, m, monkeypatch, power, share
+) -> None:
+    radius, asked = m[kernels.SET_TIP_RADIUS], []
+
+    def worst(_m, _y, depth, load, quantile):
+        assert (load, quantile) == (LOAD, 1.6)
+        asked.append(depth)
+        return math.nan if depth < 1e-3 * radius else 0.8 * (share * radius / depth) ** power
+
+    monkeypatch.setattr(kernels, "worst_gauge", worst)
+    for present in (0.0, 0.05 * radius, 0.7 * radius):
+        asked.clear()
+        found = kernels.least_depth(m, kernels.TRIED0, LOAD, 0.8, present, 1.6)
+        assert share * radius * (1.0 - 1e-9) <= found <= share * radius * (1.0 + 2e-6)
+        assert len(asked) <= (25 if present == 0.0 else 14)
+
+
+@pytest.mark.parametrize("hold", [0.0, 500.0])
+def test_the_worst_gauge_is_the_greatest_over_parts_of_the_horizon(kernels, m, monkeypatch, hold) -> None:
+    m[kernels.SET_HOLD], m[kernels.SET_HORIZON] = hold, 2.0
+    steps = []
+
+    def after(_m, _y, before, dt, begun, load, quantile):
+        assert (begun, load, quantile) == ((1e-3, 1.5), LOAD, 1.6)
+        steps.append((before, dt))
+        return [0.2, 0.5, 0.9, 0.4, 0.3][len(steps) - 1], 2e-3, 8.0
+
+    monkeypatch.setattr(kernels, "gauge_after", after)
+    monkeypatch.setattr(kernels, "begin_hold", lambda *_: (7.0, 1e-3, 1.5))
+    monkeypatch.setattr(kernels, "keep_hold", lambda *_: None)
+    worst = kernels.worst_gauge(m, kernels.TRIED0, 1e-3, LOAD, 1.6)
+    if hold == 0.0:
+        assert (worst, steps) == (0.2, [(7.0, 0.0)])
+        return
+    assert worst == 0.9
+    assert [before for before, _ in steps] == [7.0, 7.0, 8.0, 8.0, 8.0]
+    assert [dt for _, dt in steps] == pytest.approx([0.0, 0.2, 0.3, 0.5, 1.0])
