@@ -191,6 +191,16 @@ def test_a_slow_sensor_is_named_by_the_shape_of_what_it_shows(tip, kind, name, s
     assert not any(one.is_grave for one in found.doubts)
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("seconds", [0.016, 0.06])
+def test_a_slow_sensor_is_measured_beside_many_relaxation_times(tip, seconds) -> None:
+    branches = ((0.12, 20.0), (0.12, 3.0), (0.12, 0.4))
+    found = diagnose(tip(27, kinds=KINDS, branches=branches, late=("lag", seconds)))
+    assert found.verdict in ("named", "ambiguous")
+    assert "sensor_lag" in [one.candidate.name for one in found.search.accepted]
+    assert found.model.values["tau"].value == pytest.approx(seconds, rel=0.2)
+
+
 @pytest.mark.slow
 def test_a_touch_is_too_short_to_name_anything(bench) -> None:
     sticky = bench("sensor_lag")

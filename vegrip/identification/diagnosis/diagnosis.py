@@ -346,4 +346,5 @@ def _diagnosed(start: Fit, most: int, threads: int, report: Report) -> Diagnosis
     if not found.accepted or said.verdict == "unexplained":
         return said
     contests = {name: (one.base, one.tried[0].fitted) for name, one in found.contests.items()}
-    return replace(said, unproven=unproven(start.problem, contests, is_named=said.verdict == "named"))
+    why = unproven(start.problem, contests, is_named=said.verdict == "named")
+    return replace(said, unproven=why) if why else said  # which knows what is left
