@@ -63,7 +63,9 @@ def test_a_finger_that_is_not_configured_is_not_sent() -> None:
         codec = CanCodec(FINGERS, fd=fd)
         assert codec.encode(FingertipState(0, "index", 0)) == []
         assert codec.clipped == {"finger": 1}
-    assert MsgpackCodec(fingers=FINGERS).encode(FingertipState(0, "index", 0)) is None
+    network = MsgpackCodec(fingers=FINGERS)
+    assert network.encode(FingertipState(0, "index", 0)) is None
+    assert network.clipped == {"finger": 1}
 
 
 @pytest.mark.parametrize("bound", [-0.3751, -0.001, 0.0, 0.299, 0.3, 0.3049, 0.999])

@@ -52,13 +52,6 @@ def test_only_configured_fingers_are_heard() -> None:
     assert receiver.rejected == {"unknown_topic": 1}
 
 
-def test_only_configured_fingers_are_told() -> None:
-    sender = MsgpackCodec(fingers=["thumb"])
-    assert sender.encode(FingertipState(0, "thumb", 0)) is not None
-    assert sender.encode(FingertipState(0, "index", 0)) is None
-    assert sender.clipped == {"finger": 1}
-
-
 @pytest.mark.parametrize("name", ["", "in dex", "index/state", "x" * 65, "zeigefinger\n"])
 def test_a_name_that_cannot_stand_in_a_topic_is_refused(name: str) -> None:
     with pytest.raises(ConfigError):
