@@ -1,13 +1,14 @@
 """Grasp and release of a virtual hand by the whole node, in simulated time."""
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
 from vegrip.clock import NS
 from vegrip.errors import ConfigError, UsageError
+from vegrip.grip.grasp_action import GraspGoal, ReleaseGoal
 from vegrip.messages import FingertipState, ForceCommand, GraspPhase, GraspStatus
 from vegrip.trials import candidates
 from vegrip.trials.closed_loop import GRASPS
@@ -144,6 +145,19 @@ def test_where_no_margin_is_known_force_decides_and_it_says_so():
     assert status.phase is GraspPhase.HELD
     assert status.reason == "by force alone: no margin is known"
     assert math.isnan(status.margin)
+
+
+def test_goals_have_these_defaults_and_bounds():
+    declared = {
+        GraspGoal: {
+            "force": (2.0, 0.0, 1e3), "max_force": (1e3, 0.0, 1e3), "margin": (0.0, -1.0, 1.0),
+            "timeout": (5.0, 0.1, 600.0),
+        },
+        ReleaseGoal: {"rate": (10.0, 0.1, 1e3), "timeout": (5.0, 0.1, 600.0)},
+    }  # fmt: skip
+    for goal, expected in declared.items():
+        found = {f.name: (f.default, f.metadata["parameter"]) for f in fields(goal)}
+        assert {name: (default, of.low, of.high) for name, (default, of) in found.items()} == expected
 
 
 def test_goals_that_cannot_be_are_refused_in_a_sentence():
