@@ -43,8 +43,8 @@ def dbc(fingers, normal):
     return f'VERSION ""\nBU_: Hand PC\n{states}BO_ 768 Cmd: 8 PC\n{targets}'
 
 
-def written(fingers, normal='Fn : 0|16@1- (0.5,0) [-3000|3000] "gf'):
-    """Write the database and a log in which all fingers rest, press and are sheared along their x."""
+def written(fingers, normal='Fn : 0|16@1- (0.5,0) [-3000|3000] "gf', silent=()):
+    """Write the database and a log in which all others rest, press and are sheared along their x."""
     text = dbc(fingers, normal)
     Path("own.dbc").write_text(text)
     database, rng = cantools.database.load_string(text, "dbc"), np.random.default_rng(5)
@@ -56,6 +56,8 @@ def written(fingers, normal='Fn : 0|16@1- (0.5,0) [-3000|3000] "gf'):
             force = 4.8e3 * max(depth, 0.0) * 1.0
             shear = 0.3 * force * max(math.sin(math.pi * (t - 5) / 3), 0.0) if t > 5 else 0.0
             for n, f in enumerate(fingers):
+                if f in silent:
+                    continue
                 fn, fs1, fs2 = (
                     round((value / GRAM + rng.normal(0.0, 0.6)) / 0.5) * 0.5
                     for value in (-force + 14 * GRAM, 5 * GRAM, -shear)
@@ -153,6 +155,18 @@ def test_a_finger_that_no_name_tells_is_not_denied(folder, capsys):
     written(("FA", "FB"))
     _, told = connected(capsys, "--fingers", "thumb,index,middle")
     assert any("middle: no name, letter or number shows a further finger" in line for line in told["open"])
+
+
+@pytest.mark.parametrize(
+    ("options", "named"), [(["--fingers", "thumb,index,middle"], "middle: "), ([], "a further finger: ")]
+)
+def test_of_a_finger_that_sends_nothing_it_is_said_that_no_frame_came(folder, capsys, options, named):
+    written(("FA", "FB", "FC"), silent=("FC",))
+    hand, told = connected(capsys, *options)
+    assert list(hand["fingers"]) == ["thumb", "index"]
+    (said,) = [line for line in told["open"] if "no frame of FC_State came" in line]
+    assert said.startswith(named)
+    assert not any("shows a further finger" in line for line in told["open"])
 
 
 ALONE = {

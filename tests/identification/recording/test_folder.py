@@ -209,3 +209,11 @@ def test_a_misspelt_key_of_the_fingertip_is_said_with_the_right_one(tmp_path: Pa
     assert about != TOML
     read_recording(folder_with(tmp_path, "0,0,0,0\n1,0,0,1\n", about))
     assert "did you mean radius?" in caplog.text
+
+
+def test_a_folder_of_recordings_is_none_and_names_them(tmp_path: Path) -> None:
+    for finger in ("thumb", "index"):
+        (tmp_path / finger).mkdir()
+        (tmp_path / finger / "recording.toml").write_text(TOML)
+    with pytest.raises(RecordingError, match="holds the recordings index, thumb; give one of them"):
+        read_recording(tmp_path)

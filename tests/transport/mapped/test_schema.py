@@ -75,6 +75,11 @@ BAD = {
     "set": ("Enable = 1", "Enabel = 1", "did you mean Enable?"),
     "nodes": ("rate = 200.0", "nodes = { thumb = 1 }", "'nodes' belongs to an .eds"),
     "too old": (HEAD, "[fingers.thumb]\nmax_age = -1.0\n" + HEAD, "must lie in 0 .. 10 s"),
+    "no unit of an angle": (
+        '[fingers.thumb.tangential_force_x]\nsignal = "Tip1.Fx"',
+        '[fingers.thumb.tangential_direction]\nsignal = "Tip1.Cnt"',
+        "nothing says the unit of this angle",
+    ),
     "no table": (
         "[fingers.thumb.normal_force]\n" + FZ,
         "[fingers.thumb]\nnormal_force = 3",

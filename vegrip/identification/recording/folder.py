@@ -60,6 +60,9 @@ def read_recording(
 
     """
     folder = existing_folder(Path(folder))
+    fingers = sorted(one.parent.name for one in folder.glob(f"*/{TOML}"))
+    if fingers and not (folder / TOML).exists():
+        raise RecordingError(f"{folder}: holds the recordings {', '.join(fingers)}; give one of them")
     about = _about(folder / TOML)
     report = LoadReport()
     fingertip, sensors = _fingertip(folder, about, report), _sensors(folder, about)

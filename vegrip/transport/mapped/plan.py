@@ -182,6 +182,8 @@ class _Maker:
         for each in source.names:
             self._claim(each, finger, name, where)
         unit = source.unit or self._unit(source.names[0], where)
+        if name == "tangential_direction" and not (unit or source.gain or source.table):
+            raise ConfigError(f'{where}: nothing says the unit of this angle: \'unit\' = "deg" or "rad"')
         scale, offset = _to_si(name, source, unit, where)
         weights = source.weights or (1.0,) * len(source.names)
         slots = [

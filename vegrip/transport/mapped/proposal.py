@@ -57,13 +57,16 @@ def propose(
     settings: Sequence[Setting] = (),
 ) -> Proposal:
     """Return the map that names, units and traffic suggest; ``settings`` of the user go over every guess."""
-    found = guesses(database, tuple(names) or USUAL)
+    found, silent = guesses(database, tuple(names) or USUAL), list[str]()
     if any(not database.messages[one.message].asked for one in found if one.channel in MAPPED_CHANNELS):
         found = [one for one in found if not database.messages[one.message].asked]
     if traffic is not None:
         if not heard:
             raise InputError(_nothing_heard(database, traffic))
         spoken = {name.partition(".")[0] for name in heard}
+        measured = [one for one in found if one.channel in MAPPED_CHANNELS and one.finger]
+        heard_of = {one.finger for one in measured if one.message in spoken}
+        silent = sorted({one.message for one in measured if one.finger not in heard_of}, key=_natural)
         ordered = {one.message for one in found if one.channel == "command"}
         found = [one for one in found if one.message in spoken or one.message in ordered]
         found = [one for one in found if one.message in spoken or one.channel not in MAPPED_CHANNELS]
@@ -89,7 +92,7 @@ def propose(
     if traffic is not None:
         _time(proposal, database, traffic, heard)
     _doubt(proposal, fingers)
-    _doubt_names(proposal, database, tuple(names))
+    _doubt_names(proposal, database, tuple(names), silent)
     return proposal
 
 
@@ -271,9 +274,16 @@ def _doubt(proposal: Proposal, fingers: Mapping[str, list[Guess]]) -> None:
             _doubt_command(proposal, finger.command, where)
 
 
-def _doubt_names(proposal: Proposal, database: Database, names: tuple[str, ...]) -> None:
+def _doubt_names(
+    proposal: Proposal, database: Database, names: tuple[str, ...], silent: Sequence[str]
+) -> None:
     left = [name for name in names if name not in proposal.fingers]
-    if left:
+    if silent:
+        proposal.doubts.append(
+            f"{', '.join(left) or 'a further finger'}: no frame of {', '.join(silent)} came, so it is left "
+            "out; look whether it is connected and switched on, and give a log in which it speaks"
+        )
+    elif left:
         proposal.doubts.append(
             f"{', '.join(left)}: no name, letter or number shows a further finger in {database.name}; "
             f"if there is one, say its force: --set fingers.{left[0]}.normal_force.signal=MESSAGE.SIGNAL"
