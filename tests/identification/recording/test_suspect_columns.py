@@ -8,7 +8,7 @@ import pytest
 
 from vegrip.identification.recording import Kind
 from vegrip.identification.recording.checks import suspect_columns
-from vegrip.identification.recording.column_map import BaselineMap, ColumnMap, with_columns
+from vegrip.identification.recording.column_map import BaselineMap, ChannelMap, ColumnMap, with_columns
 from vegrip.identification.recording.import_csv import import_csv
 from vegrip.identification.samples import recording
 from vegrip.types import Floats
@@ -144,6 +144,9 @@ def test_the_travel_of_a_rig_is_no_indentation_and_the_option_that_is_told_makes
     depth, force = pressed(noise=1e-3)
     np.testing.assert_allclose(right.columns["normal_force"], np.tile(force, 2), atol=2e-3)
     np.testing.assert_allclose(right.columns["displacement"], np.tile(depth, 2), atol=4e-5)
+    stated = ColumnMap({"displacement": ChannelMap("displacement", offset=-1e-5)})  # where the zero is
+    chart = with_columns(stated, ["episode=trial"], [])
+    assert "travel" not in import_csv(travelled(tmp_path, 2.4e-3), chart, radius=RADIUS).report.summary()
     near = import_csv(travelled(tmp_path, 0.2e-3), with_columns(ColumnMap(), ["episode=trial"], []))
     assert Kind.SUSPECT not in {one.kind for one in near.report.findings}  # a fit finds it
 

@@ -213,7 +213,7 @@ def _suspect_travel(
     if not {"displacement", "normal_force"} <= columns.keys():
         return
     entries = chart.channels["displacement"], chart.channels["normal_force"]
-    if entries[0].zero != "none":
+    if entries[0].zero != "none" or entries[0].offset:
         return
     off, pressed, rests = [], [], []
     for rows in stretches_of(trial):
