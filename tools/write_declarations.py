@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from vegrip.contact.limit_surface.fast import gauge as gauge
 from vegrip.contact.limit_surface.fast import radius_gradient_towards as radius_gradient_towards
 from vegrip.contact.limit_surface.fast import torsion_gradient as torsion_gradient
+from vegrip.grip.grasp_memory import GraspMemory as GraspMemory
 from vegrip.model.generated import advance as advance, readout as readout
 Bytes = NDArray[np.uint8]
 """

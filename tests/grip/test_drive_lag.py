@@ -8,15 +8,6 @@ import numpy as np
 import pytest
 
 from vegrip.grip.drive_lag import (
-    DRIVE_FORCE,
-    DRIVE_KNOWN,
-    DRIVE_LAG,
-    DRIVE_MISFIT,
-    DRIVE_MOVED,
-    DRIVE_P,
-    DRIVE_SEEN,
-    DRIVE_SIZE,
-    DRIVE_STATE,
     begin_drives,
     follow_drive,
     judge_drive,
@@ -27,6 +18,7 @@ from vegrip.grip.drive_lag import (
 from vegrip.grip.drive_log import DriveLog, describe_lag
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.grasp_friction import GraspFriction
+from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.types import Floats
 
@@ -64,9 +56,9 @@ def forces(
         yield command, force + 0.005 + NOISE * rng.standard_normal()
 
 
-def followed(samples: Iterator[tuple[float, float]]) -> list[float]:
+def followed(samples: Iterator[tuple[float, float]]) -> GraspMemory:
     """Return the state after all samples."""
-    q = [0.0] * DRIVE_SIZE
+    q = GraspMemory()
     begin_drives(q, NOISE)
     for command, force in samples:
         follow_drive(q, FINGER, DT, command, force)
@@ -105,11 +97,11 @@ def test_a_drive_that_becomes_slower_is_found_out() -> None:
 @pytest.mark.parametrize("wrong", [1e3, -5.0, 0.0, math.inf, math.nan])
 def test_one_bad_sample_of_the_force_moves_the_lag_by_little(wrong: float) -> None:
     samples = list(forces(grips(10.0), 0.0133))
-    good = followed(iter(samples))[DRIVE_LAG + FINGER]
+    good = followed(iter(samples)).drive.lag[FINGER]
     for at in range(4000, 4400, 100):
         bad = [*samples]
         bad[at] = (samples[at][0], wrong)
-        assert followed(iter(bad))[DRIVE_LAG + FINGER] == pytest.approx(good, abs=1e-3)
+        assert followed(iter(bad)).drive.lag[FINGER] == pytest.approx(good, abs=1e-3)
 
 
 def test_a_force_that_stands_still_or_does_not_listen_is_not_taken_for_a_lag() -> None:
@@ -122,7 +114,7 @@ def test_a_force_that_stands_still_or_does_not_listen_is_not_taken_for_a_lag() -
 def test_samples_that_do_not_count_teach_nothing() -> None:
     """A fail-safe, a doubtful force or a stale state come as a command that is no number."""
     q = followed((math.nan, force) for _, force in forces(grips(10.0), 0.03))
-    assert q[DRIVE_STATE + 3 * FINGER] == pytest.approx(0.015)
+    assert q.drive.state[3 * FINGER] == pytest.approx(0.015)
     assert math.isnan(measured_lag(q, FINGER))
 
 
@@ -131,7 +123,7 @@ def test_the_lag_stays_within_bounds_whatever_comes() -> None:
     odd = rng.choice([0.0, 1.0, 1.4, 5.0, 1e300, -1e300, math.nan, math.inf], size=(20_000, 2))
     q = followed((float(command), float(force)) for command, force in odd)
     assert all(math.isfinite(value) for value in q)
-    assert 0.0 <= q[DRIVE_LAG + FINGER] <= 0.3
+    assert 0.0 <= q.drive.lag[FINGER] <= 0.3
 
 
 def test_a_node_logs_the_lag_of_a_drive_once_it_is_known(caplog: pytest.LogCaptureFixture) -> None:
@@ -141,7 +133,7 @@ def test_a_node_logs_the_lag_of_a_drive_once_it_is_known(caplog: pytest.LogCaptu
     with caplog.at_level("INFO", logger="vegrip.grip"):
         log.tell("thumb", friction, GripSettings(drive_lag=0.01))
         for command, force in forces(grips(20.0), 0.0133):
-            follow_drive(friction.shared, 0, DT, command, force)
+            follow_drive(friction.memory, 0, DT, command, force)
             log.tell("thumb", friction, GripSettings(drive_lag=0.01))
     assert friction.drive_lag("thumb") == pytest.approx(0.0143, rel=0.2)
     told = [record.getMessage() for record in caplog.records]
@@ -152,7 +144,7 @@ def test_a_node_logs_the_lag_of_a_drive_once_it_is_known(caplog: pytest.LogCaptu
 def test_other_parameters_do_not_make_it_forget_a_lag() -> None:
     friction = GraspFriction({"thumb": object()}, FrictionSettings(), 0.01, 0.01)
     for command, force in forces(grips(20.0), 0.0133):
-        follow_drive(friction.shared, 0, DT, command, force)
+        follow_drive(friction.memory, 0, DT, command, force)
     known = friction.drive_lag("thumb")
     friction.set_lead(GripSettings(measure_lag=True), 1e-4)
     assert friction.drive_lag("thumb") == known
@@ -167,21 +159,21 @@ def test_what_a_slow_drive_costs_is_said() -> None:
     assert describe_lag(0.004, grip) == "lag 4 ms, configured 10 ms"
 
 
-def drive(q: list[float]) -> tuple[Floats, Floats]:
+def drive(q: GraspMemory) -> tuple[Floats, Floats]:
     """Return the state (L, s, b) of the finger and its covariance."""
-    x, p = DRIVE_STATE + 3 * FINGER, DRIVE_P + 9 * FINGER
-    return np.array(q[x : x + 3]), np.array(q[p : p + 9]).reshape(3, 3)
+    x, p = 3 * FINGER, 9 * FINGER
+    return np.array(q.drive.state[x : x + 3]), np.array(q.drive.p[p : p + 9]).reshape(3, 3)
 
 
 @pytest.mark.parametrize(("rate", "way", "stds"), [(3.0, 1.0, 1.0), (-5.0, -0.4, -2.0), (2.0, 0.0, 9.0)])
 def test_a_gap_is_a_kalman_filters_measurement_of_lag_stiction_and_offset(rate, way, stds) -> None:
     """In matrices: walk, innovation of at most three deviations, gain, covariance; the others' stay."""
-    q = [0.0] * DRIVE_SIZE
+    q = GraspMemory()
     begin_drives(q, NOISE)
-    p = DRIVE_P + 9 * FINGER
     root = np.diag([4e-3, 8e-3, 2e-2]) @ np.tril(np.array([[1.0, 0, 0], [0.3, 0.9, 0], [-0.5, 0.2, 0.7]]))
-    q[p : p + 9] = (root @ root.T).ravel().tolist()
-    others = q[:p] + q[p + 9 :]
+    for k, value in enumerate((root @ root.T).ravel()):
+        q.drive.p[9 * FINGER + k] = value
+    before = q.array.copy()
     x, P = drive(q)
     P += np.diag([3e-4**2 * DT, 0.0, 0.01**2 * DT])
     h = np.array([rate, way, 1.0])
@@ -194,14 +186,21 @@ def test_a_gap_is_a_kalman_filters_measurement_of_lag_stiction_and_offset(rate, 
     assert after == pytest.approx([moved[0], min(max(moved[1], 0.0), 0.5), moved[2]], rel=1e-12)
     assert covariance == pytest.approx(P - np.outer(gain, h @ P), rel=1e-12, abs=1e-18)
     fade = 1.0 - math.exp(-DT / 0.3)
-    assert q[DRIVE_MISFIT + FINGER] == pytest.approx(fade * min(abs(off), 0.5))
-    changed = {k for k, (a, b) in enumerate(zip(others, q[:p] + q[p + 9 :], strict=True)) if a != b}
-    own = DRIVE_STATE + 3 * FINGER
-    assert changed <= {own, own + 1, own + 2, DRIVE_MISFIT + FINGER}
+    assert q.drive.misfit[FINGER] == pytest.approx(fade * min(abs(off), 0.5))
+    restored = GraspMemory()
+    restored.array[:] = q.array
+    begin, own = 3 * FINGER, GraspMemory()
+    own.array[:] = before
+    for k in range(9):
+        restored.drive.p[9 * FINGER + k] = own.drive.p[9 * FINGER + k]
+    for k in range(begin, begin + 3):
+        restored.drive.state[k] = own.drive.state[k]
+    restored.drive.misfit[FINGER] = own.drive.misfit[FINGER]
+    assert np.array_equal(restored.array, before)
 
 
 def test_what_is_known_of_a_drive_fades_to_what_was_known_at_the_beginning() -> None:
-    q = [0.0] * DRIVE_SIZE
+    q = GraspMemory()
     begin_drives(q, NOISE)
     _, first = drive(q)
     assert first == pytest.approx(np.diag([0.015**2, 0.02**2, 0.05**2]))
@@ -223,47 +222,46 @@ def test_what_is_known_of_a_drive_fades_to_what_was_known_at_the_beginning() -> 
 )
 def test_a_lag_is_known_where_it_is_sure_was_moved_and_explains(std, moved, misfit, before, known) -> None:
     """At a lag of 9 ms a tenth of what is told, 10.03 ms, and a fifth of it once it was known."""
-    q = [0.0] * DRIVE_SIZE
+    q = GraspMemory()
     begin_drives(q, NOISE)
-    q[DRIVE_STATE + 3 * FINGER], q[DRIVE_P + 9 * FINGER] = 9e-3, std**2
-    q[DRIVE_MOVED + FINGER], q[DRIVE_MISFIT + FINGER], q[DRIVE_KNOWN + FINGER] = moved, misfit * NOISE, before
+    q.drive.state[3 * FINGER], q.drive.p[9 * FINGER] = 9e-3, std**2
+    q.drive.moved[FINGER], q.drive.misfit[FINGER], q.drive.known[FINGER] = moved, misfit * NOISE, before
     judge_drive(q, FINGER, DT)
-    assert q[DRIVE_LAG + FINGER] == pytest.approx(10.037e-3, rel=1e-3)
+    assert q.drive.lag[FINGER] == pytest.approx(10.037e-3, rel=1e-3)
     assert math.isnan(measured_lag(q, FINGER)) != known
 
 
 def test_the_rate_that_a_drive_was_seen_to_follow_with_is_the_fastest_of_the_last_minute() -> None:
-    q = [0.0] * DRIVE_SIZE
+    q = GraspMemory()
     begin_drives(q, NOISE)
-    q[DRIVE_FORCE + FINGER] = 1.0
+    q.drive.force[FINGER] = 1.0
     force = 1.0
     for _ in range(200):  # 40 N/s behind a command that is ahead
         force += 40.0 * DT
         watch_rate(q, FINGER, DT, force + 0.3, force)
-    assert q[DRIVE_SEEN + FINGER] == pytest.approx(40.0, rel=1e-3)
+    assert q.drive.seen[FINGER] == pytest.approx(40.0, rel=1e-3)
     for _ in range(50):  # away from the command
         force += 90.0 * DT
         watch_rate(q, FINGER, DT, force - 0.3, force)
-    assert q[DRIVE_SEEN + FINGER] == pytest.approx(40.0, rel=5e-3)
+    assert q.drive.seen[FINGER] == pytest.approx(40.0, rel=5e-3)
     watch_rate(q, FINGER, 60.0, force, force)
-    assert q[DRIVE_SEEN + FINGER] == pytest.approx(40.0 / math.e, rel=1e-2)
+    assert q.drive.seen[FINGER] == pytest.approx(40.0 / math.e, rel=1e-2)
 
 
 def test_samples_count_only_after_a_rest_in_a_slow_motion_that_the_force_follows() -> None:
-    def after(commands: list[float], lag: float = 0.0) -> list[float]:
-        q = [0.0] * DRIVE_SIZE
+    def after(commands: list[float], lag: float = 0.0) -> float:
+        q = GraspMemory()
         begin_drives(q, NOISE)
         for command in commands:
             follow_drive(q, FINGER, DT, command, command - lag)
-        return q
+        return q.drive.moved[FINGER]
 
     ramp = [2.0 + 4.0 * DT * k for k in range(60)]
-    at = DRIVE_MOVED + FINGER
-    assert after(ramp[:5])[at] == 0.0  # 10 ms of rest first
-    moved = [after(ramp[:n])[at] for n in (20, 40, 60)]
+    assert after(ramp[:5]) == 0.0  # 10 ms of rest first
+    moved = [after(ramp[:n]) for n in (20, 40, 60)]
     assert 0.0 < moved[0] < moved[1] < moved[2]
     assert moved[2] - moved[1] <= 4.0 * 20 * DT  # the path of the model
-    assert after([2.0 + 0.45 * DT * k for k in range(60)])[at] == 0.0  # too slow to tell
-    assert after([2.0 + 12.5 * DT * k for k in range(60)])[at] == 0.0  # perhaps at its rate limit
-    assert after(ramp, 0.51)[at] == 0.0  # does not listen
-    assert after([*ramp[:30], math.nan, *ramp[30:34]])[at] == pytest.approx(after(ramp[:30])[at])
+    assert after([2.0 + 0.45 * DT * k for k in range(60)]) == 0.0  # too slow to tell
+    assert after([2.0 + 12.5 * DT * k for k in range(60)]) == 0.0  # perhaps at its rate limit
+    assert after(ramp, 0.51) == 0.0  # does not listen
+    assert after([*ramp[:30], math.nan, *ramp[30:34]]) == pytest.approx(after(ramp[:30]))

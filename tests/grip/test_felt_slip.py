@@ -7,13 +7,7 @@ import pytest
 from vegrip.grip.felt_slip import (
     FELT_BY_LOAD,
     FELT_BY_OTHER,
-    FELT_FLAG,
-    FELT_OFF,
     FELT_SILENT,
-    FELT_SIZE,
-    FELT_SPEED,
-    FELT_WHY,
-    FELT_WIDTH,
     begin_felt_slip,
     believed_flag,
     believed_speed,
@@ -22,18 +16,19 @@ from vegrip.grip.felt_slip import (
     shows_sliding,
     twist_share,
 )
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 
 DT = 0.002
 
 
-def felt(delay: float = 0.0) -> list[float]:
-    q = [0.0] * FELT_SIZE
+def felt(delay: float = 0.0) -> GraspMemory:
+    q = GraspMemory()
     begin_felt_slip(q, 1e-3, delay)
     return q
 
 
 def feel(
-    q: list[float], seconds: float, slip: float, speed: float, u: float, to: float = 0.0, twist: float = 0.0
+    q: GraspMemory, seconds: float, slip: float, speed: float, u: float, to: float = 0.0, twist: float = 0.0
 ) -> None:
     """Feel the same for a while; ``u`` goes to ``to`` on the way, if that is given."""
     samples = round(seconds / DT)
@@ -42,7 +37,7 @@ def feel(
         judge_felt_slip(q, 1, DT, slip, speed, now, twist)
 
 
-def is_believed(q: list[float]) -> tuple[bool, bool]:
+def is_believed(q: GraspMemory) -> tuple[bool, bool]:
     return not math.isnan(believed_flag(q, 1, 1.0)), not math.isnan(believed_speed(q, 1, 1.0))
 
 
@@ -70,14 +65,14 @@ def test_a_flag_that_stays_while_the_grip_grows_is_found_out_by_the_load_alone()
     feel(q, 1.0, 0.0, math.nan, 0.5)
     feel(q, 0.2, 1.0, math.nan, 0.5, 0.2)
     assert is_believed(q) == (False, True)
-    assert q[FELT_FLAG + FELT_WIDTH + FELT_WHY] == FELT_BY_LOAD
+    assert q.felt.why[1] == FELT_BY_LOAD
 
 
 def test_a_slip_speed_that_stays_while_the_grip_grows_is_found_out_by_the_load() -> None:
     q = felt()
     feel(q, 0.2, math.nan, 0.5, 0.5, 0.2)
     assert is_believed(q) == (True, False)
-    assert q[FELT_SPEED + FELT_WIDTH + FELT_WHY] == FELT_BY_LOAD
+    assert q.felt.why[BELIEF_MOST + 1] == FELT_BY_LOAD
 
 
 def test_a_flag_without_slip_speed_is_found_out_before_the_grip_has_grown_much() -> None:
@@ -86,14 +81,14 @@ def test_a_flag_without_slip_speed_is_found_out_before_the_grip_has_grown_much()
     assert is_believed(q) == (True, True)
     feel(q, 0.02, 1.0, 2e-5, 0.5)
     assert is_believed(q) == (False, True)
-    assert q[FELT_FLAG + FELT_WIDTH + FELT_WHY] == FELT_BY_OTHER
+    assert q.felt.why[1] == FELT_BY_OTHER
 
 
 def test_a_flag_that_is_silent_or_late_in_a_slide_is_found_out_by_the_slip_speed() -> None:
     q = felt()
     feel(q, 0.2, 0.0, 5e-3, 0.7)
     assert is_believed(q) == (False, True)
-    assert q[FELT_FLAG + FELT_WIDTH + FELT_WHY] == FELT_SILENT
+    assert q.felt.why[1] == FELT_SILENT
 
 
 def test_a_patch_that_is_twisted_slides_in_part_without_a_flag() -> None:
@@ -126,7 +121,7 @@ def test_single_samples_that_go_on_while_the_grip_grows_are_found_out_by_the_loa
         feel(q, DT, 1.0, math.nan, 0.5 if k < 3 else 0.2)
         feel(q, 0.1, 0.0, math.nan, 0.5 if k < 3 else 0.2)
     assert is_believed(q) == (False, True)
-    assert q[FELT_FLAG + FELT_WIDTH + FELT_WHY] == FELT_BY_LOAD
+    assert q.felt.why[1] == FELT_BY_LOAD
 
 
 def test_a_slide_is_over_where_the_load_has_fallen_far_below_what_it_was() -> None:
@@ -159,11 +154,11 @@ def test_a_load_that_is_not_known_contradicts_nothing() -> None:
     assert is_believed(q) == (True, True)
 
 
-def lasts(q: list[float], *felt: float, channel: int = FELT_FLAG) -> float:
+def lasts(q: GraspMemory, *felt: float, channel: int = 0) -> float:
     """Return for how long [s] the same (slip, speed, u, twist) is felt until the channel is not believed."""
     for k in range(1, 2000):
         judge_felt_slip(q, 1, 0.001, *felt)
-        if q[channel + FELT_WIDTH + FELT_OFF] > 0.0:
+        if q.felt.off[channel + 1] > 0.0:
             return 0.001 * k
     return math.inf
 
@@ -205,7 +200,7 @@ def test_how_long_flag_and_slip_speed_may_contradict_each_other(delay, felt, sec
         assert lasts(q, *felt) == pytest.approx(left, abs=0.012)
 
 
-def felt_at(delay: float) -> list[float]:
+def felt_at(delay: float) -> GraspMemory:
     q = felt(delay)
     feel(q, 0.1, 0.0, 0.0, 0.5)
     feel(q, DT, 1.0, 5e-3, 0.7)
@@ -213,9 +208,7 @@ def felt_at(delay: float) -> list[float]:
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.05])
-@pytest.mark.parametrize(
-    ("slip", "speed", "channel"), [(1.0, math.nan, FELT_FLAG), (math.nan, 2e-3, FELT_SPEED)]
-)
+@pytest.mark.parametrize(("slip", "speed", "channel"), [(1.0, math.nan, 0), (math.nan, 2e-3, BELIEF_MOST)])
 def test_how_far_and_for_how_long_the_load_may_fall_under_a_slide(delay, slip, speed, channel) -> None:
     """Below six tenths of the largest of the burst for 30 ms; a second of silence ends a burst."""
     for share, seconds in ((0.59, 0.03), (0.61, math.inf)):

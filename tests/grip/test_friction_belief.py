@@ -6,11 +6,6 @@ import numpy as np
 import pytest
 
 from vegrip.grip.friction_belief import (
-    BELIEF_MEAN,
-    BELIEF_MOST,
-    BELIEF_P,
-    BELIEF_SINCE,
-    BELIEF_SIZE,
     absorb_evidence,
     absorb_factor,
     begin_belief,
@@ -18,25 +13,26 @@ from vegrip.grip.friction_belief import (
     expect_finger,
     widen_belief,
 )
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 from vegrip.types import Floats
 
 LN_MU, STD, OWN = math.log(0.7), 0.4, 0.08
 
 
-def belief(fingers: int = 5, drift: float = 0.03, shock: float = 0.08) -> list[float]:
-    g = [0.0] * BELIEF_SIZE
+def belief(fingers: int = 5, drift: float = 0.03, shock: float = 0.08) -> GraspMemory:
+    g = GraspMemory()
     begin_belief(g, fingers, drift, shock)
     for i in range(fingers):
         expect_finger(g, i, LN_MU, STD, OWN)
     return g
 
 
-def mean(g: list[float], n: int = 5) -> Floats:
-    return np.array(g[BELIEF_MEAN : BELIEF_MEAN + n])
+def mean(g: GraspMemory, n: int = 5) -> Floats:
+    return np.array(g.belief.mean[:n])
 
 
-def covariance(g: list[float], n: int = 5) -> Floats:
-    P: Floats = np.array(g[BELIEF_P:]).reshape(BELIEF_MOST, BELIEF_MOST)[:n, :n]
+def covariance(g: GraspMemory, n: int = 5) -> Floats:
+    P: Floats = np.array(g.belief.p).reshape(BELIEF_MOST, BELIEF_MOST)[:n, :n]
     return P
 
 
@@ -78,10 +74,10 @@ def test_a_factor_is_taken_back_by_its_inverse() -> None:
 
 def test_a_factor_that_would_leave_no_variance_changes_nothing() -> None:
     g = belief()
-    kept = list(g)
+    kept = list(g.array)
     for precision, weighted in ((-1e3, 0.0), (-1.0 / STD**2, 0.0), (1.0, math.inf), (math.nan, 0.0)):
         absorb_factor(g, 0, precision, weighted)
-        assert g == kept
+        assert list(g.array) == kept
 
 
 def test_one_fingers_slip_lowers_what_every_finger_counts_on() -> None:
@@ -116,10 +112,10 @@ def test_forgetting_widens_with_time_and_never_beyond_the_prior() -> None:
     g = belief()
     absorb_factor(g, 0, 1e3, 1e3 * LN_MU)
     known = believed_variance(g, 0)
-    g[BELIEF_SINCE] = 4.0
+    g.belief.since = 4.0
     widen_belief(g)
     assert believed_variance(g, 0) == pytest.approx(known + 0.03**2 * 4.0)
-    g[BELIEF_SINCE] = 1e9
+    g.belief.since = 1e9
     widen_belief(g)
     assert np.all(np.diag(covariance(g)) <= STD**2 + 1e-12)
     assert np.all(np.linalg.eigvalsh(covariance(g)) > -1e-12)
@@ -127,10 +123,10 @@ def test_forgetting_widens_with_time_and_never_beyond_the_prior() -> None:
 
 def test_what_is_no_evidence_changes_nothing() -> None:
     g = belief()
-    kept = list(g)
+    kept = list(g.array)
     absorb_evidence(g, 0, LN_MU, 0.0, -1.0, 0.1)
     absorb_evidence(g, 0, LN_MU, 0.1, -1.0, math.nan)
-    assert g == kept
+    assert list(g.array) == kept
 
 
 def test_a_slip_counts_for_no_more_than_one_at_four_standard_deviations() -> None:
@@ -141,7 +137,7 @@ def test_a_slip_counts_for_no_more_than_one_at_four_standard_deviations() -> Non
         prior, noise = STD**2, 0.05**2
         variance = prior * noise / (prior + noise)
         absorb_evidence(g, 0, LN_MU, prior, variance * (LN_MU / prior + math.log(u) / noise), variance)
-        return LN_MU - g[BELIEF_MEAN]
+        return LN_MU - g.belief.mean[0]
 
     assert fall(1e-9) == pytest.approx(fall(1e-6))
     assert fall(1e-6) < 4.0 * math.hypot(STD, 0.05)

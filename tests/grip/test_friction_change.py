@@ -6,11 +6,8 @@ import pytest
 from scipy.optimize import brentq
 from scipy.stats import norm
 
-from vegrip.grip.friction_belief import BELIEF_MEAN, BELIEF_P, begin_belief, expect_finger
+from vegrip.grip.friction_belief import begin_belief, expect_finger
 from vegrip.grip.friction_change import (
-    CHANGE_LEVEL,
-    CHANGE_SIZE,
-    CHANGE_SPREAD,
     CHANGED,
     FALL,
     FALL_SPREAD,
@@ -19,19 +16,19 @@ from vegrip.grip.friction_change import (
     follow_level,
     stated_friction,
 )
-from vegrip.grip.friction_probe import PROBE_UNKNOWN
 from vegrip.grip.grasp_friction import GraspFriction
+from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.messages import ContactEstimate, Estimate
 
 UNKNOWN = 0.2
 
 
-def belief(mean: float, std: float) -> list[float]:
-    g = [0.0] * CHANGE_SIZE
+def belief(mean: float, std: float) -> GraspMemory:
+    g = GraspMemory()
     begin_belief(g, 1, 0.03, 0.08)
     expect_finger(g, 0, mean, std, 0.08)
     begin_changes(g)
-    g[PROBE_UNKNOWN] = UNKNOWN
+    g.probe.unknown = UNKNOWN
     return g
 
 
@@ -78,32 +75,32 @@ def test_after_a_fall_the_interval_holds_the_friction_of_before():
 
 def test_the_level_follows_a_rise_at_once_and_a_fall_slowly():
     g = belief(-0.5, 0.1)
-    follow_level(g, g, 0, 0.002)
-    assert (g[CHANGE_LEVEL], g[CHANGE_SPREAD]) == (-0.5, pytest.approx(0.1))
-    g[BELIEF_MEAN], g[BELIEF_P] = -0.2, 0.05**2
-    follow_level(g, g, 0, 0.002)
-    assert (g[CHANGE_LEVEL], g[CHANGE_SPREAD]) == (-0.2, pytest.approx(0.05))
-    g[BELIEF_MEAN] = -0.6
+    follow_level(g, 0, 0.002)
+    assert (g.change.level[0], g.change.spread[0]) == (-0.5, pytest.approx(0.1))
+    g.belief.mean[0], g.belief.p[0] = -0.2, 0.05**2
+    follow_level(g, 0, 0.002)
+    assert (g.change.level[0], g.change.spread[0]) == (-0.2, pytest.approx(0.05))
+    g.belief.mean[0] = -0.6
     for _ in range(500):
-        follow_level(g, g, 0, 0.002)
-    assert g[CHANGE_LEVEL] == pytest.approx(-0.6 + 0.4 * math.exp(-1.0 / 20.0), abs=1e-6)
-    assert g[CHANGE_SPREAD] == pytest.approx(0.05)
+        follow_level(g, 0, 0.002)
+    assert g.change.level[0] == pytest.approx(-0.6 + 0.4 * math.exp(-1.0 / 20.0), abs=1e-6)
+    assert g.change.spread[0] == pytest.approx(0.05)
 
 
 def test_an_object_that_is_unknown_again_has_no_level():
     g = belief(-0.2, 0.1)
-    follow_level(g, g, 0, 0.002)
-    g[BELIEF_MEAN], g[BELIEF_P] = -0.5, 0.3**2
-    follow_level(g, g, 0, 0.002)
-    assert g[CHANGE_LEVEL] == -math.inf
+    follow_level(g, 0, 0.002)
+    g.belief.mean[0], g.belief.p[0] = -0.5, 0.3**2
+    follow_level(g, 0, 0.002)
+    assert g.change.level[0] == -math.inf
 
 
 def test_the_first_slip_of_an_object_is_no_fall_from_what_is_usual():
     g = belief(-0.35, 0.4)
-    follow_level(g, g, 0, 0.002)
-    g[BELIEF_MEAN], g[BELIEF_P] = -1.1, 0.1**2
-    follow_level(g, g, 0, 0.002)
-    assert (g[CHANGE_LEVEL], g[CHANGE_SPREAD]) == (-1.1, pytest.approx(0.1))
+    follow_level(g, 0, 0.002)
+    g.belief.mean[0], g.belief.p[0] = -1.1, 0.1**2
+    follow_level(g, 0, 0.002)
+    assert (g.change.level[0], g.change.spread[0]) == (-1.1, pytest.approx(0.1))
 
 
 def test_a_grasp_that_does_not_share_states_what_is_believed():

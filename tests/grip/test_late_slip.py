@@ -5,16 +5,16 @@ import math
 import pytest
 
 from vegrip.grip.felt_slip import begin_felt_slip
-from vegrip.grip.friction_belief import BELIEF_MEAN, begin_belief, expect_finger
+from vegrip.grip.friction_belief import begin_belief, expect_finger
 from vegrip.grip.friction_onset import begin_onsets, feel_onset
-from vegrip.grip.friction_probe import PROBE_SHIFT
-from vegrip.grip.late_slip import LATE_SIZE, begin_late_slip, present_slip, recall_load
+from vegrip.grip.grasp_memory import GraspMemory
+from vegrip.grip.late_slip import begin_late_slip, present_slip, recall_load
 
 DELAY = 0.02
 
 
-def late(delay: float = DELAY) -> list[float]:
-    q = [0.0] * LATE_SIZE
+def late(delay: float = DELAY) -> GraspMemory:
+    q = GraspMemory()
     begin_felt_slip(q, 1e-3, delay)
     begin_late_slip(q)
     return q
@@ -61,14 +61,13 @@ def test_a_slide_is_over_where_the_load_has_fallen_far_below_that_of_then() -> N
 def test_a_late_onset_teaches_the_friction_at_which_it_slid_and_not_the_load_of_a_grip_that_has_grown() -> (
     None
 ):
-    q = late()
-    g = [0.0] * len(q)
+    g = late()
     begin_belief(g, 1, 0.03, 0.08)
     expect_finger(g, 0, math.log(0.7), 0.3, 0.08)
-    begin_onsets(q, 0.05, 0.08)
-    q[PROBE_SHIFT] = 0.1  # it is being let go of: its slip is no surprise
+    begin_onsets(g, 0.05, 0.08)
+    g.probe.shift[0] = 0.1  # it is being let go of: its slip is no surprise
     for _ in range(100):
-        feel_onset(g, q, 0, 0.002, recall_load(q, 0, 0.002, 0.5), 0.02, 0.0, 0.0)
+        feel_onset(g, 0, 0.002, recall_load(g, 0, 0.002, 0.5), 0.02, 0.0, 0.0)
     for _ in range(3):
-        feel_onset(g, q, 0, 0.002, recall_load(q, 0, 0.002, 0.25), 0.02, 1.0, 5e-3)
-    assert math.exp(g[BELIEF_MEAN]) == pytest.approx(0.5, rel=0.03)
+        feel_onset(g, 0, 0.002, recall_load(g, 0, 0.002, 0.25), 0.02, 1.0, 5e-3)
+    assert math.exp(g.belief.mean[0]) == pytest.approx(0.5, rel=0.03)

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from vegrip.grip.drive_lag import DRIVE_KNOWN, DRIVE_LAG, begin_drives, tell_drives
-from vegrip.grip.load_lead import LEAD_SIZE, begin_lead, lead_load, lead_variance
+from vegrip.grip.drive_lag import begin_drives, tell_drives
+from vegrip.grip.grasp_memory import GraspMemory
+from vegrip.grip.load_lead import begin_lead, lead_load, lead_variance
 
 DT, NOISE, TORQUE_NOISE, LAG = 0.002, 0.01, 1e-4, 0.01
 
@@ -15,11 +16,11 @@ def led(
     loads: list[tuple[float, float, float]], lag: float = LAG, measured: float = 0.0
 ) -> list[tuple[float, float]]:
     """Return what comes ahead of (x, y, torque) by sample; ``measured`` [s] is 0 where no lag is known."""
-    q = [0.0] * LEAD_SIZE
+    q = GraspMemory()
     begin_drives(q, NOISE)
     tell_drives(q, lag, measured=True, burst=5.0)
     begin_lead(q, NOISE, TORQUE_NOISE)
-    q[DRIVE_LAG + 1], q[DRIVE_KNOWN + 1] = measured, float(measured > 0.0)
+    q.drive.lag[1], q.drive.known[1] = measured, float(measured > 0.0)
     return [lead_load(q, 1, DT, *load) for load in loads]
 
 
@@ -90,7 +91,7 @@ def test_two_that_keep_everything_have_no_variance() -> None:
 def test_a_step_is_followed_in_3_and_12_ms_and_two_deviations_of_their_difference_do_not_count(
     noise, sign
 ) -> None:
-    q = [0.0] * LEAD_SIZE
+    q = GraspMemory()
     begin_lead(q, noise, 0.0)
     lead_load(q, 0, 0.003, 0.0, 0.0, 0.0)
     begin_drives(q, NOISE)

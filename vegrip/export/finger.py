@@ -17,6 +17,7 @@ from vegrip.export.precision import PRECISIONS, Request, Unit
 from vegrip.grip.compiled import finger_places, finger_text
 from vegrip.grip.controller import GripController
 from vegrip.grip.finger import RENEWAL, GraspFinger
+from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.joint_confidence import FINGER_CORRELATION, each_confidence
 from vegrip.grip.layout import RULES, FingerLayout
 from vegrip.grip.node import GraspForce
@@ -111,9 +112,15 @@ def alone(request: Request, mode: str = "python") -> GraspFinger:
     hand = GripController(names, settings=control, make_estimator=make)
     line = CanCodec(names, fd=True, use_sender_time=True).line(names[0])
     assert line is not None  # noqa: S101
-    needs = np.full(len(names), np.nan)
     one = GraspFinger(
-        names[0], make(names[0]), control, hand.place_of(names[0]), needs, line=line, mode=mode, alone=True
+        names[0],
+        make(names[0]),
+        control,
+        hand.place_of(names[0]),
+        GraspMemory(len(names)),
+        line=line,
+        mode=mode,
+        alone=True,
     )
     one.apply(control, hand.wanted)
     one.take_line()

@@ -17,8 +17,8 @@ from vegrip.effects.contract import Effect
 from vegrip.estimator.compiled import clock_parts, estimator_parts
 from vegrip.estimator.memory import CHANNELS
 from vegrip.estimator.origins import Origins
+from vegrip.grip import grasp_memory
 from vegrip.grip.layout import MECHANICAL_CHANNELS, WINDOW_SLOTS, FingerLayout
-from vegrip.grip.slip_trust import TRUST_SIZE
 from vegrip.grip.wires import ENTRIES, FRAME_ENTRIES, MESSAGE_ENTRIES, NODE_ENTRIES
 from vegrip.model import ContactModel, native, writer
 from vegrip.model.composer import compose
@@ -101,7 +101,7 @@ def _mode() -> str:
 def single_lengths(finger: FingerLayout) -> Lengths:
     """Return how long the memories of each entry are, for a step that computes in single precision."""
     needs = f"(int)a1[{finger.wholes['SETUP_FINGERS']}]"
-    lengths = (finger.n_reals, TRUST_SIZE if finger.is_shared else needs, len(CHANNELS))
+    lengths = (finger.n_reals, grasp_memory.SIZE if finger.is_shared else needs, len(CHANNELS))
     return {name: lengths[: kinds.count(MEMORY)] for name, kinds in entries_of(finger).items()}
 
 
@@ -114,6 +114,8 @@ def finger_text(effects: tuple[Effect, ...], finger: FingerLayout, ellipse: bool
     """Return the text of the module."""
     kernels = [path.read_text(encoding="utf-8") for path in kernels_of(finger)]
     known = [*clock_parts(finger), constants(), wire_text()]
+    if finger.is_shared:
+        known.append(grasp_memory.constants())
     parts = [*estimator_parts(finger.filter, ellipse=ellipse), *known]
     names = [effect.name for effect in effects]
     return writer.write(compose(effects), names, [*parts, *kernels], tuple(entries_of(finger)))

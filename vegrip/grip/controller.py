@@ -203,7 +203,7 @@ class GripController:
         groups = min(len(self.names), REPORT_GROUPS)
         phase = self.names.index(name) * groups // len(self.names) / groups
         return GraspFinger(
-            name, estimator, self._settings, self.place_of(name), self.friction.shared,
+            name, estimator, self._settings, self.place_of(name), self.friction.memory,
             phase=phase, line=self._lines.get(name), mode=self._mode,
         )  # fmt: skip
 

@@ -16,34 +16,13 @@ A force that is commanded with one sample is on its way until the next, so the l
 than L by half of a period. It is known once its standard deviation is below ``DRIVE_SURE`` of it, the model
 has moved by ``DRIVE_PATH``, and what it leaves over is noise.
 
-Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, behind its sections and those
-of :mod:`~vegrip.grip.friction_onset`; the same text is compiled.
+Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
 
 import math
 
 from vegrip.grip.friction_onset import *
-from vegrip.types import Numbers
-
-DRIVE_TOLD = ONSET_SIZE  # [s] lag of all drives as it is told; 0 = it is not
-DRIVE_IS_MEASURED = ONSET_SIZE + 1  # 1 = the measured lag counts instead, once it is known
-DRIVE_BURST = ONSET_SIZE + 2  # [1/s] relative growth of a load that comes in a burst
-DRIVE_NOISE = ONSET_SIZE + 3  # [N] std of a normal force
-DRIVE_LAG = ONSET_SIZE + 4  # [s] measured behind a need, of finger i from here on
-DRIVE_KNOWN = DRIVE_LAG + BELIEF_MOST  # 1 = it is known
-DRIVE_BEGUN = DRIVE_KNOWN + BELIEF_MOST
-DRIVE_COMMAND = DRIVE_BEGUN + BELIEF_MOST  # [N] the last one
-DRIVE_MODEL = DRIVE_COMMAND + BELIEF_MOST  # [N] x
-DRIVE_PLAY = DRIVE_MODEL + BELIEF_MOST  # [N] the command behind a play, which tells w
-DRIVE_WAIT = DRIVE_PLAY + BELIEF_MOST  # [s] until samples count again
-DRIVE_MOVED = DRIVE_WAIT + BELIEF_MOST  # [N] by which the command has moved where samples counted
-DRIVE_MISFIT = DRIVE_MOVED + BELIEF_MOST  # [N] mean innovation of late, without its sign
-DRIVE_FORCE = DRIVE_MISFIT + BELIEF_MOST  # [N] the last one
-DRIVE_SLOPE = DRIVE_FORCE + BELIEF_MOST  # [N/s] smoothed rate of the force
-DRIVE_SEEN = DRIVE_SLOPE + BELIEF_MOST  # [N/s] fastest rate with which the drive was seen to follow
-DRIVE_STATE = DRIVE_SEEN + BELIEF_MOST  # L [s], s [N], b [N] from 3 i on
-DRIVE_P = DRIVE_STATE + 3 * BELIEF_MOST  # their covariance, from 9 i on
-DRIVE_SIZE = DRIVE_P + 9 * BELIEF_MOST
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 
 DRIVE_USUAL = 0.015  # [s] lag that is expected of a drive
 DRIVE_LEAST, DRIVE_MOST = 5e-4, 0.2  # [s] of L
@@ -69,120 +48,118 @@ DRIVE_EXPLAINED = 2.0  # times the noise of the force: a mean innovation beyond 
 DRIVE_MEMORY = 0.3  # [s] of that mean
 
 
-def tell_drives(q: Numbers, told: float, measured: bool, burst: float) -> None:
+def tell_drives(g: GraspMemory, told: float, measured: bool, burst: float) -> None:
     """Set what is told of the drives; what was measured stays.
 
     Args:
-        q: the state.
+        g: what the grasp shares.
         told: their lag [s]; 0 where it is not told.
         measured: whether the measured lag counts once it is known.
         burst: relative growth of a load that comes in a burst [1/s].
 
     """
-    q[DRIVE_TOLD], q[DRIVE_IS_MEASURED], q[DRIVE_BURST] = told, 1.0 if measured else 0.0, burst
+    g.drive.told, g.drive.is_measured, g.drive.burst = told, 1.0 if measured else 0.0, burst
 
 
-def begin_drives(q: Numbers, noise: float) -> None:
+def begin_drives(g: GraspMemory, noise: float) -> None:
     """Begin with drives of which nothing was seen yet; ``noise`` is the std of a normal force [N]."""
-    q[DRIVE_NOISE] = noise
+    g.drive.noise = noise
     for i in range(BELIEF_MOST):
-        q[DRIVE_LAG + i] = q[DRIVE_KNOWN + i] = q[DRIVE_BEGUN + i] = q[DRIVE_MOVED + i] = 0.0
-        q[DRIVE_MISFIT + i] = q[DRIVE_SEEN + i] = 0.0
-        q[DRIVE_STATE + 3 * i] = DRIVE_USUAL
-        q[DRIVE_STATE + 3 * i + 1] = q[DRIVE_STATE + 3 * i + 2] = 0.0
+        g.drive.lag[i] = g.drive.known[i] = g.drive.begun[i] = g.drive.moved[i] = 0.0
+        g.drive.misfit[i] = g.drive.seen[i] = 0.0
+        g.drive.state[3 * i] = DRIVE_USUAL
+        g.drive.state[3 * i + 1] = g.drive.state[3 * i + 2] = 0.0
         for j in range(9):
-            q[DRIVE_P + 9 * i + j] = 0.0
-        q[DRIVE_P + 9 * i] = DRIVE_SPREAD * DRIVE_SPREAD
-        q[DRIVE_P + 9 * i + 4] = DRIVE_STICTION * DRIVE_STICTION
-        q[DRIVE_P + 9 * i + 8] = DRIVE_OFFSET * DRIVE_OFFSET
+            g.drive.p[9 * i + j] = 0.0
+        g.drive.p[9 * i] = DRIVE_SPREAD * DRIVE_SPREAD
+        g.drive.p[9 * i + 4] = DRIVE_STICTION * DRIVE_STICTION
+        g.drive.p[9 * i + 8] = DRIVE_OFFSET * DRIVE_OFFSET
 
 
-def follow_drive(q: Numbers, i: int, dt: float, command: float, force: float) -> None:
+def follow_drive(g: GraspMemory, i: int, dt: float, command: float, force: float) -> None:
     """Take in the normal ``force`` [N] of finger ``i`` under the ``command`` [N] of the last ``dt`` [s].
 
     One of them that is not a number tells that this sample does not count, and the drive is followed anew.
     """
     if not (abs(command) + abs(force) < math.inf and 0.0 < dt <= DRIVE_GAP):
-        q[DRIVE_BEGUN + i] = 0.0
+        g.drive.begun[i] = 0.0
         return
-    if q[DRIVE_BEGUN + i] == 0.0:
-        q[DRIVE_BEGUN + i] = 1.0
-        q[DRIVE_COMMAND + i] = q[DRIVE_PLAY + i] = command
-        q[DRIVE_MODEL + i] = force
-        q[DRIVE_FORCE + i], q[DRIVE_SLOPE + i] = force, 0.0
-        q[DRIVE_WAIT + i] = DRIVE_REST
+    if g.drive.begun[i] == 0.0:
+        g.drive.begun[i] = 1.0
+        g.drive.command[i] = g.drive.play[i] = command
+        g.drive.model[i] = force
+        g.drive.force[i], g.drive.slope[i] = force, 0.0
+        g.drive.wait[i] = DRIVE_REST
         return
-    watch_rate(q, i, dt, command, force)
-    change = abs(command - q[DRIVE_COMMAND + i])
-    q[DRIVE_COMMAND + i] = command
-    lag = q[DRIVE_STATE + 3 * i]
-    q[DRIVE_MODEL + i] += (1.0 - math.exp(-dt / lag)) * (command - q[DRIVE_MODEL + i])
-    q[DRIVE_PLAY + i] = min(max(q[DRIVE_PLAY + i], command - DRIVE_WIDTH), command + DRIVE_WIDTH)
-    fastest = max(DRIVE_FASTEST, DRIVE_FOLLOWED * q[DRIVE_SEEN + i])
+    watch_rate(g, i, dt, command, force)
+    change = abs(command - g.drive.command[i])
+    g.drive.command[i] = command
+    lag = g.drive.state[3 * i]
+    g.drive.model[i] += (1.0 - math.exp(-dt / lag)) * (command - g.drive.model[i])
+    g.drive.play[i] = min(max(g.drive.play[i], command - DRIVE_WIDTH), command + DRIVE_WIDTH)
+    fastest = max(DRIVE_FASTEST, DRIVE_FOLLOWED * g.drive.seen[i])
     if change > fastest * dt or abs(command - force) > DRIVE_FAR:
-        if q[DRIVE_WAIT + i] >= DRIVE_REST:  # for the second time: not one bad sample
-            q[DRIVE_MODEL + i] = force
-        q[DRIVE_WAIT + i] = DRIVE_REST
+        if g.drive.wait[i] >= DRIVE_REST:  # for the second time: not one bad sample
+            g.drive.model[i] = force
+        g.drive.wait[i] = DRIVE_REST
         return
-    q[DRIVE_WAIT + i] = max(q[DRIVE_WAIT + i] - dt, 0.0)
-    rate = (command - q[DRIVE_MODEL + i]) / lag
-    if q[DRIVE_WAIT + i] > 0.0 or abs(rate) < DRIVE_SLOWEST:
+    g.drive.wait[i] = max(g.drive.wait[i] - dt, 0.0)
+    rate = (command - g.drive.model[i]) / lag
+    if g.drive.wait[i] > 0.0 or abs(rate) < DRIVE_SLOWEST:
         return
-    q[DRIVE_MOVED + i] += abs(rate) * dt
-    measure_drive(q, i, dt, rate, (command - q[DRIVE_PLAY + i]) / DRIVE_WIDTH, command - force)
-    judge_drive(q, i, dt)
+    g.drive.moved[i] += abs(rate) * dt
+    measure_drive(g, i, dt, rate, (command - g.drive.play[i]) / DRIVE_WIDTH, command - force)
+    judge_drive(g, i, dt)
 
 
-def watch_rate(q: Numbers, i: int, dt: float, command: float, force: float) -> None:
+def watch_rate(g: GraspMemory, i: int, dt: float, command: float, force: float) -> None:
     """Note the fastest rate [N/s] with which the force was seen to follow the command."""
-    rate = (force - q[DRIVE_FORCE + i]) / dt
-    q[DRIVE_FORCE + i] = force
-    q[DRIVE_SLOPE + i] += (1.0 - math.exp(-dt / DRIVE_SMOOTH)) * (rate - q[DRIVE_SLOPE + i])
-    follows = (command - force) * q[DRIVE_SLOPE + i] > 0.0
-    seen = math.exp(-dt / DRIVE_SEEN_TIME) * q[DRIVE_SEEN + i]
-    q[DRIVE_SEEN + i] = max(abs(q[DRIVE_SLOPE + i]), seen) if follows else seen
+    rate = (force - g.drive.force[i]) / dt
+    g.drive.force[i] = force
+    g.drive.slope[i] += (1.0 - math.exp(-dt / DRIVE_SMOOTH)) * (rate - g.drive.slope[i])
+    follows = (command - force) * g.drive.slope[i] > 0.0
+    seen = math.exp(-dt / DRIVE_SEEN_TIME) * g.drive.seen[i]
+    g.drive.seen[i] = max(abs(g.drive.slope[i]), seen) if follows else seen
 
 
-def measure_drive(q: Numbers, i: int, dt: float, rate: float, way: float, gap: float) -> None:
+def measure_drive(g: GraspMemory, i: int, dt: float, rate: float, way: float, gap: float) -> None:
     """Update lag, stiction and offset by one gap [N] at the ``rate`` [N/s] of the model."""
-    x, p = DRIVE_STATE + 3 * i, DRIVE_P + 9 * i
-    q[p] = min(q[p] + DRIVE_WALK * DRIVE_WALK * dt, DRIVE_SPREAD * DRIVE_SPREAD)
-    q[p + 8] = min(q[p + 8] + DRIVE_OFFSET_WALK * DRIVE_OFFSET_WALK * dt, DRIVE_OFFSET * DRIVE_OFFSET)
-    a = q[p] * rate + q[p + 1] * way + q[p + 2]
-    b = q[p + 3] * rate + q[p + 4] * way + q[p + 5]
-    c = q[p + 6] * rate + q[p + 7] * way + q[p + 8]
-    noise = DRIVE_DOUBT * q[DRIVE_NOISE]
+    x, p = 3 * i, 9 * i
+    g.drive.p[p] = min(g.drive.p[p] + DRIVE_WALK * DRIVE_WALK * dt, DRIVE_SPREAD * DRIVE_SPREAD)
+    grown = g.drive.p[p + 8] + DRIVE_OFFSET_WALK * DRIVE_OFFSET_WALK * dt
+    g.drive.p[p + 8] = min(grown, DRIVE_OFFSET * DRIVE_OFFSET)
+    a = g.drive.p[p] * rate + g.drive.p[p + 1] * way + g.drive.p[p + 2]
+    b = g.drive.p[p + 3] * rate + g.drive.p[p + 4] * way + g.drive.p[p + 5]
+    c = g.drive.p[p + 6] * rate + g.drive.p[p + 7] * way + g.drive.p[p + 8]
+    noise = DRIVE_DOUBT * g.drive.noise
     variance = a * rate + b * way + c + noise * noise
-    off = gap - (q[x] * rate + q[x + 1] * way + q[x + 2])
+    off = gap - (g.drive.state[x] * rate + g.drive.state[x + 1] * way + g.drive.state[x + 2])
     fade = 1.0 - math.exp(-dt / DRIVE_MEMORY)
-    q[DRIVE_MISFIT + i] += fade * (min(abs(off), DRIVE_FAR) - q[DRIVE_MISFIT + i])
+    g.drive.misfit[i] += fade * (min(abs(off), DRIVE_FAR) - g.drive.misfit[i])
     if not variance > 0.0:
         return
     most = DRIVE_BOUND * math.sqrt(variance)
     off = min(max(off, -most), most) / variance
-    q[x] = min(max(q[x] + a * off, DRIVE_LEAST), DRIVE_MOST)
-    q[x + 1] = min(max(q[x + 1] + b * off, 0.0), DRIVE_FAR)
-    q[x + 2] += c * off
+    g.drive.state[x] = min(max(g.drive.state[x] + a * off, DRIVE_LEAST), DRIVE_MOST)
+    g.drive.state[x + 1] = min(max(g.drive.state[x + 1] + b * off, 0.0), DRIVE_FAR)
+    g.drive.state[x + 2] += c * off
     for j in range(3):
         along = (a if j == 0 else b if j == 1 else c) / variance
-        q[p + 3 * j] -= along * a
-        q[p + 3 * j + 1] -= along * b
-        q[p + 3 * j + 2] -= along * c
+        g.drive.p[p + 3 * j] -= along * a
+        g.drive.p[p + 3 * j + 1] -= along * b
+        g.drive.p[p + 3 * j + 2] -= along * c
 
 
-def judge_drive(q: Numbers, i: int, dt: float) -> None:
+def judge_drive(g: GraspMemory, i: int, dt: float) -> None:
     """Tell the lag of finger ``i`` behind a need [s], and whether it is known."""
-    lag = q[DRIVE_STATE + 3 * i]
-    q[DRIVE_LAG + i] = dt / (1.0 - math.exp(-dt / lag))
-    most = DRIVE_VAGUE if q[DRIVE_KNOWN + i] > 0.0 else DRIVE_SURE
-    sure = math.sqrt(max(q[DRIVE_P + 9 * i], 0.0)) < most * max(q[DRIVE_LAG + i], DRIVE_FINE)
-    moved, explained = (
-        q[DRIVE_MOVED + i] >= DRIVE_PATH,
-        q[DRIVE_MISFIT + i] < DRIVE_EXPLAINED * q[DRIVE_NOISE],
-    )
-    q[DRIVE_KNOWN + i] = 1.0 if sure and moved and explained else 0.0
+    lag = g.drive.state[3 * i]
+    g.drive.lag[i] = dt / (1.0 - math.exp(-dt / lag))
+    most = DRIVE_VAGUE if g.drive.known[i] > 0.0 else DRIVE_SURE
+    sure = math.sqrt(max(g.drive.p[9 * i], 0.0)) < most * max(g.drive.lag[i], DRIVE_FINE)
+    is_explained = g.drive.misfit[i] < DRIVE_EXPLAINED * g.drive.noise
+    g.drive.known[i] = 1.0 if sure and g.drive.moved[i] >= DRIVE_PATH and is_explained else 0.0
 
 
-def measured_lag(q: Numbers, i: int) -> float:
+def measured_lag(g: GraspMemory, i: int) -> float:
     """Return the lag of the drive of finger ``i`` behind a need [s]; NaN: not known."""
-    return q[DRIVE_LAG + i] if q[DRIVE_KNOWN + i] > 0.0 else math.nan
+    return g.drive.lag[i] if g.drive.known[i] > 0.0 else math.nan

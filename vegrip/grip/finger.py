@@ -26,6 +26,7 @@ from vegrip.estimator.memory import CHANNELS, FingerMemory
 from vegrip.grip import compiled
 from vegrip.grip.background_diagnosis import KeptStates
 from vegrip.grip.estimator_protocol import Estimator
+from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.layout import HISTORY_CHANNELS, MARGIN, FingerLayout, write_choice, write_rules
 from vegrip.grip.own_estimate import STAND_IN, OwnEstimate
 from vegrip.grip.policies.demand import Demand
@@ -92,7 +93,7 @@ class GraspFinger:
         estimator: of its contact; a :class:`vegrip.ContactEstimator` is computed by the step.
         settings: how the grasp is controlled.
         place: in the grasp.
-        shared: what the fingers of the grasp share, first what every one needs [N], NaN without a command.
+        shared: what the fingers of the grasp share.
         phase: share of a report period by which its reports keep their distance from those of the first
             finger; the reports of all fingers at once would delay the commands behind them.
         line: how its frames travel; None: its states come as messages.
@@ -107,7 +108,7 @@ class GraspFinger:
         estimator: Estimator,
         settings: ControlSettings,
         place: Place,
-        shared: Floats,
+        shared: GraspMemory,
         *,
         phase: float = 0.0,
         line: Line | None = None,
@@ -206,11 +207,11 @@ class GraspFinger:
         self.report_frames = tuple(np.zeros(size, dtype=np.uint8) for size in sizes)
         """Both frames of the last contact that was told by :meth:`tell`, and that of the slip margin."""
         compiled.compile_now(self.module, self.layout, f, t, self.answer_frame)
-        self._step = compiled.bound_step(self.module, f, t, self._shared, self.answer_frame)
+        self._step = compiled.bound_step(self.module, f, t, self._shared.array, self.answer_frame)
 
     def _bind(self) -> None:
         """Look up once what every state asks for."""
-        f, t, g, memory = self.memory.f, self.memory.t, self._shared, self.memory
+        f, t, g, memory = self.memory.f, self.memory.t, self._shared.array, self.memory
         layout = memory.layout
         # one number of an array costs three times as much as one of a view of it
         self._reals, self._wholes = f.data, t.data
@@ -414,7 +415,7 @@ class GraspFinger:
     @property
     def need(self) -> float:
         """What the finger needs [N], as the grasp knows it; NaN without a command."""
-        return float(self._shared[self._place.number])
+        return self._shared[self._place.number]
 
     def command(self) -> messages.ForceCommand:
         """Return the last command."""

@@ -16,26 +16,12 @@ prior.
 * **Something common happened** (the faces got wet) when a finger slips far below what was believed of it:
   then the common part is widened first, so that one slip lowers what all fingers count on.
 
-Plain scalar code over one flat sequence ``g`` of numbers, of fixed size; the same text is compiled. Its first
-``BELIEF_MOST`` places are left to what each finger needs (:mod:`vegrip.grip.kernels.share`), and
-:mod:`.friction_probe` goes on behind it, so that one sequence can hold all that a grasp shares.
+Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
 
 import math
 
-from vegrip.types import Numbers
-
-BELIEF_MOST = 20  # fingers
-BELIEF_FINGERS = BELIEF_MOST
-BELIEF_VERSION = BELIEF_FINGERS + 1  # changes with every evidence
-BELIEF_SINCE = BELIEF_FINGERS + 2  # [s] since the belief was last widened
-BELIEF_DRIFT = BELIEF_FINGERS + 3  # [1/sqrt(s)] random walk of ln mu
-BELIEF_PRIOR_VAR = BELIEF_FINGERS + 4
-BELIEF_SHOCK = BELIEF_FINGERS + 5  # std of ln mu of what happens to all faces at once
-BELIEF_MEAN = BELIEF_FINGERS + 6
-BELIEF_COMMON = BELIEF_MEAN + BELIEF_MOST  # std of what each shares with all, at the beginning
-BELIEF_P = BELIEF_COMMON + BELIEF_MOST
-BELIEF_SIZE = BELIEF_P + BELIEF_MOST * BELIEF_MOST
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 
 COMMON_DRIFT = 0.8  # share of the forgetting that is common to all fingers
 FAR_BELOW = 2.5  # standard deviations below what was believed, from which a change is taken to be common
@@ -44,73 +30,75 @@ LEAST_SLIP_PRECISION = 11.0  # of ln mu (std 0.3); a slip that tells less is one
 LEAST_PRECISION = 1e-12
 
 
-def begin_belief(g: Numbers, fingers: int, drift: float, shock: float) -> None:
+def begin_belief(g: GraspMemory, fingers: int, drift: float, shock: float) -> None:
     """Begin with so many fingers of which nothing is expected yet; see :func:`expect_finger`."""
-    g[BELIEF_FINGERS] = fingers * 1.0
-    g[BELIEF_VERSION] = g[BELIEF_SINCE] = g[BELIEF_PRIOR_VAR] = 0.0
-    g[BELIEF_DRIFT], g[BELIEF_SHOCK] = drift, shock
+    g.belief.fingers = fingers * 1.0
+    g.belief.version = g.belief.since = g.belief.prior_var = 0.0
+    g.belief.drift, g.belief.shock = drift, shock
     for i in range(BELIEF_MOST):
-        g[BELIEF_MEAN + i] = g[BELIEF_COMMON + i] = 0.0
+        g.belief.mean[i] = g.belief.common[i] = 0.0
         for j in range(BELIEF_MOST):
-            g[BELIEF_P + i * BELIEF_MOST + j] = 0.0
+            g.belief.p[i * BELIEF_MOST + j] = 0.0
 
 
-def expect_finger(g: Numbers, i: int, mean: float, std: float, own: float) -> None:
+def expect_finger(g: GraspMemory, i: int, mean: float, std: float, own: float) -> None:
     """Set the prior of finger ``i``: ``mean`` and ``std`` of ln mu, of which ``own`` is not common to all."""
-    g[BELIEF_MEAN + i] = mean
-    g[BELIEF_COMMON + i] = math.sqrt(max(std * std - own * own, 0.0))
-    g[BELIEF_PRIOR_VAR] = max(g[BELIEF_PRIOR_VAR], std * std)
-    for j in range(int(g[BELIEF_FINGERS])):
-        shared = g[BELIEF_COMMON + i] * g[BELIEF_COMMON + j]
-        g[BELIEF_P + i * BELIEF_MOST + j] = g[BELIEF_P + j * BELIEF_MOST + i] = shared
-    g[BELIEF_P + i * BELIEF_MOST + i] = std * std
+    g.belief.mean[i] = mean
+    g.belief.common[i] = math.sqrt(max(std * std - own * own, 0.0))
+    g.belief.prior_var = max(g.belief.prior_var, std * std)
+    for j in range(int(g.belief.fingers)):
+        shared = g.belief.common[i] * g.belief.common[j]
+        g.belief.p[i * BELIEF_MOST + j] = g.belief.p[j * BELIEF_MOST + i] = shared
+    g.belief.p[i * BELIEF_MOST + i] = std * std
 
 
-def forget_evidence(g: Numbers, i: int, mean: float) -> None:
+def forget_evidence(g: GraspMemory, i: int, mean: float) -> None:
     """Believe of finger ``i`` again what was expected: ``mean`` of ln mu, and the spread of the prior."""
-    n = int(g[BELIEF_FINGERS])
-    g[BELIEF_MEAN + i] = mean
+    n = int(g.belief.fingers)
+    g.belief.mean[i] = mean
     for j in range(n):
-        shared = g[BELIEF_COMMON + i] * g[BELIEF_COMMON + j]
-        g[BELIEF_P + i * BELIEF_MOST + j] = g[BELIEF_P + j * BELIEF_MOST + i] = shared
-    g[BELIEF_P + i * BELIEF_MOST + i] = g[BELIEF_PRIOR_VAR]
-    g[BELIEF_VERSION] += 1.0
+        shared = g.belief.common[i] * g.belief.common[j]
+        g.belief.p[i * BELIEF_MOST + j] = g.belief.p[j * BELIEF_MOST + i] = shared
+    g.belief.p[i * BELIEF_MOST + i] = g.belief.prior_var
+    g.belief.version += 1.0
 
 
-def believed_variance(g: Numbers, i: int) -> float:
+def believed_variance(g: GraspMemory, i: int) -> float:
     """Return the variance of ln mu of finger ``i``."""
-    return g[BELIEF_P + i * BELIEF_MOST + i]
+    return g.belief.p[i * BELIEF_MOST + i]
 
 
-def widen_belief(g: Numbers) -> None:
+def widen_belief(g: GraspMemory) -> None:
     """Forget what the time since the last look asks for, never beyond the prior."""
-    grown = g[BELIEF_DRIFT] * g[BELIEF_DRIFT] * g[BELIEF_SINCE]
-    g[BELIEF_SINCE] = 0.0
+    grown = g.belief.drift * g.belief.drift * g.belief.since
+    g.belief.since = 0.0
     add_common(g, COMMON_DRIFT * grown)
-    for i in range(int(g[BELIEF_FINGERS])):
-        at = BELIEF_P + i * BELIEF_MOST + i
-        g[at] = max(g[at], min(g[at] + (1.0 - COMMON_DRIFT) * grown, g[BELIEF_PRIOR_VAR]))
+    for i in range(int(g.belief.fingers)):
+        at = i * BELIEF_MOST + i
+        g.belief.p[at] = max(
+            g.belief.p[at], min(g.belief.p[at] + (1.0 - COMMON_DRIFT) * grown, g.belief.prior_var)
+        )
 
 
-def add_common(g: Numbers, grown: float) -> None:
+def add_common(g: GraspMemory, grown: float) -> None:
     """Add a variance that all fingers share, as far as the widest of them stays below the prior."""
-    n = int(g[BELIEF_FINGERS])
+    n = int(g.belief.fingers)
     widest = 0.0
     for i in range(n):
         widest = max(widest, believed_variance(g, i))
-    room = min(grown, max(g[BELIEF_PRIOR_VAR] - widest, 0.0))
+    room = min(grown, max(g.belief.prior_var - widest, 0.0))
     for i in range(n):
         for j in range(n):
-            g[BELIEF_P + i * BELIEF_MOST + j] += room
+            g.belief.p[i * BELIEF_MOST + j] += room
 
 
-def widen_own(g: Numbers, i: int, variance: float) -> None:
+def widen_own(g: GraspMemory, i: int, variance: float) -> None:
     """Let finger ``i`` alone have at least ``variance``: it has let go and touched again."""
-    at = BELIEF_P + i * BELIEF_MOST + i
-    g[at] = max(g[at], min(variance, g[BELIEF_PRIOR_VAR]))
+    at = i * BELIEF_MOST + i
+    g.belief.p[at] = max(g.belief.p[at], min(variance, g.belief.prior_var))
 
 
-def absorb_factor(g: Numbers, i: int, precision: float, weighted: float) -> None:
+def absorb_factor(g: GraspMemory, i: int, precision: float, weighted: float) -> None:
     """Multiply by a Gaussian factor on finger ``i``: its precision, and that times its mean.
 
     A factor that would leave no variance (a negative precision larger than what is known) is ignored.
@@ -119,32 +107,32 @@ def absorb_factor(g: Numbers, i: int, precision: float, weighted: float) -> None
     left = 1.0 + precision * variance
     if not (left > LEAST_PRECISION and abs(weighted) < math.inf):
         return
-    off = (weighted - precision * g[BELIEF_MEAN + i]) / left
+    off = (weighted - precision * g.belief.mean[i]) / left
     shrink = precision / left
-    n = int(g[BELIEF_FINGERS])
+    n = int(g.belief.fingers)
     for j in range(n):
-        g[BELIEF_MEAN + j] += g[BELIEF_P + j * BELIEF_MOST + i] * off
+        g.belief.mean[j] += g.belief.p[j * BELIEF_MOST + i] * off
     for j in range(n):
         if j != i:
-            along = g[BELIEF_P + j * BELIEF_MOST + i]
+            along = g.belief.p[j * BELIEF_MOST + i]
             for k in range(n):
                 if k != i:
-                    g[BELIEF_P + j * BELIEF_MOST + k] -= shrink * along * g[BELIEF_P + i * BELIEF_MOST + k]
+                    g.belief.p[j * BELIEF_MOST + k] -= shrink * along * g.belief.p[i * BELIEF_MOST + k]
     for j in range(n):
         if j != i:
-            kept = g[BELIEF_P + j * BELIEF_MOST + i] / left
-            g[BELIEF_P + j * BELIEF_MOST + i] = g[BELIEF_P + i * BELIEF_MOST + j] = kept
-    g[BELIEF_P + i * BELIEF_MOST + i] = variance / left
-    g[BELIEF_VERSION] += 1.0
+            kept = g.belief.p[j * BELIEF_MOST + i] / left
+            g.belief.p[j * BELIEF_MOST + i] = g.belief.p[i * BELIEF_MOST + j] = kept
+    g.belief.p[i * BELIEF_MOST + i] = variance / left
+    g.belief.version += 1.0
 
 
-def refuse_evidence(g: Numbers) -> None:
+def refuse_evidence(g: GraspMemory) -> None:
     """Learn nothing of what a finger's own estimate has learned; it is told again what the grasp believes."""
-    g[BELIEF_VERSION] += 1.0
+    g.belief.version += 1.0
 
 
 def absorb_evidence(
-    g: Numbers, i: int, ln_before: float, var_before: float, ln_after: float, var_after: float
+    g: GraspMemory, i: int, ln_before: float, var_before: float, ln_after: float, var_after: float
 ) -> None:
     """Take in what finger ``i`` learned: mean and variance of ln mu in its own estimate, before and after."""
     if not (var_before > 0.0 and var_after > 0.0):
@@ -153,12 +141,12 @@ def absorb_evidence(
     weighted = ln_after / var_after - ln_before / var_before
     widen_belief(g)
     if precision > 0.0:
-        off = weighted / precision - g[BELIEF_MEAN + i]
+        off = weighted / precision - g.belief.mean[i]
         if off < 0.0 and precision < LEAST_SLIP_PRECISION:
             refuse_evidence(g)
             return
         expected = math.sqrt(believed_variance(g, i) + 1.0 / precision)
         if off < -FAR_BELOW * expected:
-            add_common(g, g[BELIEF_SHOCK] * g[BELIEF_SHOCK])
-        weighted = precision * (g[BELIEF_MEAN + i] + max(off, -FARTHEST_BELOW * expected))
+            add_common(g, g.belief.shock * g.belief.shock)
+        weighted = precision * (g.belief.mean[i] + max(off, -FARTHEST_BELOW * expected))
     absorb_factor(g, i, precision, weighted)

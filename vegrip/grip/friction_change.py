@@ -10,18 +10,13 @@ it fell, with the ``q`` of then. ``l`` follows m at once where that rises, and i
 falls. Messages carry a value and a standard deviation: those of the Gaussian in ln mu that has the mixture's
 quantiles at 2.5 % and 97.5 %. The grip goes on counting on the belief itself.
 
-Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, behind the section of
-:mod:`~vegrip.grip.late_slip`; the same text is compiled.
+Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
 
 import math
 
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 from vegrip.grip.late_slip import *
-from vegrip.types import Numbers
-
-CHANGE_LEVEL = LATE_SIZE  # ln mu of finger i before it fell
-CHANGE_SPREAD = CHANGE_LEVEL + BELIEF_MOST  # its std
-CHANGE_SIZE = CHANGE_SPREAD + BELIEF_MOST
 
 CHANGED = 0.08  # w: chance that friction has fallen, and that it is back
 FALL = 0.25  # d, of ln mu
@@ -32,22 +27,22 @@ INSIDE = 1.959964  # standard deviations of a Gaussian beyond which TAIL lies
 HALVINGS = 25
 
 
-def begin_changes(q: Numbers) -> None:
+def begin_changes(g: GraspMemory) -> None:
     """Know of no level yet."""
     for i in range(BELIEF_MOST):
-        q[CHANGE_LEVEL + i], q[CHANGE_SPREAD + i] = -math.inf, 0.0
+        g.change.level[i], g.change.spread[i] = -math.inf, 0.0
 
 
-def follow_level(g: Numbers, q: Numbers, i: int, dt: float) -> None:
+def follow_level(g: GraspMemory, i: int, dt: float) -> None:
     """Note where the friction of finger ``i`` was before it fell; ``dt`` [s] since the last sample."""
-    mean, std = g[BELIEF_MEAN + i], math.sqrt(max(believed_variance(g, i), 0.0))
-    at = CHANGE_LEVEL + i
-    if std > q[PROBE_UNKNOWN]:
-        q[at], q[CHANGE_SPREAD + i] = -math.inf, 0.0  # what is usual of objects is no level of this one
-    elif not q[at] > mean:
-        q[at], q[CHANGE_SPREAD + i] = mean, std
+    mean, std = g.belief.mean[i], math.sqrt(max(believed_variance(g, i), 0.0))
+    if std > g.probe.unknown:
+        # what is usual of objects is no level of this one
+        g.change.level[i], g.change.spread[i] = -math.inf, 0.0
+    elif not g.change.level[i] > mean:
+        g.change.level[i], g.change.spread[i] = mean, std
     else:
-        q[at] += (1.0 - math.exp(-dt / LEVEL_TIME)) * (mean - q[at])
+        g.change.level[i] += (1.0 - math.exp(-dt / LEVEL_TIME)) * (mean - g.change.level[i])
 
 
 def stated_friction(

@@ -21,23 +21,13 @@ It moves the belief by no more than a slip at ``ONSET_BOUND`` standard deviation
 ``ONSET_FAR``, where friction does not fall so fast, is counted: a channel that goes on so is not believed any
 more.
 
-Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, behind its sections.
+Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
 
 import math
 
 from vegrip.grip.friction_probe import *
-from vegrip.types import Numbers
-
-ONSET_NOISE = PROBE_SIZE  # std of ln mu from one onset to the next
-ONSET_SHOCK = PROBE_SIZE + 1  # std of ln mu of what befalls all faces at once
-ONSET_RUN = PROBE_SIZE + 2  # samples of slip in a row; negative: this run does not count, or has taught
-ONSET_SUM = ONSET_RUN + BELIEF_MOST  # of ln u in this run
-ONSET_QUIET = ONSET_SUM + BELIEF_MOST  # [s] since the last sample of slip
-ONSET_HELD = ONSET_QUIET + BELIEF_MOST  # largest u that was held of late
-ONSET_DOUBTED = ONSET_HELD + BELIEF_MOST  # how often the channel contradicted the load
-ONSET_SILENT = ONSET_DOUBTED + BELIEF_MOST  # 1 while slip is not sensed
-ONSET_SIZE = ONSET_SILENT + BELIEF_MOST
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 
 ONSET_RUN_LENGTH = 2.0
 ONSET_PROBED_LENGTH = 1.0  # the same where the finger was being let go of: there slip is expected
@@ -57,32 +47,31 @@ ONSET_TAUGHT = -2.0  # of ONSET_RUN
 ONSET_DOUBTS = 3.0  # contradictions from which on a channel is not believed
 
 
-def begin_onsets(q: Numbers, noise: float, shock: float) -> None:
+def begin_onsets(g: GraspMemory, noise: float, shock: float) -> None:
     """Set how well an onset tells friction; nothing was felt yet."""
-    q[ONSET_NOISE], q[ONSET_SHOCK] = noise, shock
+    g.onset.noise, g.onset.shock = noise, shock
     for i in range(BELIEF_MOST):
-        q[ONSET_RUN + i] = q[ONSET_SUM + i] = q[ONSET_HELD + i] = q[ONSET_DOUBTED + i] = 0.0
-        q[ONSET_QUIET + i], q[ONSET_SILENT + i] = 1.0, 0.0
+        g.onset.run[i] = g.onset.sum[i] = g.onset.held[i] = g.onset.doubted[i] = 0.0
+        g.onset.quiet[i], g.onset.silent[i] = 1.0, 0.0
 
 
-def is_doubted(q: Numbers, i: int) -> bool:
+def is_doubted(g: GraspMemory, i: int) -> bool:
     """Return whether the slip channel of finger ``i`` has contradicted its load too often."""
-    return q[ONSET_DOUBTED + i] >= ONSET_DOUBTS
+    return g.onset.doubted[i] >= ONSET_DOUBTS
 
 
-def has_taught(q: Numbers, i: int) -> bool:
+def has_taught(g: GraspMemory, i: int) -> bool:
     """Return whether the slip that finger ``i`` tells has taught by its onset, or may not teach at all."""
-    return q[ONSET_RUN + i] == ONSET_TAUGHT
+    return g.onset.run[i] == ONSET_TAUGHT
 
 
-def is_heard(q: Numbers, i: int) -> bool:
+def is_heard(g: GraspMemory, i: int) -> bool:
     """Return whether the slip of finger ``i`` is sensed and believed, and force may be let go of at all."""
-    return q[PROBE_CLIMB] > 0.0 and q[ONSET_SILENT + i] == 0.0 and not is_doubted(q, i)
+    return g.probe.climb > 0.0 and g.onset.silent[i] == 0.0 and not is_doubted(g, i)
 
 
 def feel_onset(
-    g: Numbers,
-    q: Numbers,
+    g: GraspMemory,
     i: int,
     dt: float,
     u: float,
@@ -93,8 +82,7 @@ def feel_onset(
     """Take in one sample of finger ``i``.
 
     Args:
-        g: the belief.
-        q: the state.
+        g: what the grasp shares.
         i: the finger.
         dt: [s] since the last sample.
         u: utilisation at mu = 1.
@@ -103,74 +91,74 @@ def feel_onset(
         speed: slip speed [m/s]; NaN = not measured.
 
     """
-    q[ONSET_SILENT + i] = 1.0 if math.isnan(slip) else 0.0
-    q[ONSET_HELD + i] *= math.exp(-dt / ONSET_FADING)
+    g.onset.silent[i] = 1.0 if math.isnan(slip) else 0.0
+    g.onset.held[i] *= math.exp(-dt / ONSET_FADING)
     known = 0.0 < u < math.inf and relative < ONSET_VAGUE
     if not slip >= 0.5:
-        q[ONSET_RUN + i] = 0.0
-        q[ONSET_QUIET + i] += dt
+        g.onset.run[i] = 0.0
+        g.onset.quiet[i] += dt
         if known and slip < 0.5:
-            q[ONSET_HELD + i] = max(q[ONSET_HELD + i], u)
+            g.onset.held[i] = max(g.onset.held[i], u)
         return
-    if q[ONSET_RUN + i] == 0.0:
-        q[ONSET_SUM + i] = 0.0
-        if q[ONSET_QUIET + i] < ONSET_QUIET_TIME:
-            q[ONSET_RUN + i] = -1.0
-    if q[ONSET_RUN + i] == 0.0 and speed < ONSET_CREEP:
-        q[ONSET_QUIET + i] = min(q[ONSET_QUIET + i], 2.0 * ONSET_QUIET_TIME) - dt
+    if g.onset.run[i] == 0.0:
+        g.onset.sum[i] = 0.0
+        if g.onset.quiet[i] < ONSET_QUIET_TIME:
+            g.onset.run[i] = -1.0
+    if g.onset.run[i] == 0.0 and speed < ONSET_CREEP:
+        g.onset.quiet[i] = min(g.onset.quiet[i], 2.0 * ONSET_QUIET_TIME) - dt
         return
-    q[ONSET_QUIET + i] = 0.0
-    if q[ONSET_RUN + i] < 0.0 or not known or speed < ONSET_CREEP:
+    g.onset.quiet[i] = 0.0
+    if g.onset.run[i] < 0.0 or not known or speed < ONSET_CREEP:
         return
-    q[ONSET_RUN + i] += 1.0
-    q[ONSET_SUM + i] += math.log(u)
-    if q[ONSET_RUN + i] >= onset_length(g, q, i):
-        mean = q[ONSET_SUM + i] / q[ONSET_RUN + i]
-        q[ONSET_RUN + i] = -1.0
-        take_onset(g, q, i, mean, relative)
+    g.onset.run[i] += 1.0
+    g.onset.sum[i] += math.log(u)
+    if g.onset.run[i] >= onset_length(g, i):
+        mean = g.onset.sum[i] / g.onset.run[i]
+        g.onset.run[i] = -1.0
+        take_onset(g, i, mean, relative)
 
 
-def onset_length(g: Numbers, q: Numbers, i: int) -> float:
+def onset_length(g: GraspMemory, i: int) -> float:
     """Return how many samples of slip in a row make an onset, at the mean ln u of this run.
 
     A probe ends with the first sample, because the force comes back; one is enough where slip is expected. So
     it is where another finger has just slipped, since two channels say it.
     """
-    if is_told_by_another(g, q, i):
+    if is_told_by_another(g, i):
         return ONSET_PROBED_LENGTH
-    spread = math.sqrt(believed_variance(g, i) + q[ONSET_NOISE] * q[ONSET_NOISE])
-    expected = g[BELIEF_MEAN + i] - ONSET_PROBED_BELOW * spread
-    probed = q[PROBE_SHIFT + i] > ONSET_PROBED and q[ONSET_SUM + i] > q[ONSET_RUN + i] * expected
+    spread = math.sqrt(believed_variance(g, i) + g.onset.noise * g.onset.noise)
+    expected = g.belief.mean[i] - ONSET_PROBED_BELOW * spread
+    probed = g.probe.shift[i] > ONSET_PROBED and g.onset.sum[i] > g.onset.run[i] * expected
     return ONSET_PROBED_LENGTH if probed else ONSET_RUN_LENGTH
 
 
-def is_told_by_another(g: Numbers, q: Numbers, i: int) -> bool:
+def is_told_by_another(g: GraspMemory, i: int) -> bool:
     """Return whether a finger other than ``i`` has just slipped."""
     quiet = math.inf
-    for j in range(int(g[BELIEF_FINGERS])):
+    for j in range(int(g.belief.fingers)):
         if j != i:
-            quiet = min(quiet, q[ONSET_QUIET + j])
+            quiet = min(quiet, g.onset.quiet[j])
     return quiet < ONSET_TOGETHER
 
 
-def is_witnessed(g: Numbers, q: Numbers, i: int) -> bool:
+def is_witnessed(g: GraspMemory, i: int) -> bool:
     """Return whether slip of finger ``i`` is more than what its channel alone says."""
-    return q[PROBE_SHIFT + i] > ONSET_PROBED or is_told_by_another(g, q, i)
+    return g.probe.shift[i] > ONSET_PROBED or is_told_by_another(g, i)
 
 
-def take_onset(g: Numbers, q: Numbers, i: int, ln_u: float, relative: float) -> None:
+def take_onset(g: GraspMemory, i: int, ln_u: float, relative: float) -> None:
     """Measure ln mu of finger ``i`` by the load at which it began to slip."""
-    q[ONSET_RUN + i] = ONSET_TAUGHT
-    u, held = math.exp(ln_u), q[ONSET_HELD + i]
-    q[ONSET_DOUBTED + i] += 1.0 if u < ONSET_FAR * held else 0.0
-    if u < ONSET_BELOW * held or is_doubted(q, i):
+    g.onset.run[i] = ONSET_TAUGHT
+    u, held = math.exp(ln_u), g.onset.held[i]
+    g.onset.doubted[i] += 1.0 if u < ONSET_FAR * held else 0.0
+    if u < ONSET_BELOW * held or is_doubted(g, i):
         return
-    std = q[ONSET_NOISE] if is_witnessed(g, q, i) else ONSET_ALONE * q[ONSET_NOISE]
+    std = g.onset.noise if is_witnessed(g, i) else ONSET_ALONE * g.onset.noise
     noise = std * std + relative * relative
     widen_belief(g)
-    off = ln_u - g[BELIEF_MEAN + i]
+    off = ln_u - g.belief.mean[i]
     if off < -ONSET_FAR_BELOW * math.sqrt(believed_variance(g, i) + noise):
-        add_common(g, q[ONSET_SHOCK] * q[ONSET_SHOCK])
+        add_common(g, g.onset.shock * g.onset.shock)
     most = ONSET_BOUND * math.sqrt(believed_variance(g, i) + noise)
-    measured = g[BELIEF_MEAN + i] + min(max(off, -most), most)
+    measured = g.belief.mean[i] + min(max(off, -most), most)
     absorb_factor(g, i, 1.0 / noise, measured / noise)

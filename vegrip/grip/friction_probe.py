@@ -11,29 +11,13 @@ was felt of late, and any slip sets all of them back at once::
 The force then falls until the finger is about to slip, or until ``b`` has reached what the belief can hold
 for possible. Slip that comes is small, since only force was let go of, and teaches all fingers.
 
-Plain scalar code over one flat sequence ``q`` of numbers, of fixed size; the same text is compiled.
+Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
 
 import math
 
 from vegrip.grip.friction_belief import *
-from vegrip.types import Numbers
-
-PROBE_CLIMB = BELIEF_SIZE  # [1/s] of ln mu while the object is unknown
-PROBE_RATE = BELIEF_SIZE + 1  # [1/s] afterwards
-PROBE_UNKNOWN = BELIEF_SIZE + 2  # std of ln mu above which the object is unknown
-PROBE_KNOWN = BELIEF_SIZE + 3  # and below which a finger is known well enough
-PROBE_QUIET_TIME = BELIEF_SIZE + 4  # [s] without a change of any load before probing goes on
-PROBE_QUIET_CHANGE = BELIEF_SIZE + 5  # relative change of a load that is one
-PROBE_PAUSE = BELIEF_SIZE + 6  # [s] after a slip
-PROBE_REACH = BELIEF_SIZE + 7  # standard deviations above the mean up to which it is probed
-PROBE_SINCE_SLIP = BELIEF_SIZE + 8
-PROBE_SHIFT = BELIEF_SIZE + 9  # b of each finger
-PROBE_LOAD = PROBE_SHIFT + BELIEF_MOST  # [N] from which changes are counted
-PROBE_SMOOTH = PROBE_LOAD + BELIEF_MOST  # [N] load without noise
-PROBE_STILL = PROBE_SMOOTH + BELIEF_MOST  # [s] since the load last changed; negative: not in contact
-PROBE_NEED = PROBE_STILL + BELIEF_MOST  # [N] what each finger needs on its own
-PROBE_SIZE = PROBE_NEED + BELIEF_MOST
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 
 SMOOTHING = 0.01  # [s]
 FOLLOWING = 0.1  # [s] with which the load from which changes are counted follows; a slow load is no change
@@ -42,7 +26,7 @@ REACHED = 0.99  # of how far a finger may be probed, from which on it does not k
 
 
 def begin_probing(
-    q: Numbers,
+    g: GraspMemory,
     climb: float,
     rate: float,
     unknown: float,
@@ -53,71 +37,71 @@ def begin_probing(
     reach: float,
 ) -> None:
     """Set how it probes; no finger touches yet."""
-    q[PROBE_CLIMB], q[PROBE_RATE], q[PROBE_UNKNOWN], q[PROBE_KNOWN] = climb, rate, unknown, known
-    q[PROBE_QUIET_TIME], q[PROBE_QUIET_CHANGE] = quiet_time, quiet_change
-    q[PROBE_PAUSE], q[PROBE_REACH] = pause, reach
-    q[PROBE_SINCE_SLIP] = 0.0
+    g.probe.climb, g.probe.rate, g.probe.unknown, g.probe.known = climb, rate, unknown, known
+    g.probe.quiet_time, g.probe.quiet_change = quiet_time, quiet_change
+    g.probe.pause, g.probe.reach = pause, reach
+    g.probe.since_slip = 0.0
     for i in range(BELIEF_MOST):
-        q[PROBE_SHIFT + i] = q[PROBE_LOAD + i] = q[PROBE_SMOOTH + i] = 0.0
-        q[PROBE_STILL + i] = -1.0
-        q[PROBE_NEED + i] = 0.0
+        g.probe.shift[i] = g.probe.load[i] = g.probe.smooth[i] = 0.0
+        g.probe.still[i] = -1.0
+        g.probe.need[i] = 0.0
 
 
-def watch_load(q: Numbers, i: int, dt: float, load: float, noise: float, touching: bool) -> None:
+def watch_load(g: GraspMemory, i: int, dt: float, load: float, noise: float, touching: bool) -> None:
     """Follow the load [N] of finger ``i``, whose noise has the std ``noise`` [N]."""
     if not (touching and load >= 0.0):
-        q[PROBE_STILL + i] = -1.0
-        q[PROBE_SHIFT + i] = 0.0
+        g.probe.still[i] = -1.0
+        g.probe.shift[i] = 0.0
         return
-    if q[PROBE_STILL + i] < 0.0:
-        q[PROBE_SMOOTH + i] = q[PROBE_LOAD + i] = load
-        q[PROBE_STILL + i] = 0.0
-    q[PROBE_SMOOTH + i] += (1.0 - math.exp(-dt / SMOOTHING)) * (load - q[PROBE_SMOOTH + i])
-    q[PROBE_STILL + i] += dt
-    q[PROBE_LOAD + i] += (1.0 - math.exp(-dt / FOLLOWING)) * (q[PROBE_SMOOTH + i] - q[PROBE_LOAD + i])
-    change = abs(q[PROBE_SMOOTH + i] - q[PROBE_LOAD + i])
-    if change > q[PROBE_QUIET_CHANGE] * q[PROBE_LOAD + i] + 2.0 * noise:
-        q[PROBE_LOAD + i] = q[PROBE_SMOOTH + i]
-        q[PROBE_STILL + i] = 0.0
+    if g.probe.still[i] < 0.0:
+        g.probe.smooth[i] = g.probe.load[i] = load
+        g.probe.still[i] = 0.0
+    g.probe.smooth[i] += (1.0 - math.exp(-dt / SMOOTHING)) * (load - g.probe.smooth[i])
+    g.probe.still[i] += dt
+    g.probe.load[i] += (1.0 - math.exp(-dt / FOLLOWING)) * (g.probe.smooth[i] - g.probe.load[i])
+    change = abs(g.probe.smooth[i] - g.probe.load[i])
+    if change > g.probe.quiet_change * g.probe.load[i] + 2.0 * noise:
+        g.probe.load[i] = g.probe.smooth[i]
+        g.probe.still[i] = 0.0
 
 
-def feel_slip(q: Numbers, dt: float, fingers: int, slipping: bool) -> None:
+def feel_slip(g: GraspMemory, dt: float, fingers: int, slipping: bool) -> None:
     """Note whether a finger slips: then nothing is probed any more."""
-    q[PROBE_SINCE_SLIP] += dt / float(max(fingers, 1))
+    g.probe.since_slip += dt / float(max(fingers, 1))
     if slipping:
-        q[PROBE_SINCE_SLIP] = 0.0
+        g.probe.since_slip = 0.0
         for j in range(fingers):
-            q[PROBE_SHIFT + j] = 0.0
+            g.probe.shift[j] = 0.0
 
 
-def is_quiet(q: Numbers, fingers: int) -> bool:
+def is_quiet(g: GraspMemory, fingers: int) -> bool:
     """Return whether no finger has slipped and no load has changed for a while."""
     for j in range(fingers):
-        if 0.0 <= q[PROBE_STILL + j] < q[PROBE_QUIET_TIME]:
+        if 0.0 <= g.probe.still[j] < g.probe.quiet_time:
             return False
-    return q[PROBE_SINCE_SLIP] >= q[PROBE_PAUSE]
+    return g.probe.since_slip >= g.probe.pause
 
 
-def farthest(g: Numbers, q: Numbers, i: int, lag: float) -> float:
+def farthest(g: GraspMemory, i: int, lag: float) -> float:
     """Return how far finger ``i`` may be probed, of ln mu."""
-    return (lag + q[PROBE_REACH]) * math.sqrt(believed_variance(g, i))
+    return (lag + g.probe.reach) * math.sqrt(believed_variance(g, i))
 
 
-def probe_friction(g: Numbers, q: Numbers, i: int, dt: float, lag: float) -> None:
+def probe_friction(g: GraspMemory, i: int, dt: float, lag: float) -> None:
     """Let ``b`` of finger ``i`` grow where it may; ``lag`` is how many std are counted off the mean."""
-    n = int(g[BELIEF_FINGERS])
+    n = int(g.belief.fingers)
     std = math.sqrt(believed_variance(g, i))
-    rate = q[PROBE_CLIMB] if std > q[PROBE_UNKNOWN] else q[PROBE_RATE]
-    most = farthest(g, q, i, lag)
-    if std < q[PROBE_KNOWN] or not is_quiet(q, n):
+    rate = g.probe.climb if std > g.probe.unknown else g.probe.rate
+    most = farthest(g, i, lag)
+    if std < g.probe.known or not is_quiet(g, n):
         return
     others = 0.0
     for j in range(1, n):
-        others += q[PROBE_NEED + j]
-    if std <= q[PROBE_UNKNOWN]:
+        others += g.probe.need[j]
+    if std <= g.probe.unknown:
         for j in range(n):
-            decides = others >= q[PROBE_NEED] if j > 0 else q[PROBE_NEED] >= others
+            decides = others >= g.probe.need[0] if j > 0 else g.probe.need[0] >= others
             vaguer = believed_variance(g, j) > believed_variance(g, i)
-            if j != i and decides and vaguer and q[PROBE_SHIFT + j] < REACHED * farthest(g, q, j, lag):
+            if j != i and decides and vaguer and g.probe.shift[j] < REACHED * farthest(g, j, lag):
                 return
-    q[PROBE_SHIFT + i] = min(q[PROBE_SHIFT + i] + rate * dt, max(most, q[PROBE_SHIFT + i]))
+    g.probe.shift[i] = min(g.probe.shift[i] + rate * dt, max(most, g.probe.shift[i]))

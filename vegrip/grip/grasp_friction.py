@@ -12,16 +12,14 @@ the same as to ask for the margin ``1 - (1 - margin) e^b``.
 """
 
 import math
-from array import array
 from collections.abc import Mapping
 from dataclasses import replace
-
-import numpy as np
 
 from vegrip.estimator.estimator import ContactEstimator, quantile
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.grip.finger import Wanted
 from vegrip.grip.friction_settings import WIDEST_VARIANCE, FrictionSettings
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 from vegrip.grip.joint_confidence import FINGER_CORRELATION, shared_part
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.policies.margin_grip import GripSettings
@@ -30,7 +28,7 @@ from vegrip.grip.slip_trust import *
 from vegrip.messages import KNOWN, PROBED, ContactEstimate, Estimate, ModelHealth
 from vegrip.types import NamedNumbers
 
-CHANNELS_OF_SLIP = {FELT_FLAG: "slip", FELT_SPEED: "slip_speed"}
+CHANNELS_OF_SLIP = ("slip", "slip_speed")
 
 CONTRADICTIONS = {
     FELT_BY_LOAD: "says slip while its load shows none",
@@ -38,7 +36,7 @@ CONTRADICTIONS = {
     FELT_SILENT: "is silent or late while its slip speed shows slip",
     FELT_DEAF: "is silent in a slide that its load shows",
 }
-"""What is wrong with a channel, by :data:`~vegrip.grip.felt_slip.FELT_WHY`."""
+"""What is wrong with a channel, by ``why`` of :class:`~vegrip.grip.grasp_memory.Felt`."""
 
 
 class GraspFriction:
@@ -67,21 +65,19 @@ class GraspFriction:
         self.active = settings.shared and len(able) == len(fingers) <= BELIEF_MOST
         self._settings, self._noise = settings, tangential_noise
         self._places = {name: i for i, name in enumerate(fingers)}
-        self._memory = array("d", bytes(8 * max(TRUST_SIZE, len(fingers))))
-        self.shared = np.frombuffer(self._memory)
+        self.memory = GraspMemory(len(fingers))
         """All that the fingers of the grasp share; their steps write here."""
-        self.shared[: len(fingers)] = np.nan  # what each needs [N]
         self._is_leading = False
         self.correlation = FINGER_CORRELATION
         """Of what is not known of the fingers' friction before anything is felt [-]."""
-        begin_drives(self._memory, normal_noise)
+        begin_drives(self.memory, normal_noise)
         if self.active:
             self._begin(able, drift, known)
 
     def _begin(
         self, able: Mapping[str, ContactEstimator], drift: float, known: ObjectFriction | None
     ) -> None:
-        s, g = self._settings, self._memory
+        s, g = self._settings, self.memory
         begin_belief(g, len(able), drift, s.shock)
         for i, estimator in enumerate(able.values()):
             mean, variance, _, _ = estimator.friction
@@ -92,7 +88,7 @@ class GraspFriction:
             rho = shared_part(math.sqrt(max(variance, 0.0)), s.own_spread)
             self.correlation = rho if i == 0 else min(rho, self.correlation)
             expect_finger(g, i, mean, math.sqrt(max(variance, 0.0)), s.own_spread)
-            g[BELIEF_PRIOR_VAR] = max(g[BELIEF_PRIOR_VAR], widest)  # forgetting leads back to what is usual
+            g.belief.prior_var = max(g.belief.prior_var, widest)  # forgetting leads back to what is usual
         probing = s.probing and not s.why_too_coarse
         begin_probing(
             g, s.climb if probing else 0.0, s.rate if probing else 0.0, s.unknown, s.known,
@@ -102,18 +98,18 @@ class GraspFriction:
         begin_felt_slip(g, s.sliding_speed, s.slip_delay)
         begin_late_slip(g)
         begin_changes(g)
-        begin_trust(g, g)
+        begin_trust(g)
 
     def set_lead(self, grip: GripSettings, torque_noise: float) -> None:
         """Set what is told of the drives, and the noise of a torque [N m]; what was measured stays."""
         self._is_leading = grip.drive_lag > 0.0 or grip.measure_lag
-        tell_drives(self._memory, grip.drive_lag, grip.measure_lag, grip.burst_rate)
-        begin_lead(self._memory, self._noise, torque_noise)
+        tell_drives(self.memory, grip.drive_lag, grip.measure_lag, grip.burst_rate)
+        begin_lead(self.memory, self._noise, torque_noise)
 
     def drive_lag(self, finger: str) -> float:
         """Return the measured lag of the drive of ``finger`` [s]; NaN while it is not known."""
         i = self._places[finger]
-        return measured_lag(self._memory, i) if i < BELIEF_MOST else math.nan
+        return measured_lag(self.memory, i) if i < BELIEF_MOST else math.nan
 
     def write_to(self, memory: NamedNumbers, finger: str, wanted: Wanted) -> None:
         """Let the step of a finger know what is set; ``wanted`` of it once its friction is known."""
@@ -137,14 +133,14 @@ class GraspFriction:
         return next(filter(None, map(self._why_not_heard, self._places)), "")
 
     def _why_not_heard(self, finger: str) -> str:
-        g, i = self._memory, self._places[finger]
+        g, i = self.memory, self._places[finger]
         if found := self.suspicion(finger):
             return found
-        if g[ONSET_SILENT + i] > 0.0:
+        if g.onset.silent[i] > 0.0:
             return f"{finger} does not feel slip"
         if is_doubted(g, i):
             return f"the slip channel of {finger} contradicts its load"
-        if g[TRUST_PROOF + i] == 0.0 and is_constant(g, i):
+        if g.trust.proof[i] == 0.0 and is_constant(g, i):
             return f"{finger} has not felt slip yet, and its slip speed shows no noise: it may be dead"
         return ""
 
@@ -152,21 +148,20 @@ class GraspFriction:
         """Return which channel of ``finger`` is not believed, because it is wrong of slip; empty = none."""
         if not self.active:
             return ""
-        i = self._places[finger]
-        found = (
-            name
-            for at, name in CHANNELS_OF_SLIP.items()
-            if self._memory[at + FELT_WIDTH * i + FELT_OFF] > 0.0
-        )
-        return next(found, "")
+        channel = self._doubted(finger)
+        return CHANNELS_OF_SLIP[channel >= BELIEF_MOST] if channel >= 0 else ""
+
+    def _doubted(self, finger: str) -> int:
+        """Return the place of the channel of ``finger`` that is not believed; -1: there is none."""
+        flag = self._places[finger]
+        return next((at for at in (flag, BELIEF_MOST + flag) if self.memory.felt.off[at] > 0.0), -1)
 
     def suspicion(self, finger: str) -> str:
         """Return what is wrong with what ``finger`` feels of slip, in a sentence; empty while all is well."""
         channel = self.doubted_channel(finger)
         if not channel:
             return ""
-        at = FELT_FLAG if channel == "slip" else FELT_SPEED
-        wrong = CONTRADICTIONS[self._memory[at + FELT_WIDTH * self._places[finger] + FELT_WHY]]
+        wrong = CONTRADICTIONS[self.memory.felt.why[self._doubted(finger)]]
         return f"the channel '{channel}' of {finger} {wrong}, and is not used"
 
     def friction_counted_on(self, finger: str) -> str:
@@ -174,9 +169,9 @@ class GraspFriction:
         if not self.active:
             return ""
         i = self._places[finger]
-        if self._memory[PROBE_SHIFT + i] > LEAST_PROBE:
+        if self.memory.probe.shift[i] > LEAST_PROBE:
             return PROBED
-        return KNOWN if counts_as_known(self._memory, self._memory, i) else ""
+        return KNOWN if counts_as_known(self.memory, i) else ""
 
     def name_suspect(self, health: ModelHealth) -> ModelHealth:
         """Return ``health`` with the channel that is not believed, instead of what the model fails at.
@@ -206,22 +201,22 @@ class GraspFriction:
     @property
     def learned_object(self) -> ObjectFriction | None:
         """What this grasp has learned of the object; None while it is unknown."""
-        n = len(self._places)
-        if not self.active or self._memory[BELIEF_VERSION] == 0.0:
+        n, belief = len(self._places), self.memory.belief
+        if not self.active or belief.version == 0.0:
             return None
-        rows = [self._memory[BELIEF_P + i * BELIEF_MOST : BELIEF_P + i * BELIEF_MOST + n] for i in range(n)]
+        rows = [belief.p[i * BELIEF_MOST : i * BELIEF_MOST + n] for i in range(n)]
         std = math.sqrt(max(sum(map(sum, rows)), 0.0)) / n
         if not 0.0 < std <= self._settings.unknown:
             return None
-        return ObjectFriction(sum(self._memory[BELIEF_MEAN : BELIEF_MEAN + n]) / n, std)
+        return ObjectFriction(sum(belief.mean[:n]) / n, std)
 
     def belief(self, finger: str) -> tuple[float, float]:
         i = self._places[finger]
-        return self._memory[BELIEF_MEAN + i], math.sqrt(believed_variance(self._memory, i))
+        return self.memory.belief.mean[i], math.sqrt(believed_variance(self.memory, i))
 
     def _change_of(self, i: int) -> tuple[float, float, float]:
-        g = self._memory
-        return g[CHANGE_LEVEL + i], g[CHANGE_SPREAD + i], g[PROBE_UNKNOWN]
+        g = self.memory
+        return g.change.level[i], g.change.spread[i], g.probe.unknown
 
 
 def share_friction(

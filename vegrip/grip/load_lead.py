@@ -18,22 +18,13 @@ load which grows from 1 by ``burst`` a second, led by ``LEAD_MOST``, lacks at th
 
 so it holds against ``(1 + BURST_SIZE) / (1 + BURST_SIZE - missing)`` times the load.
 
-Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, behind its sections and those
-of :mod:`~vegrip.grip.drive_lag`; the same text is compiled.
+Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
 
 import math
 
 from vegrip.grip.drive_lag import *
-from vegrip.types import Numbers
-
-LEAD_NOISE = DRIVE_SIZE  # [N] std of a tangential force
-LEAD_TORQUE_NOISE = DRIVE_SIZE + 1  # [N m]
-LEAD_BEGUN = DRIVE_SIZE + 2
-LEAD_AHEAD = LEAD_BEGUN + BELIEF_MOST  # x, y [N] and torque [N m] of finger i from 3 i on
-LEAD_FAST = LEAD_AHEAD + 3 * BELIEF_MOST
-LEAD_SLOW = LEAD_FAST + 3 * BELIEF_MOST
-LEAD_SIZE = LEAD_SLOW + 3 * BELIEF_MOST
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 
 LEAD_FAST_TIME = 0.003  # [s]
 LEAD_SLOW_TIME = 0.012  # [s]
@@ -42,42 +33,43 @@ LEAD_MOST = 0.015  # [s] of a measured lag
 BURST_SIZE = 0.5  # of the load, by which it grows in a burst
 
 
-def begin_lead(q: Numbers, noise: float, torque_noise: float) -> None:
+def begin_lead(g: GraspMemory, noise: float, torque_noise: float) -> None:
     """Set the noise of the load [N], [N m]; nothing is felt yet."""
-    q[LEAD_NOISE], q[LEAD_TORQUE_NOISE] = noise, torque_noise
+    g.lead.noise, g.lead.torque_noise = noise, torque_noise
     for i in range(BELIEF_MOST):
-        q[LEAD_BEGUN + i] = 0.0
+        g.lead.begun[i] = 0.0
 
 
-def lead_load(q: Numbers, i: int, dt: float, x: float, y: float, torque: float) -> tuple[float, float]:
+def lead_load(g: GraspMemory, i: int, dt: float, x: float, y: float, torque: float) -> tuple[float, float]:
     """Take in one sample of the load of finger ``i``; return tangential force [N] and torque [N m] ahead.
 
     A load that is not known leads nowhere: it is returned as it is, and the next one begins anew.
     """
     turn = 0.0 if math.isnan(torque) else torque
     if not abs(x) + abs(y) + abs(turn) < math.inf:
-        q[LEAD_BEGUN + i] = 0.0
+        g.lead.begun[i] = 0.0
         return math.sqrt(x * x + y * y), abs(torque)
-    begun = q[LEAD_BEGUN + i] > 0.0
-    q[LEAD_BEGUN + i] = 1.0
-    lag = lead_time(q, i)
-    lead_component(q, 3 * i, dt, x, q[LEAD_NOISE], begun, lag)
-    lead_component(q, 3 * i + 1, dt, y, q[LEAD_NOISE], begun, lag)
-    lead_component(q, 3 * i + 2, dt, turn, q[LEAD_TORQUE_NOISE], begun, lag)
-    at, more = LEAD_AHEAD + 3 * i, burst_reserve(q, i)
-    return more * math.sqrt(q[at] * q[at] + q[at + 1] * q[at + 1]), more * abs(q[at + 2])
+    begun = g.lead.begun[i] > 0.0
+    g.lead.begun[i] = 1.0
+    lag = lead_time(g, i)
+    lead_component(g, 3 * i, dt, x, g.lead.noise, begun, lag)
+    lead_component(g, 3 * i + 1, dt, y, g.lead.noise, begun, lag)
+    lead_component(g, 3 * i + 2, dt, turn, g.lead.torque_noise, begun, lag)
+    more = burst_reserve(g, i)
+    x, y, turn = g.lead.ahead[3 * i], g.lead.ahead[3 * i + 1], g.lead.ahead[3 * i + 2]
+    return more * math.sqrt(x * x + y * y), more * abs(turn)
 
 
-def lead_time(q: Numbers, i: int) -> float:
+def lead_time(g: GraspMemory, i: int) -> float:
     """Return by how much the load of finger ``i`` is led [s]."""
-    if counts_measured(q, i):
-        return min(q[DRIVE_LAG + i], LEAD_MOST)
-    return q[DRIVE_TOLD]
+    if counts_measured(g, i):
+        return min(g.drive.lag[i], LEAD_MOST)
+    return g.drive.told
 
 
-def burst_reserve(q: Numbers, i: int) -> float:
+def burst_reserve(g: GraspMemory, i: int) -> float:
     """Return how many times its load finger ``i`` holds against, for the part of the lag that is not led."""
-    return reserve_for(q[DRIVE_LAG + i], q[DRIVE_BURST]) if counts_measured(q, i) else 1.0
+    return reserve_for(g.drive.lag[i], g.drive.burst) if counts_measured(g, i) else 1.0
 
 
 def reserve_for(lag: float, burst: float) -> float:
@@ -87,26 +79,26 @@ def reserve_for(lag: float, burst: float) -> float:
     return (1.0 + BURST_SIZE) / (1.0 + BURST_SIZE - missing)
 
 
-def counts_measured(q: Numbers, i: int) -> bool:
+def counts_measured(g: GraspMemory, i: int) -> bool:
     """Return whether the measured lag of finger ``i`` counts."""
-    return q[DRIVE_IS_MEASURED] > 0.0 and q[DRIVE_KNOWN + i] > 0.0
+    return g.drive.is_measured > 0.0 and g.drive.known[i] > 0.0
 
 
 def lead_component(
-    q: Numbers, at: int, dt: float, value: float, noise: float, begun: bool, lag: float
+    g: GraspMemory, at: int, dt: float, value: float, noise: float, begun: bool, lag: float
 ) -> None:
     """Follow one component of the load, whose noise has the std ``noise``, and lead it by ``lag`` [s]."""
     if not begun:
-        q[LEAD_FAST + at] = q[LEAD_SLOW + at] = q[LEAD_AHEAD + at] = value
+        g.lead.fast[at] = g.lead.slow[at] = g.lead.ahead[at] = value
         return
     keep, hold = math.exp(-dt / LEAD_FAST_TIME), math.exp(-dt / LEAD_SLOW_TIME)
-    q[LEAD_FAST + at] = value + keep * (q[LEAD_FAST + at] - value)
-    q[LEAD_SLOW + at] = value + hold * (q[LEAD_SLOW + at] - value)
-    off = q[LEAD_FAST + at] - q[LEAD_SLOW + at]
+    g.lead.fast[at] = value + keep * (g.lead.fast[at] - value)
+    g.lead.slow[at] = value + hold * (g.lead.slow[at] - value)
+    off = g.lead.fast[at] - g.lead.slow[at]
     gate = LEAD_GATE * noise * math.sqrt(lead_variance(keep, hold))
     beyond = math.copysign(max(abs(off) - gate, 0.0), off)
     rate = beyond / (LEAD_SLOW_TIME - LEAD_FAST_TIME)
-    q[LEAD_AHEAD + at] = q[LEAD_FAST + at] + (LEAD_FAST_TIME + lag) * rate
+    g.lead.ahead[at] = g.lead.fast[at] + (LEAD_FAST_TIME + lag) * rate
 
 
 def lead_variance(keep: float, hold: float) -> float:

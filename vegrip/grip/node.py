@@ -330,7 +330,7 @@ class GraspForce(NodeBase):
         is_whole = bool(fingers) and len(fingers) == len(self.fingers)
         self.batch = self.packets = None
         if is_whole and self.controller is not None:
-            joined = join(fingers, self.controller.friction.shared)
+            joined = join(fingers, self.controller.friction.memory.array)
             self.batch = joined if isinstance(joined, CompiledBatch) else None
             self.packets = joined if isinstance(joined, CompiledPackets) else None
 

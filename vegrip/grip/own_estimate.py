@@ -10,10 +10,11 @@ from vegrip.estimator.settings import SensorNoise
 from vegrip.grip.confirmed_load import confirm_load
 from vegrip.grip.drive_lag import follow_drive
 from vegrip.grip.estimator_protocol import Estimator
+from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.load_lead import lead_load
 from vegrip.messages import FingertipState
 from vegrip.model import ContactModel, paper_model
-from vegrip.types import Floats, NamedNumbers
+from vegrip.types import NamedNumbers
 
 LONGEST_STEP_S: Final = 0.1
 """A longer pause between two states counts as so much."""
@@ -37,7 +38,7 @@ STAND_IN: Final = _StandIn(paper_model(8e-3), layout_of(paper_model(8e-3)))
 class OwnEstimate:
     """What the step is told of the contact of one finger."""
 
-    def __init__(self, estimator: Estimator, memory: NamedNumbers, shared: Floats, number: int) -> None:
+    def __init__(self, estimator: Estimator, memory: NamedNumbers, shared: GraspMemory, number: int) -> None:
         self._estimator, self._memory, self._shared, self._number = estimator, memory, shared, number
 
     def take(self, state: FingertipState, wanted: tuple[float, float], *, asks: bool) -> None:

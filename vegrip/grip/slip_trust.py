@@ -45,43 +45,13 @@ flag had told slip for ``TRUST_CLEAN_TIME``, where that is lower.
 Where the slip speed has shown noise, a speed that is exactly the same for ``TRUST_STILL`` samples, or is
 gone, is no measurement, and voids the proof as well.
 
-Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, behind the section of
-:mod:`~vegrip.grip.friction_change`; the same text is compiled.
+Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
 
 import math
 
 from vegrip.grip.friction_change import *
-from vegrip.types import Numbers
-
-TRUST_HELD = CHANGE_SIZE  # [s] for which the grasp still counts on the prior after the load has shown a slide
-TRUST_LEAST = CHANGE_SIZE + 1  # least y of late; inf: no finger is let go of
-TRUST_LOAD = CHANGE_SIZE + 2  # [N] f when y was least
-TRUST_GRIP = CHANGE_SIZE + 3  # [N] N when y was least
-TRUST_FELL = CHANGE_SIZE + 4  # [N] by which f had fallen when the load showed a slide
-TRUST_WAIT = CHANGE_SIZE + 5  # [s] until that is judged; 0: nothing is to be judged
-TRUST_MISSED = CHANGE_SIZE + 6  # slides that no channel told, since the last one that one told
-TRUST_FIRST = CHANGE_SIZE + 7  # [N] N when force began to be let go of
-TRUST_LATER = CHANGE_SIZE + 8  # [N] N that lags
-TRUST_RATIO = CHANGE_SIZE + 9  # f / N that lags
-TRUST_TORN = CHANGE_SIZE + 10  # f / N when the load showed a slide
-TRUST_PRIOR = CHANGE_SIZE + 11  # mean ln mu of finger i before anything was felt
-TRUST_SPREAD = TRUST_PRIOR + BELIEF_MOST  # its std
-TRUST_PROOF = TRUST_SPREAD + BELIEF_MOST  # [s] for which the proof of finger i still counts
-TRUST_TOP = TRUST_PROOF + BELIEF_MOST  # largest utilisation of late
-TRUST_PULL = TRUST_TOP + BELIEF_MOST  # [N] smoothed tangential force; 0: the finger does not touch
-TRUST_FORCE = TRUST_PULL + BELIEF_MOST  # [N] smoothed normal force
-TRUST_SPEED = TRUST_FORCE + BELIEF_MOST  # [m/s] last slip speed
-TRUST_CONSTANT = TRUST_SPEED + BELIEF_MOST  # samples for which it has been exactly that
-TRUST_NOISY = TRUST_CONSTANT + BELIEF_MOST  # changes of it while nothing slid
-TRUST_FALSE = TRUST_NOISY + BELIEF_MOST  # slips of late that it told far below what it had held
-TRUST_VOID = TRUST_FALSE + BELIEF_MOST  # 1 where what it has taught is void, its flag being wrong
-TRUST_RIM = TRUST_VOID + BELIEF_MOST  # [s] for which it has slid by its slip speed alone
-TRUST_KEPT = TRUST_RIM + BELIEF_MOST  # of what it was let go of, what the load has shown to hold
-TRUST_CLEAN = TRUST_KEPT + BELIEF_MOST  # mean ln mu when no flag had told slip for a while
-TRUST_MEAN = TRUST_CLEAN + BELIEF_MOST  # mean ln mu at the last sample
-TRUST_TOLD = TRUST_MEAN + BELIEF_MOST  # [s] since it told slip where it may have slid
-TRUST_SIZE = TRUST_TOLD + BELIEF_MOST
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 
 TRUST_LASTS = 60.0  # [s]
 TRUST_SILENCE = 0.5  # [s]
@@ -118,60 +88,62 @@ TRUST_STILL = 40.0  # samples
 TRUST_LIVELY = 50.0  # changes that show noise
 
 
-def begin_trust(g: Numbers, q: Numbers) -> None:
+def begin_trust(g: GraspMemory) -> None:
     """Trust nothing yet, and take what is expected of friction now as the prior."""
-    for j in range(TRUST_SIZE - TRUST_HELD):
-        q[TRUST_HELD + j] = 0.0
-    q[TRUST_LEAST] = math.inf
+    g.trust.held = g.trust.load = g.trust.grip = g.trust.fell = g.trust.wait = g.trust.missed = 0.0
+    g.trust.first = g.trust.later = g.trust.ratio = g.trust.torn = 0.0
+    g.trust.least = math.inf
     for i in range(BELIEF_MOST):
-        q[TRUST_PRIOR + i] = q[TRUST_CLEAN + i] = q[TRUST_MEAN + i] = g[BELIEF_MEAN + i]
-        q[TRUST_SPREAD + i] = math.sqrt(believed_variance(g, i))
+        g.trust.prior[i] = g.trust.clean[i] = g.trust.mean[i] = g.belief.mean[i]
+        g.trust.spread[i] = math.sqrt(believed_variance(g, i))
+        g.trust.proof[i] = g.trust.top[i] = g.trust.pull[i] = g.trust.force[i] = g.trust.speed[i] = 0.0
+        g.trust.constant[i] = g.trust.noisy[i] = g.trust.false[i] = g.trust.void[i] = g.trust.rim[i] = 0.0
+        g.trust.kept[i] = g.trust.told[i] = 0.0
 
 
-def trusts_slip(g: Numbers, q: Numbers) -> bool:
+def trusts_slip(g: GraspMemory) -> bool:
     """Return whether a slide of the object would be felt."""
-    if q[TRUST_HELD] > 0.0:
+    if g.trust.held > 0.0:
         return False
     longest = 0.0
-    for i in range(int(g[BELIEF_FINGERS])):
-        longest = max(longest, q[TRUST_PROOF + i])
+    for i in range(int(g.belief.fingers)):
+        longest = max(longest, g.trust.proof[i])
     return longest > 0.0
 
 
-def counted_shift(g: Numbers, q: Numbers, i: int, lag: float) -> float:
+def counted_shift(g: GraspMemory, i: int, lag: float) -> float:
     """Return what finger ``i`` counts on above the lower bound of its friction, of ln mu.
 
     Felt slip that is not trusted lets no bound rise above that of the prior; ``lag`` is how many standard
     deviations are counted off the means.
     """
-    if trusts_slip(g, q):
-        return q[PROBE_SHIFT + i]
-    return q[PROBE_SHIFT + i] + min(0.0, prior_bound(q, i, lag) - believed_bound(g, i, lag))
+    if trusts_slip(g):
+        return g.probe.shift[i]
+    return g.probe.shift[i] + min(0.0, prior_bound(g, i, lag) - believed_bound(g, i, lag))
 
 
-def prior_bound(q: Numbers, i: int, lag: float) -> float:
+def prior_bound(g: GraspMemory, i: int, lag: float) -> float:
     """Return the lower bound of ln mu before anything was felt."""
-    return q[TRUST_PRIOR + i] - lag * q[TRUST_SPREAD + i]
+    return g.trust.prior[i] - lag * g.trust.spread[i]
 
 
-def believed_bound(g: Numbers, i: int, lag: float) -> float:
+def believed_bound(g: GraspMemory, i: int, lag: float) -> float:
     """Return the lower bound of ln mu as it is believed."""
-    return g[BELIEF_MEAN + i] - lag * math.sqrt(believed_variance(g, i))
+    return g.belief.mean[i] - lag * math.sqrt(believed_variance(g, i))
 
 
-def counts_as_known(g: Numbers, q: Numbers, i: int) -> bool:
+def counts_as_known(g: GraspMemory, i: int) -> bool:
     """Return whether finger ``i`` may count on more of its friction than one whose slip is not felt.
 
     Its slip is sensed, a slide of the object would be felt, and the object is not unknown any more: what is
     lifted has taught nothing yet.
     """
-    known = believed_variance(g, i) <= q[PROBE_UNKNOWN] * q[PROBE_UNKNOWN]
-    return known and is_heard(q, i) and trusts_slip(g, q)
+    known = believed_variance(g, i) <= g.probe.unknown * g.probe.unknown
+    return known and is_heard(g, i) and trusts_slip(g)
 
 
 def let_go(
-    g: Numbers,
-    q: Numbers,
+    g: GraspMemory,
     i: int,
     dt: float,
     lag: float,
@@ -184,8 +156,7 @@ def let_go(
     """Let go of finger ``i`` where it may be.
 
     Args:
-        g: the belief.
-        q: the state.
+        g: what the grasp shares.
         i: the finger.
         dt: [s] since the last sample.
         lag: how many std are counted off the mean.
@@ -196,49 +167,48 @@ def let_go(
         slipping: whether it slips.
 
     """
-    if not is_heard(q, i) or rise_of_slide(g, q, dt, noise) > TRUST_BLIND:
-        q[PROBE_SHIFT + i] = 0.0
+    if not is_heard(g, i) or rise_of_slide(g, dt, noise) > TRUST_BLIND:
+        g.probe.shift[i] = 0.0
     elif touching and not slipping and u > 0.0:
         if believed_bound(g, i, lag) + math.log(1.0 - asked) > math.log(u) + TRUST_AHEAD:
             return
-        if trusts_slip(g, q):
-            probe_friction(g, q, i, dt, lag)
-        elif q[TRUST_HELD] <= 0.0 and seeks_proof(g, q, i) and is_quiet(q, int(g[BELIEF_FINGERS])):
-            std, shift = math.sqrt(believed_variance(g, i)), q[PROBE_SHIFT + i]
+        if trusts_slip(g):
+            probe_friction(g, i, dt, lag)
+        elif g.trust.held <= 0.0 and seeks_proof(g, i) and is_quiet(g, int(g.belief.fingers)):
+            std, shift = math.sqrt(believed_variance(g, i)), g.probe.shift[i]
             most = math.inf  # of an object that is not known, it is not known either where it slides
-            if std <= q[PROBE_UNKNOWN]:
-                low = min(prior_bound(q, i, lag), believed_bound(g, i, lag))
-                most = g[BELIEF_MEAN + i] + q[PROBE_REACH] * std - low
-            q[PROBE_SHIFT + i] = min(shift + TRUST_CLIMB * q[PROBE_CLIMB] * dt, max(most, shift))
+            if std <= g.probe.unknown:
+                low = min(prior_bound(g, i, lag), believed_bound(g, i, lag))
+                most = g.belief.mean[i] + g.probe.reach * std - low
+            g.probe.shift[i] = min(shift + TRUST_CLIMB * g.probe.climb * dt, max(most, shift))
 
 
-def ends_probe(q: Numbers, i: int, dt: float, slipping: bool, sliding: bool) -> bool:
+def ends_probe(g: GraspMemory, i: int, dt: float, slipping: bool, sliding: bool) -> bool:
     """Return whether finger ``i`` slides by its flag, or for a while by its slip speed alone.
 
     The rim of a patch slides before all of it does, so the flag, which alone proves and teaches, comes later.
     """
-    q[TRUST_RIM + i] = q[TRUST_RIM + i] + dt if sliding and not slipping else 0.0
-    if slipping or q[TRUST_RIM + i] > TRUST_FLAG_LATER + q[FELT_DELAY]:
-        keep_nothing(q)
+    g.trust.rim[i] = g.trust.rim[i] + dt if sliding and not slipping else 0.0
+    if slipping or g.trust.rim[i] > TRUST_FLAG_LATER + g.felt.delay:
+        keep_nothing(g)
         return True
     return False
 
 
-def seeks_proof(g: Numbers, q: Numbers, i: int) -> bool:
+def seeks_proof(g: GraspMemory, i: int) -> bool:
     """Return whether finger ``i`` may be let go of to prove its channel.
 
     Where its slip speed shows noise it may with the others. Else one finger of three or more may, alone and
     beside the thumb, since the others hold what it gives up.
     """
-    if q[TRUST_NOISY + i] >= TRUST_LIVELY:
+    if g.trust.noisy[i] >= TRUST_LIVELY:
         return True
-    n = int(g[BELIEF_FINGERS])
-    return n > 2 and i > 0 and whole(g, q, PROBE_SHIFT) <= q[PROBE_SHIFT + i]
+    n = int(g.belief.fingers)
+    return n > 2 and i > 0 and whole_shift(g) <= g.probe.shift[i]
 
 
 def follow_trust(
-    g: Numbers,
-    q: Numbers,
+    g: GraspMemory,
     i: int,
     dt: float,
     flag: float,
@@ -253,8 +223,7 @@ def follow_trust(
     """Take in one sample of finger ``i``.
 
     Args:
-        g: the belief.
-        q: the state.
+        g: what the grasp shares.
         i: the finger.
         dt: [s] since the last sample.
         flag: slip flag, as far as it is believed; it alone teaches friction, so it alone is proven.
@@ -267,226 +236,238 @@ def follow_trust(
         touching: whether it touches.
 
     """
-    q[TRUST_PROOF + i] = max(q[TRUST_PROOF + i] - dt, 0.0)
-    watch_constant(g, q, i, speed)
-    void_lies(g, q, i)
-    count_once(g, q, i)
+    g.trust.proof[i] = max(g.trust.proof[i] - dt, 0.0)
+    watch_constant(g, i, speed)
+    void_lies(g, i)
+    count_once(g, i)
     if not touching:
-        q[TRUST_TOP + i] = q[TRUST_FORCE + i] = q[TRUST_PULL + i] = 0.0
+        g.trust.top[i] = g.trust.force[i] = g.trust.pull[i] = 0.0
     else:
         known = u if relative < ONSET_VAGUE else 0.0
-        q[TRUST_FALSE + i] *= math.exp(-dt / TRUST_FALSE_TIME)
-        q[TRUST_TOLD + i] += dt
-        if (flag >= 0.5 or shows_sliding(q, speed)) and may_slide(q, i, known):
-            q[TRUST_TOLD + i] = 0.0
+        g.trust.false[i] *= math.exp(-dt / TRUST_FALSE_TIME)
+        g.trust.told[i] += dt
+        if (flag >= 0.5 or shows_sliding(g, speed)) and may_slide(g, i, known):
+            g.trust.told[i] = 0.0
         if flag >= 0.5:
-            hear_slide(q, i, known)
-        q[TRUST_TOP + i] = max(known, q[TRUST_TOP + i] * math.exp(-dt / TRUST_TOP_TIME))
+            hear_slide(g, i, known)
+        g.trust.top[i] = max(known, g.trust.top[i] * math.exp(-dt / TRUST_TOP_TIME))
         if force > 0.0 and pull >= 0.0:
-            part = 1.0 - math.exp(-dt / SMOOTHING) if q[TRUST_FORCE + i] > 0.0 else 1.0
-            q[TRUST_FORCE + i] += part * (force - q[TRUST_FORCE + i])
-            q[TRUST_PULL + i] += part * (pull - q[TRUST_PULL + i])
-    if q[PROBE_STILL + i] == 0.0:
-        take_back(g, q)
-    watch_slide(g, q, dt, noise)
+            part = 1.0 - math.exp(-dt / SMOOTHING) if g.trust.force[i] > 0.0 else 1.0
+            g.trust.force[i] += part * (force - g.trust.force[i])
+            g.trust.pull[i] += part * (pull - g.trust.pull[i])
+    if g.probe.still[i] == 0.0:
+        take_back(g)
+    watch_slide(g, dt, noise)
 
 
-def hear_slide(q: Numbers, i: int, u: float) -> None:
+def hear_slide(g: GraspMemory, i: int, u: float) -> None:
     """The flag of finger ``i`` tells slip at ``u``, 0 = not known: that proves it, or tells against it."""
-    flag, top = FELT_FLAG + FELT_WIDTH * i, q[TRUST_TOP + i]
-    silent = q[flag + FELT_QUIET]
-    is_expected = q[PROBE_SHIFT + i] - q[TRUST_KEPT + i] > LEAST_PROBE and u >= TRUST_NEAR * top
+    flag, top = i, g.trust.top[i]
+    silent = g.felt.quiet[flag]
+    is_expected = g.probe.shift[i] - g.trust.kept[i] > LEAST_PROBE and u >= TRUST_NEAR * top
     if is_expected and silent >= TRUST_SILENCE:
-        q[TRUST_PROOF + i], q[TRUST_MISSED] = TRUST_LASTS, 0.0
-    if u > 0.0 and silent > 0.0 and not may_slide(q, i, u):
-        q[TRUST_FALSE + i] += 1.0
-        if q[TRUST_FALSE + i] > TRUST_FALSE_MOST:
-            distrust(q, flag, FELT_BY_LOAD, FELT_DISTRUST)
+        g.trust.proof[i], g.trust.missed = TRUST_LASTS, 0.0
+    if u > 0.0 and silent > 0.0 and not may_slide(g, i, u):
+        g.trust.false[i] += 1.0
+        if g.trust.false[i] > TRUST_FALSE_MOST:
+            distrust(g, flag, FELT_BY_LOAD, FELT_DISTRUST)
 
 
-def may_slide(q: Numbers, i: int, u: float) -> bool:
+def may_slide(g: GraspMemory, i: int, u: float) -> bool:
     """Return whether finger ``i`` may have slid at ``u``: not far below what has just held it."""
-    return not u < TRUST_FAR * q[TRUST_TOP + i]
+    return not u < TRUST_FAR * g.trust.top[i]
 
 
-def is_constant(q: Numbers, i: int) -> bool:
+def is_constant(g: GraspMemory, i: int) -> bool:
     """Return whether the slip speed of finger ``i`` is exactly the same, or not sensed, for a while."""
-    return q[TRUST_CONSTANT + i] > TRUST_STILL
+    return g.trust.constant[i] > TRUST_STILL
 
 
-def void_lies(g: Numbers, q: Numbers, i: int) -> None:
+def void_lies(g: GraspMemory, i: int) -> None:
     """Forget what the fingers have learned when the flag of finger ``i`` has just been found to be wrong.
 
     Friction that was low before any flag lied is expected to be no more than a standard deviation higher.
     """
-    flag = FELT_FLAG + FELT_WIDTH * i
-    is_off = q[flag + FELT_OFF] > 0.0
+    flag = i
+    is_off = g.felt.off[flag] > 0.0
     silent = math.inf
-    for j in range(int(g[BELIEF_FINGERS])):
-        silent = min(silent, q[FELT_FLAG + FELT_WIDTH * j + FELT_QUIET])
+    for j in range(int(g.belief.fingers)):
+        silent = min(silent, g.felt.quiet[j])
     if silent >= TRUST_CLEAN_TIME:
-        q[TRUST_CLEAN + i] = g[BELIEF_MEAN + i]
-    if is_off and q[TRUST_VOID + i] == 0.0 and q[flag + FELT_WHY] != FELT_DEAF:
-        q[TRUST_PROOF + i] = 0.0
-        for j in range(int(g[BELIEF_FINGERS])):
-            forget_evidence(g, j, min(q[TRUST_PRIOR + j], q[TRUST_CLEAN + j] + q[TRUST_SPREAD + j]))
-    q[TRUST_VOID + i] = 1.0 if is_off else 0.0
+        g.trust.clean[i] = g.belief.mean[i]
+    if is_off and g.trust.void[i] == 0.0 and g.felt.why[flag] != FELT_DEAF:
+        g.trust.proof[i] = 0.0
+        for j in range(int(g.belief.fingers)):
+            forget_evidence(g, j, min(g.trust.prior[j], g.trust.clean[j] + g.trust.spread[j]))
+    g.trust.void[i] = 1.0 if is_off else 0.0
 
 
-def watch_constant(g: Numbers, q: Numbers, i: int, speed: float) -> None:
+def watch_constant(g: GraspMemory, i: int, speed: float) -> None:
     """Void the proof of finger ``i`` where its slip speed, which was noisy, is a constant now, or is gone."""
-    if speed == q[TRUST_SPEED + i] or math.isnan(speed):
-        q[TRUST_CONSTANT + i] += 1.0
-        if is_constant(q, i) and q[TRUST_NOISY + i] >= TRUST_LIVELY:
-            q[TRUST_NOISY + i] = q[TRUST_PROOF + i] = 0.0
-            take_back(g, q)
+    if speed == g.trust.speed[i] or math.isnan(speed):
+        g.trust.constant[i] += 1.0
+        if is_constant(g, i) and g.trust.noisy[i] >= TRUST_LIVELY:
+            g.trust.noisy[i] = g.trust.proof[i] = 0.0
+            take_back(g)
     else:
-        q[TRUST_NOISY + i] = min(q[TRUST_NOISY + i] + 1.0, TRUST_LIVELY)
-        q[TRUST_SPEED + i], q[TRUST_CONSTANT + i] = speed, 0.0
+        g.trust.noisy[i] = min(g.trust.noisy[i] + 1.0, TRUST_LIVELY)
+        g.trust.speed[i], g.trust.constant[i] = speed, 0.0
 
 
-def whole(g: Numbers, q: Numbers, first: int) -> float:
-    """Return the sum of what the fingers have from ``first`` on."""
+def whole_shift(g: GraspMemory) -> float:
+    """Return by how much all fingers together are let go of, of ln mu."""
     total = 0.0
-    for i in range(int(g[BELIEF_FINGERS])):
-        total += q[first + i]
+    for i in range(int(g.belief.fingers)):
+        total += g.probe.shift[i]
     return total
 
 
-def rise_of_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> float:
+def whole_load(g: GraspMemory) -> tuple[float, float]:
+    """Return the normal and the tangential force [N] of all fingers together."""
+    force, pull = 0.0, 0.0
+    for i in range(int(g.belief.fingers)):
+        force += g.trust.force[i]
+        pull += g.trust.pull[i]
+    return force, pull
+
+
+def rise_of_slide(g: GraspMemory, dt: float, noise: float) -> float:
     """Return the rise of y that noise does not make; ``dt`` [s] is from sample to sample of one finger."""
-    pull = whole(g, q, TRUST_PULL)
+    _, pull = whole_load(g)
     if not (pull > 0.0 and dt > 0.0):
         return math.inf
-    std = noise * math.sqrt(g[BELIEF_FINGERS] * dt / (dt + 2.0 * SMOOTHING))
+    std = noise * math.sqrt(g.belief.fingers * dt / (dt + 2.0 * SMOOTHING))
     return max(TRUST_RISE, TRUST_NOISE * std / pull)
 
 
-def watch_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> None:
+def watch_slide(g: GraspMemory, dt: float, noise: float) -> None:
     """Look whether the load shows a slide, and judge the last one that it has shown."""
-    part = dt / g[BELIEF_FINGERS]
-    q[TRUST_HELD] = max(q[TRUST_HELD] - part, 0.0)
-    force, pull = whole(g, q, TRUST_FORCE), whole(g, q, TRUST_PULL)
-    if q[TRUST_WAIT] > 0.0 and holds_after_all(q, pull, force):
-        q[TRUST_WAIT] = 0.0
-    if q[TRUST_WAIT] > 0.0:
-        q[TRUST_WAIT] -= part
-        if q[TRUST_GRIP] > 0.0 and force >= TRUST_MORE * q[TRUST_GRIP]:
-            q[TRUST_GRIP], q[TRUST_WAIT] = 0.0, min(q[TRUST_WAIT], TRUST_SEEN + q[FELT_DELAY])
-        is_back = pull >= q[TRUST_LOAD] - (1.0 - TRUST_BACK) * q[TRUST_FELL]
-        if q[TRUST_WAIT] <= 0.0 and q[TRUST_GRIP] == 0.0 and is_back:
-            judge_slide(g, q)
+    part = dt / g.belief.fingers
+    g.trust.held = max(g.trust.held - part, 0.0)
+    force, pull = whole_load(g)
+    if g.trust.wait > 0.0 and holds_after_all(g, pull, force):
+        g.trust.wait = 0.0
+    if g.trust.wait > 0.0:
+        g.trust.wait -= part
+        if g.trust.grip > 0.0 and force >= TRUST_MORE * g.trust.grip:
+            g.trust.grip, g.trust.wait = 0.0, min(g.trust.wait, TRUST_SEEN + g.felt.delay)
+        is_back = pull >= g.trust.load - (1.0 - TRUST_BACK) * g.trust.fell
+        if g.trust.wait <= 0.0 and g.trust.grip == 0.0 and is_back:
+            judge_slide(g)
         return
-    let = whole(g, q, PROBE_SHIFT) - whole(g, q, TRUST_KEPT)
+    kept = 0.0
+    for i in range(int(g.belief.fingers)):
+        kept += g.trust.kept[i]
+    let = whole_shift(g) - kept
     if not (let > LEAST_PROBE and force > 0.0 and pull > 0.0):
-        q[TRUST_LEAST] = math.inf
-        q[TRUST_FIRST] = q[TRUST_LATER] = max(force, 0.0)
-        q[TRUST_RATIO] = 0.0
+        g.trust.least = math.inf
+        g.trust.first = g.trust.later = max(force, 0.0)
+        g.trust.ratio = 0.0
         return
-    if has_torn(q, pull, force, part, rise_of_slide(g, q, dt, noise)):
-        q[TRUST_RATIO], q[TRUST_LEAST] = 0.0, math.inf
-        take_back(g, q)
-        await_slip(q, pull, force)
+    if has_torn(g, pull, force, part, rise_of_slide(g, dt, noise)):
+        g.trust.ratio, g.trust.least = 0.0, math.inf
+        take_back(g)
+        await_slip(g, pull, force)
         return
-    if is_slow(q, force, part):
-        keep_held(g, q)
-        take_back(g, q)
-        q[PROBE_SINCE_SLIP] = 0.0
+    if is_slow(g, force, part):
+        keep_held(g)
+        take_back(g)
+        g.probe.since_slip = 0.0
         return
     y = TRUST_SHARE * math.log(force) - math.log(pull)
     forgotten = 1.0 - math.exp(-part / TRUST_FORGET)
-    if y > q[TRUST_LEAST] and y - q[TRUST_LEAST] > rise_of_slide(g, q, dt, noise):
-        if math.log(q[TRUST_GRIP] / force) >= TRUST_ALIKE * math.log(q[TRUST_LOAD] / pull):
-            keep_nothing(q)
-            take_back(g, q)
-            q[PROBE_SINCE_SLIP], q[TRUST_LEAST] = 0.0, math.inf
-            if math.log(q[TRUST_GRIP] / force) <= TRUST_FADING * math.log(q[TRUST_LOAD] / pull):
-                q[TRUST_HELD] = TRUST_HOLD
-                await_slip(q, pull, force)
+    if y > g.trust.least and y - g.trust.least > rise_of_slide(g, dt, noise):
+        if math.log(g.trust.grip / force) >= TRUST_ALIKE * math.log(g.trust.load / pull):
+            keep_nothing(g)
+            take_back(g)
+            g.probe.since_slip, g.trust.least = 0.0, math.inf
+            if math.log(g.trust.grip / force) <= TRUST_FADING * math.log(g.trust.load / pull):
+                g.trust.held = TRUST_HOLD
+                await_slip(g, pull, force)
             return
         forgotten = 1.0
-    if y <= q[TRUST_LEAST]:
+    if y <= g.trust.least:
         forgotten = 1.0
-        q[TRUST_LEAST] = y
-    q[TRUST_LEAST] += forgotten * (y - q[TRUST_LEAST])
-    q[TRUST_LOAD] += forgotten * (pull - q[TRUST_LOAD])
-    q[TRUST_GRIP] += forgotten * (force - q[TRUST_GRIP])
+        g.trust.least = y
+    g.trust.least += forgotten * (y - g.trust.least)
+    g.trust.load += forgotten * (pull - g.trust.load)
+    g.trust.grip += forgotten * (force - g.trust.grip)
 
 
-def await_slip(q: Numbers, pull: float, force: float) -> None:
+def await_slip(g: GraspMemory, pull: float, force: float) -> None:
     """Wait for a channel to tell the slide in which f has fallen to ``pull`` [N] at N = ``force`` [N]."""
-    q[TRUST_WAIT], q[TRUST_FELL] = TRUST_JUDGED + q[FELT_DELAY], q[TRUST_LOAD] - pull
-    q[TRUST_TORN] = pull / force
+    g.trust.wait, g.trust.fell = TRUST_JUDGED + g.felt.delay, g.trust.load - pull
+    g.trust.torn = pull / force
 
 
-def holds_after_all(q: Numbers, pull: float, force: float) -> bool:
+def holds_after_all(g: GraspMemory, pull: float, force: float) -> bool:
     """Return whether f, ``pull`` [N] now, was a load that changed and no slide: then f / N would be friction.
 
     It has risen again, or is far below friction before N is back.
     """
     ratio = pull / force if force > 0.0 else 0.0
-    is_back = ratio > q[TRUST_TORN] * (1.0 + TRUST_BACK * q[TRUST_FELL] / q[TRUST_LOAD])
-    is_gone = ratio < TRUST_FAR * q[TRUST_TORN] and force < TRUST_MORE * q[TRUST_GRIP]
+    is_back = ratio > g.trust.torn * (1.0 + TRUST_BACK * g.trust.fell / g.trust.load)
+    is_gone = ratio < TRUST_FAR * g.trust.torn and force < TRUST_MORE * g.trust.grip
     return is_back or is_gone
 
 
-def is_slow(q: Numbers, force: float, dt: float) -> bool:
+def is_slow(g: GraspMemory, force: float, dt: float) -> bool:
     """Return whether N, ``force`` [N] now, falls so slowly that its fall would not show a slide in time."""
-    q[TRUST_LATER] += (1.0 - math.exp(-dt / TRUST_LATER_TIME)) * (force - q[TRUST_LATER])
-    rate = math.log(q[TRUST_LATER] / force) / TRUST_LATER_TIME
-    return force < TRUST_BEGUN * q[TRUST_FIRST] and rate < TRUST_SLOW
+    g.trust.later += (1.0 - math.exp(-dt / TRUST_LATER_TIME)) * (force - g.trust.later)
+    rate = math.log(g.trust.later / force) / TRUST_LATER_TIME
+    return force < TRUST_BEGUN * g.trust.first and rate < TRUST_SLOW
 
 
-def has_torn(q: Numbers, pull: float, force: float, dt: float, rise: float) -> bool:
+def has_torn(g: GraspMemory, pull: float, force: float, dt: float, rise: float) -> bool:
     """Return whether f, ``pull`` [N] now, has fallen at once, and more than N, as when a slide begins."""
     ratio = pull / force
-    lagging = q[TRUST_RATIO] + (1.0 - math.exp(-dt / TRUST_TORN_TIME)) * (ratio - q[TRUST_RATIO])
-    q[TRUST_RATIO] = max(ratio, lagging)
+    lagging = g.trust.ratio + (1.0 - math.exp(-dt / TRUST_TORN_TIME)) * (ratio - g.trust.ratio)
+    g.trust.ratio = max(ratio, lagging)
     least = math.exp(-rise)
-    return ratio < least * q[TRUST_RATIO] and pull < least * q[TRUST_LOAD]
+    return ratio < least * g.trust.ratio and pull < least * g.trust.load
 
 
-def take_back(g: Numbers, q: Numbers) -> None:
+def take_back(g: GraspMemory) -> None:
     """Take back at once what all fingers were let go of, down to what the load has shown to hold."""
-    if not trusts_slip(g, q):
-        keep_nothing(q)
-    for i in range(int(g[BELIEF_FINGERS])):
-        q[PROBE_SHIFT + i] = min(q[PROBE_SHIFT + i], q[TRUST_KEPT + i])
+    if not trusts_slip(g):
+        keep_nothing(g)
+    for i in range(int(g.belief.fingers)):
+        g.probe.shift[i] = min(g.probe.shift[i], g.trust.kept[i])
 
 
-def count_once(g: Numbers, q: Numbers, i: int) -> None:
+def count_once(g: GraspMemory, i: int) -> None:
     """Let go of finger ``i`` by so much less as its belief has risen: a load that held counts once."""
-    rise = max(g[BELIEF_MEAN + i] - q[TRUST_MEAN + i], 0.0)
-    q[TRUST_MEAN + i] = g[BELIEF_MEAN + i]
-    q[PROBE_SHIFT + i] = max(q[PROBE_SHIFT + i] - rise, 0.0)
-    q[TRUST_KEPT + i] = max(q[TRUST_KEPT + i] - rise, 0.0)
+    rise = max(g.belief.mean[i] - g.trust.mean[i], 0.0)
+    g.trust.mean[i] = g.belief.mean[i]
+    g.probe.shift[i] = max(g.probe.shift[i] - rise, 0.0)
+    g.trust.kept[i] = max(g.trust.kept[i] - rise, 0.0)
 
 
-def keep_held(g: Numbers, q: Numbers) -> None:
+def keep_held(g: GraspMemory) -> None:
     """Note that N has fallen quickly and no slide was seen: the contacts hold with little more than that."""
-    for i in range(int(g[BELIEF_FINGERS])):
-        q[TRUST_KEPT + i] = max(q[PROBE_SHIFT + i] - TRUST_RETREAT, q[TRUST_KEPT + i])
+    for i in range(int(g.belief.fingers)):
+        g.trust.kept[i] = max(g.probe.shift[i] - TRUST_RETREAT, g.trust.kept[i])
 
 
-def keep_nothing(q: Numbers) -> None:
+def keep_nothing(g: GraspMemory) -> None:
     """Forget with what the contacts have held."""
     for i in range(BELIEF_MOST):
-        q[TRUST_KEPT + i] = 0.0
+        g.trust.kept[i] = 0.0
 
 
-def judge_slide(g: Numbers, q: Numbers) -> None:
+def judge_slide(g: GraspMemory) -> None:
     """Decide whether the object slid and no channel told it."""
-    q[TRUST_WAIT] = 0.0
-    n = int(g[BELIEF_FINGERS])
+    g.trust.wait = 0.0
+    n = int(g.belief.fingers)
     silent = math.inf
     for i in range(n):
-        silent = min(silent, q[TRUST_TOLD + i])
-    heard = silent < TRUST_JUDGED + q[FELT_DELAY] + TRUST_BEFORE
+        silent = min(silent, g.trust.told[i])
+    heard = silent < TRUST_JUDGED + g.felt.delay + TRUST_BEFORE
     if heard:
         return
-    q[TRUST_MISSED] += 1.0
-    lasts = TRUST_DEAF if q[TRUST_MISSED] < 2.0 else TRUST_DEAD
+    g.trust.missed += 1.0
+    lasts = TRUST_DEAF if g.trust.missed < 2.0 else TRUST_DEAD
     for i in range(n):
-        q[TRUST_PROOF + i] = 0.0
-        distrust(q, FELT_FLAG + FELT_WIDTH * i, FELT_DEAF, lasts)
-        distrust(q, FELT_SPEED + FELT_WIDTH * i, FELT_DEAF, lasts)
+        g.trust.proof[i] = 0.0
+        distrust(g, i, FELT_DEAF, lasts)
+        distrust(g, BELIEF_MOST + i, FELT_DEAF, lasts)

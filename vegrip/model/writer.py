@@ -33,7 +33,7 @@ BATCH = frozenset({"run", "channels", "depths"})
 """Entries that let other threads run: whole recordings. A single step must not, getting the lock back costs
 more than the step."""
 
-MEMORIES = ("f", "t", "m")
+MEMORIES = ("f", "t", "m", "g")
 """Names of the arrays in kernels whose numbers have names: real ones, whole ones, those of the filter."""
 PREFIX = {"report": "REP", "friction": "FRI", "counts": "COUNT"}
 """Section -> what the constants of its numbers begin with, where that is another word."""
@@ -303,7 +303,7 @@ def _kernel(text: str, entries: frozenset[str]) -> str:
 
 
 class _Places(ast.NodeTransformer):
-    """Names of numbers in a memory, ``f.grip.held``, ``f.lowest[i]``, as the places that a layout gives."""
+    """Names in a memory, ``f.grip.held``, ``f.lowest[i]``, ``g.trust.proof[i]``, as places of a layout."""
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         if not isinstance(node.value, ast.Attribute) or not _is_memory(node.value.value):
@@ -313,13 +313,17 @@ class _Places(ast.NodeTransformer):
         return ast.Subscript(node.value.value, ast.Name(place, ast.Load()), node.ctx)
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+        is_named = isinstance(node.value, ast.Attribute)
         self.generic_visit(node)
-        if not isinstance(node.value, ast.Attribute) or not _is_memory(node.value.value):
+        if is_named and isinstance(node.value, ast.Subscript):  # by now: numbers of a section
+            memory, start = node.value.value, node.value.slice
+        elif isinstance(node.value, ast.Attribute) and _is_memory(node.value.value):
+            memory, start = node.value.value, ast.Name(f"{node.value.attr.upper()}0", ast.Load())
+        else:
             return node
-        start = ast.Name(f"{node.value.attr.upper()}0", ast.Load())
         if isinstance(node.slice, ast.Constant) and node.slice.value == 0:
-            return ast.Subscript(node.value.value, start, node.ctx)
-        return ast.Subscript(node.value.value, _sum(start, node.slice), node.ctx)
+            return ast.Subscript(memory, start, node.ctx)
+        return ast.Subscript(memory, _sum(start, node.slice), node.ctx)
 
 
 PLACES = _Places()

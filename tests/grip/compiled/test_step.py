@@ -59,7 +59,7 @@ def test_a_frame_that_is_left_alone_has_changed_nothing(hand_log: Log, mode: str
     finger = replay.lines[event.frame.arbitration_id][0]
     one = replay.node.compiled_fingers[finger]
     assert one.take_line()
-    shared = replay.node.controller.friction.shared
+    shared = replay.node.controller.friction.memory.array
     before = one.memory.f.tobytes(), one.memory.t.tobytes(), shared.tobytes()
     whole = np.zeros(64, dtype=np.uint8)
     whole[:48] = np.frombuffer(event.frame.data, dtype=np.uint8)

@@ -5,28 +5,29 @@ In the place of :mod:`vegrip.grip.kernels.friction_shared` and :mod:`vegrip.grip
 
 import math
 
+from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.margin_grip import forget_grip, wanted_force
 from vegrip.grip.kernels.share import balanced_force
 
 
-def prepare_friction(f: Floats, _t: Wholes, _g: Floats) -> None:
+def prepare_friction(f: Floats, _t: Wholes, _g: GraspMemory) -> None:
     """Ask for margin and confidence as they are set."""
     f.asked.margin, f.asked.quantile = f.rule.wanted_margin, f.rule.quantile
 
 
-def update_shared_friction(_f: Floats, _t: Wholes, _g: Floats) -> None:
+def update_shared_friction(_f: Floats, _t: Wholes, _g: GraspMemory) -> None:
     """Keep what was learned: there is no other finger."""
 
 
 def load_to_answer(
-    _f: Floats, _t: Wholes, _g: Floats, x: float, y: float, torque: float
+    _f: Floats, _t: Wholes, _g: GraspMemory, x: float, y: float, torque: float
 ) -> tuple[float, float]:
     """Return tangential force [N] and torque [N m] of a load that counts."""
     return math.sqrt(x * x + y * y), torque
 
 
-def is_slipping(f: Floats, _t: Wholes, _g: Floats) -> bool:
+def is_slipping(f: Floats, _t: Wholes, _g: GraspMemory) -> bool:
     """Return whether the finger slips by its flag."""
     return f.state.slip >= SLIDES
 
@@ -55,6 +56,6 @@ def asked_force(f: Floats, t: Wholes, base: float, dt: float) -> tuple[float, in
     return wanted_force(f, t, base, dt)
 
 
-def shared_force(_f: Floats, t: Wholes, g: Floats) -> float:
+def shared_force(_f: Floats, t: Wholes, g: GraspMemory) -> float:
     """Return this finger's share of the grasp [N]."""
     return balanced_force(t, g)

@@ -7,6 +7,7 @@ between two halves of the step: it starts from ``OWN_BASE``, and its answer come
 import math
 
 from vegrip.contact.limit_surface.fast import least_normal_force
+from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.margin_grip import forget_grip, wanted_force
 from vegrip.grip.kernels.share import balanced_force
@@ -62,6 +63,6 @@ def baseline_force(f: Floats, policy: int) -> float:
     return more * least_normal_force(f.demand.load, torque, friction, radius, exponent, 1.0, power, 0.0)
 
 
-def shared_force(f: Floats, t: Wholes, g: Floats) -> float:
+def shared_force(f: Floats, t: Wholes, g: GraspMemory) -> float:
     """Return this finger's share of the grasp [N]: balanced against the thumb, or as Python has shared it."""
     return f.own.share if t.choice.share == 1 else balanced_force(t, g)

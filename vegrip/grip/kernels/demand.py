@@ -16,7 +16,7 @@ def demand_nothing(f: Floats, t: Wholes) -> None:
     t.need.in_contact = t.need.slipping = t.need.trusted = 0
 
 
-def demand_force(f: Floats, t: Wholes, g: Floats) -> None:
+def demand_force(f: Floats, t: Wholes, g: GraspMemory) -> None:
     """Set the demand by the present state and the estimate; the bound of the margin is of the last look."""
     x, y = f.state.tangential_force_x, f.state.tangential_force_y
     f.demand.load, f.demand.torque = math.sqrt(x * x + y * y), abs(f.state.torque_z)

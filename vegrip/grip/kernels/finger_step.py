@@ -3,6 +3,7 @@
 import math
 
 from vegrip.estimator.kernels.sense import assimilate, margin_bound, touches
+from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.kernels.choice import shared_force
 from vegrip.grip.kernels.control import *
 from vegrip.grip.kernels.demand import demand_force, demand_nothing, hold_doubtful
@@ -21,7 +22,7 @@ STEP_REPORT = 4  # something is due to be told, or fetched from the history
 
 
 def finger_step(
-    f: Floats, t: Wholes, g: Floats, frame: Bytes, length: int, arrival: int, now: int, out: Bytes
+    f: Floats, t: Wholes, g: GraspMemory, frame: Bytes, length: int, arrival: int, now: int, out: Bytes
 ) -> int:
     """Answer a frame that came at ``arrival`` at ``now`` [ns], in ``out``; return what was done, in bits."""
     if not is_welcome(t, frame, length, arrival):
@@ -34,7 +35,7 @@ def finger_step(
 
 
 def finger_receive(
-    f: Floats, t: Wholes, g: Floats, frame: Bytes, length: int, arrival: int, now: int, out: Bytes
+    f: Floats, t: Wholes, g: GraspMemory, frame: Bytes, length: int, arrival: int, now: int, out: Bytes
 ) -> int:
     """As :func:`finger_step` for a finger that works alone: what a node does beside the step is done here."""
     if not is_whole(t, frame, length):
@@ -46,7 +47,7 @@ def finger_receive(
     return done
 
 
-def finger_tick(f: Floats, t: Wholes, g: Floats, now: int, out: Bytes) -> int:
+def finger_tick(f: Floats, t: Wholes, g: GraspMemory, now: int, out: Bytes) -> int:
     """Look at the clock: silence is a fault, and a command is renewed before it expires."""
     watch_silence(f, t, now)
     if not is_renewal_due(t, now):
@@ -60,13 +61,13 @@ def finger_tick(f: Floats, t: Wholes, g: Floats, now: int, out: Bytes) -> int:
     return STEP_TAKEN + STEP_COMMANDED
 
 
-def answer_state(f: Floats, t: Wholes, g: Floats, now: int) -> int:
+def answer_state(f: Floats, t: Wholes, g: GraspMemory, now: int) -> int:
     """Answer the present state at ``now`` [ns] with numbers; return what was done, in bits."""
     sense(f, t, g, now)
     return settle_state(f, t, g, now)
 
 
-def settle_state(f: Floats, t: Wholes, g: Floats, now: int) -> int:
+def settle_state(f: Floats, t: Wholes, g: GraspMemory, now: int) -> int:
     """Command this finger's share once it has begun; return what was done with its state, in bits."""
     done = STEP_TAKEN
     if t.turn.started == 1:
@@ -75,7 +76,7 @@ def settle_state(f: Floats, t: Wholes, g: Floats, now: int) -> int:
     return done + STEP_REPORT if is_report_due(t, now) else done
 
 
-def sense(f: Floats, t: Wholes, g: Floats, now: int) -> None:
+def sense(f: Floats, t: Wholes, g: GraspMemory, now: int) -> None:
     """Judge the present state, take it in, and find what the finger needs."""
     judge_state(f, t, g, now)
     if t.need.believed == 1:
@@ -84,14 +85,14 @@ def sense(f: Floats, t: Wholes, g: Floats, now: int) -> None:
     settle_need(f, t, g, now)
 
 
-def judge_state(f: Floats, t: Wholes, g: Floats, now: int) -> None:
+def judge_state(f: Floats, t: Wholes, g: GraspMemory, now: int) -> None:
     """Judge the present state: whether the estimate may use it."""
     demand_nothing(f, t)
     prepare_friction(f, t, g)
     t.need.believed = 1 if accept_state(f, t, now) else 0
 
 
-def take_estimate(f: Floats, t: Wholes, g: Floats) -> None:
+def take_estimate(f: Floats, t: Wholes, g: GraspMemory) -> None:
     """Take a state that is believed into the estimate, and find the demand."""
     assimilate(f, t)
     if t.turn.has_margin == 0:
@@ -116,7 +117,7 @@ def bound_demand(f: Floats, t: Wholes, now: int) -> None:
         hold_doubtful(f, t)
 
 
-def settle_need(f: Floats, t: Wholes, g: Floats, now: int) -> None:
+def settle_need(f: Floats, t: Wholes, g: GraspMemory, now: int) -> None:
     """Find what the finger needs, as its policy answers the demand; let the grasp know, and learn."""
     if t.turn.started == 1:
         require_force(f, t, now)
@@ -126,7 +127,7 @@ def settle_need(f: Floats, t: Wholes, g: Floats, now: int) -> None:
     tell_need(f, t, g)
 
 
-def settle_command(f: Floats, t: Wholes, g: Floats, now: int) -> None:
+def settle_command(f: Floats, t: Wholes, g: GraspMemory, now: int) -> None:
     """Settle the command for this finger's share of the grasp."""
     adjustment, reason = command_share(f, t, shared_force(f, t, g), now)
     f.grip.adjustment, t.turn.given_reason = adjustment, reason

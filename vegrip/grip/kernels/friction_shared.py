@@ -8,6 +8,7 @@ import math
 from vegrip.estimator.elapsed import elapsed_time
 from vegrip.estimator.kernels.load_loss import is_load_doubted
 from vegrip.estimator.kernels.sense import touches
+from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.kernels.generated import *
 from vegrip.grip.slip_trust import *
 
@@ -15,7 +16,7 @@ LONGEST_STEP = 0.1  # [s]; a longer pause between two states counts as so much
 NEW_CONTACT = 1e-4  # growth of the variance of ln mu between two states that only a new contact brings
 
 
-def prepare_friction(f: Floats, t: Wholes, g: Floats) -> None:
+def prepare_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     """Write what the grasp believes into the finger's own estimate; choose margin and confidence."""
     f.asked.margin, f.asked.quantile = f.rule.wanted_margin, f.rule.quantile
     if t.setup.shares == 0:
@@ -23,18 +24,18 @@ def prepare_friction(f: Floats, t: Wholes, g: Floats) -> None:
     i = t.setup.finger
     if f.friction.ln_mu == f.friction.base_ln and f.friction.var == f.friction.base_var:
         f.shared.site = f.shared.site_weighted = 0.0
-    if g[BELIEF_VERSION] != f.shared.seen:
-        f.shared.seen = g[BELIEF_VERSION]
-        believe_friction(f, g[BELIEF_MEAN + i], believed_variance(g, i))
+    if g.belief.version != f.shared.seen:
+        f.shared.seen = g.belief.version
+        believe_friction(f, g.belief.mean[i], believed_variance(g, i))
     f.shared.before, f.shared.before_var = f.friction.ln_mu, f.friction.var
     screen_slip(f, g, i)
-    if counts_as_known(g, g, i):
+    if counts_as_known(g, i):
         f.asked.quantile = f.shared.known_quantile
-    shift = counted_shift(g, g, i, f.asked.quantile)
+    shift = counted_shift(g, i, f.asked.quantile)
     f.asked.margin = 1.0 - (1.0 - f.rule.wanted_margin) * math.exp(shift)
 
 
-def screen_slip(f: Floats, g: Floats, i: int) -> None:
+def screen_slip(f: Floats, g: GraspMemory, i: int) -> None:
     """Let the state have what is believed of slip.
 
     What the load has shown to be wrong counts as not sensed, and a slide that is over as none. The sign of a
@@ -51,7 +52,7 @@ def restore_slip(f: Floats, t: Wholes) -> None:
         f.state.slip, f.state.slip_speed = f.shared.flag, f.shared.speed
 
 
-def is_slipping(f: Floats, t: Wholes, g: Floats) -> bool:
+def is_slipping(f: Floats, t: Wholes, g: GraspMemory) -> bool:
     """Return whether the finger slips by its flag, or by its speed where friction is shared."""
     slides = t.setup.shares == 1 and shows_sliding(g, f.state.slip_speed)
     return slides or f.state.slip >= SLIDES
@@ -69,38 +70,38 @@ def believe_friction(f: Floats, mean: float, variance: float) -> None:
         f.friction.base_var = 1.0 / left
 
 
-def update_shared_friction(f: Floats, t: Wholes, g: Floats) -> None:
+def update_shared_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     """Take in what the finger learned of its last state, and let probing go on."""
     if t.setup.shares == 0:
         return
     i = t.setup.finger
     dt = since(t.news.stamp, t.turn.learned) if t.turn.learned != 0 else 0.0
     t.turn.learned = t.news.stamp
-    g[BELIEF_SINCE] += dt / float(t.setup.fingers)
+    g.belief.since += dt / float(t.setup.fingers)
     is_touching = touches(f, t)
     slip, speed = believed_flag(g, i, f.shared.flag), believed_speed(g, i, f.shared.speed)
     u, relative = utilised_friction(f, is_touching)
     then = recall_load(g, i, dt, u)
     is_evidence = may_teach(g, i)
-    is_refused = is_late(g) or not is_evidence or not is_witnessed(g, g, i)
+    is_refused = is_late(g) or not is_evidence or not is_witnessed(g, i)
     give_evidence(f, g, i, slip >= SLIDES and is_refused)
     vague = relative if is_evidence else math.inf
-    feel_onset(g, g, i, dt, then, vague, slip, speed)
-    g[PROBE_NEED + i] = f.grip.required
+    feel_onset(g, i, dt, then, vague, slip, speed)
+    g.probe.need[i] = f.grip.required
     load = armed_load(f, is_touching)
     watch_load(g, i, dt, load, f.shared.load_noise, is_touching)
     noise, slides = f.shared.load_noise, ends_probe(g, i, dt, slip >= SLIDES, shows_sliding(g, speed))
     x, y = f.state.tangential_force_x, f.state.tangential_force_y
     pull = math.sqrt(x * x + y * y)
     follow_trust(
-        g, g, i, dt, slip, f.shared.speed, then, relative, f.state.normal_force, pull, noise, is_touching
+        g, i, dt, slip, f.shared.speed, then, relative, f.state.normal_force, pull, noise, is_touching
     )
     feel_slip(g, dt, t.setup.fingers, slides)
-    let_go(g, g, i, dt, f.asked.quantile, f.asked.margin, u, noise, is_touching, slides)
+    let_go(g, i, dt, f.asked.quantile, f.asked.margin, u, noise, is_touching, slides)
     twist = twist_share(pull, load)
     judge_felt_slip(g, i, dt, f.shared.flag, f.shared.speed, u, twist)
-    follow_level(g, g, i, dt)
-    f.shared.level, f.shared.spread = g[CHANGE_LEVEL + i], g[CHANGE_SPREAD + i]
+    follow_level(g, i, dt)
+    f.shared.level, f.shared.spread = g.change.level[i], g.change.spread[i]
 
 
 def told_friction(f: Floats, t: Wholes, mu: float, std: float) -> tuple[float, float]:
@@ -113,7 +114,7 @@ def told_friction(f: Floats, t: Wholes, mu: float, std: float) -> tuple[float, f
     return told, told * relative
 
 
-def give_evidence(f: Floats, g: Floats, i: int, refused: bool) -> None:
+def give_evidence(f: Floats, g: GraspMemory, i: int, refused: bool) -> None:
     """Tell the grasp what the finger's own estimate has learned since :func:`prepare_friction`.
 
     Of slip that is felt late it learns by the wrong load, and a flag that was never silent is no evidence:
@@ -160,7 +161,9 @@ def armed_load(f: Floats, is_touching: bool) -> float:
     return math.sqrt(f.taken.load * f.taken.load + turning * turning)
 
 
-def load_to_answer(f: Floats, t: Wholes, g: Floats, x: float, y: float, torque: float) -> tuple[float, float]:
+def load_to_answer(
+    f: Floats, t: Wholes, g: GraspMemory, x: float, y: float, torque: float
+) -> tuple[float, float]:
     """Return tangential force [N] and torque [N m] of a load that counts.
 
     They are ahead by the lag of the drive where that is told.

@@ -18,15 +18,16 @@ whatever is known of the whole grasp has its place between :func:`tell_need` and
 
 import math
 
+from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.kernels.generated import *
 
 
-def tell_need(f: Floats, t: Wholes, g: Floats) -> None:
+def tell_need(f: Floats, t: Wholes, g: GraspMemory) -> None:
     """Tell the grasp what this finger needs."""
     g[t.setup.finger] = f.grip.required if t.turn.started == 1 else math.nan
 
 
-def balanced_force(t: Wholes, g: Floats) -> float:
+def balanced_force(t: Wholes, g: GraspMemory) -> float:
     """Return the force [N] of this finger with which the grasp balances and every need is met."""
     own, thumb = g[t.setup.finger], t.setup.thumb
     pressed, others = 0.0, 0.0
