@@ -273,6 +273,13 @@ def test_a_device_is_found_on_its_carrier(name, tmp_path):
     assert forces == pytest.approx(dict.fromkeys(product.fingers, 3.21), abs=0.01)
 
 
+@pytest.mark.parametrize(("name", "is_blind"), [("bota-sensone", False), ("dexhand021", True)])
+def test_a_demonstration_without_torque_says_beforehand_that_a_twist_is_not_answered(
+    name, is_blind, tmp_path
+):
+    assert ("no torque is measured" in open_product(name, tmp_path).describe()) == is_blind
+
+
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
