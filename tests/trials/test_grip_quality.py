@@ -204,6 +204,19 @@ def test_the_command_prints_the_figures_of_every_controller(
     assert one["mean_force"] == pytest.approx(8.0, abs=0.1)
 
 
+def test_what_did_not_occur_is_a_dash_in_the_tables(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["--grasp", "pinch", "--seeds", "1", "--duration", "2.5", "--only", "constant"]
+    one = answer(arguments, capsys.readouterr)["controllers"]["constant"]  # type: ignore[index]
+    absent = sum(math.isnan(by["force_over_least"] or math.nan) for by in one["by_class"].values())
+    assert main(["controllers", *arguments]) == 0
+    told = capsys.readouterr().out
+    assert "nan" not in told
+    (row,) = [
+        line for line in told.split("force over least (slips)")[1].splitlines()[:2] if "constant" in line
+    ]
+    assert row.split().count("-") == absent > 0
+
+
 @pytest.mark.parametrize(
     "wrong",
     [["--grasp", "fist"], ["--only", "vegri"], ["--duration", "1"], ["--friction-scale", "0"],

@@ -158,13 +158,18 @@ def _print(told: dict[str, Any], shows_lags: bool) -> None:
     friction = table("friction inside its 95 %", "in all", *classes, "std of ln mu")
     for name, one in told.items():
         some = one["by_class"].values()
-        forces.add_row(name, *(f"{by['force_over_least']:.2f} ({by['slips']})" for by in some))
-        inside = [f"{100.0 * by['friction_inside']:.0f} %" for by in (one, *some)]
-        friction.add_row(name, *inside, f"{one['friction_std']:.2f}")
+        forces.add_row(name, *(_or_dash(f"{by['force_over_least']:.2f} ({by['slips']})") for by in some))
+        inside = [_or_dash(f"{100.0 * by['friction_inside']:.0f} %") for by in (one, *some)]
+        friction.add_row(name, *inside, _or_dash(f"{one['friction_std']:.2f}"))
     show(forces)
     show(friction)
     if shows_lags:
         _print_lags(told)
+
+
+def _or_dash(figure: str) -> str:
+    """Return a figure, and a dash for one of what did not occur."""
+    return "-" if figure.startswith("nan") else figure
 
 
 def _print_lags(told: dict[str, Any]) -> None:
