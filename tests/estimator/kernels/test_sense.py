@@ -134,3 +134,21 @@ def test_the_first_sample_measures_force_or_displacement_and_begins(sense: Sense
 
 def test_before_anything_informed_its_age_is_infinite(sense: Sense) -> None:
     assert KERNELS.informed_age(sense.t) == np.inf
+
+
+@pytest.mark.parametrize(("slip", "speed"), [(1.0, 2e-3), (np.nan, 2e-3), (0.0, 0.0)])
+def test_effects_feel_what_is_measured_and_noise_is_no_sliding(
+    sense: Sense, slip: float, speed: float
+) -> None:
+    f, names = sense.f, ("TEMPERATURE", "TANGENTIAL_FORCE_X", "TANGENTIAL_FORCE_Y", "SLIP_SPEED")
+    felt = slice(KERNELS.EXOGENOUS0, KERNELS.EXOGENOUS0 + 6)
+    f[KERNELS.STATE_SLIP], f[KERNELS.TAKEN_LOAD], f[KERNELS.TAKEN_TORQUE] = slip, 0.5, 3e-3
+    for name, value in zip(names, (31.0, 0.3, 0.4, 2e-3), strict=True):
+        f[getattr(KERNELS, f"STATE_{name}")] = value
+    KERNELS.feel_outside(f)
+    assert f[felt].tolist() == [31.0, 0.5, 3e-3, speed, 0.3, 0.4]
+    f[KERNELS.TAKEN_LOAD] = f[KERNELS.TAKEN_TORQUE] = np.nan
+    for name in names[:3]:
+        f[getattr(KERNELS, f"STATE_{name}")] = np.inf
+    KERNELS.feel_outside(f)  # what is not measured stays
+    assert f[felt].tolist() == [31.0, 0.5, 3e-3, speed, 0.3, 0.4]
