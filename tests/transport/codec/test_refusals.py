@@ -133,6 +133,7 @@ FAULTS: dict[str, tuple[str, object]] = {
     "a fraction for a counter": ("type", GOOD | {"seq": 7.0}),
     "a flag for a counter": ("type", GOOD | {"seq": True}),
     "a negative counter": ("value", GOOD | {"seq": -1}),
+    "a counter of more than 32 bits": ("value", GOOD | {"seq": 2**32}),
     "NaN for a command": ("value", GOOD | {"normal_force": float("nan")}),
     "infinity for a command": ("value", GOOD | {"adjustment": float("inf")}),
     "an unknown reason": ("value", GOOD | {"reason": 99}),

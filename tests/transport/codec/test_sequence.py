@@ -117,6 +117,14 @@ def test_the_sequence_number_of_an_fd_frame_wraps_without_a_step_back() -> None:
     assert [m.seq for m in map(receiver.decode, frames) if m] == list(range(2**32 - 2, 2**32 + 2))
 
 
+def test_the_sequence_number_of_a_payload_wraps_without_a_step_back() -> None:
+    sender, receiver = MsgpackCodec(), MsgpackCodec()
+    sent = [
+        sender.encode(FingertipState(0, "thumb", seq)) or ("", b"") for seq in (2**32 - 1, 2**32, 2**32 + 1)
+    ]
+    assert [m.seq for p in sent if (m := receiver.decode(*p, stamp=0))] == [2**32 - 1, 2**32, 2**32 + 1]
+
+
 def test_a_replayed_payload_is_refused() -> None:
     sender, receiver = MsgpackCodec(), MsgpackCodec()
     payloads = [p for seq in range(10) if (p := sender.encode(FingertipState(0, "thumb", seq)))]
