@@ -1,28 +1,19 @@
 """What a grasp learns of slip and friction does not depend on the order in which its fingers stand.
 
-All of it stands in one flat sequence. Three fingers feel loads, commands, slips and faults of their own; put
+All of it stands in one array. Three fingers feel loads, commands, slips and faults of their own; put
 in other places, they leave the same numbers there.
 """
 
-import importlib
-import inspect
 import math
-import re
 
 import numpy as np
 import pytest
 
 from vegrip.grip import slip_trust as friction
+from vegrip.grip.grasp_memory import BELIEF_MOST as MOST
+from vegrip.grip.grasp_memory import PLACES, GraspMemory
 
-NAMES = (
-    "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip", "late_slip",
-    "friction_change", "slip_trust",
-)  # fmt: skip
-TEXTS = [inspect.getsource(importlib.import_module(f"vegrip.grip.{name}")) for name in NAMES]
-PLACES = dict.fromkeys(
-    name for text in TEXTS for name in re.findall(r"^([A-Z]+_[A-Z_]+) = [A-Z]+_[A-Z]", text, re.MULTILINE)
-)
-MOST = friction.BELIEF_MOST
+BLOCKS = [(f"{section}_{name}".upper(), start, max(length, 1)) for section, name, start, length in PLACES]
 DT, STEPS, STIRRED = 0.005, 1200, 12  # [s], and after so many steps the grasp is found in another state
 
 
@@ -31,44 +22,25 @@ ALL = {"TRUST_GRIP", "TRUST_LOAD", "TRUST_FIRST", "TRUST_LATER", "TRUST_NOISY"} 
 STATES = MARKS | ALL | {
     "PROBE_SINCE_SLIP", "PROBE_SHIFT", "PROBE_LOAD", "PROBE_SMOOTH", "PROBE_STILL", "ONSET_RUN", "ONSET_SUM",
     "ONSET_QUIET", "ONSET_HELD", "ONSET_DOUBTED", "DRIVE_LAG", "DRIVE_WAIT", "DRIVE_MOVED", "DRIVE_MISFIT",
-    "DRIVE_SEEN", "FELT_FLAG", "FELT_SPEED", "LATE_AGE", "LATE_PAST", "CHANGE_LEVEL", "CHANGE_SPREAD",
+    "DRIVE_SEEN", "FELT_QUIET", "FELT_BEGAN", "FELT_LOW", "FELT_OVER", "FELT_AGAINST", "FELT_OFF",
+    "FELT_WHY", "FELT_LIVE", "LATE_AGE", "LATE_PAST", "CHANGE_LEVEL", "CHANGE_SPREAD",
     "TRUST_HELD", "TRUST_LEAST", "TRUST_FELL", "TRUST_WAIT", "TRUST_MISSED", "TRUST_RATIO", "TRUST_TORN",
     "TRUST_PROOF", "TRUST_TOP", "TRUST_PULL", "TRUST_FORCE", "TRUST_CONSTANT", "TRUST_FALSE", "TRUST_RIM",
     "TRUST_KEPT", "TRUST_CLEAN", "TRUST_MEAN", "TRUST_TOLD",
 }  # fmt: skip
 SIZES = {
-    "ONSET_DOUBTED": 4.0,
-    "TRUST_CONSTANT": 60.0,
-    "TRUST_FALSE": 4.0,
-    "DRIVE_MOVED": 8.0,
-    "DRIVE_LAG": 0.1,
-}
-SIZES |= {
-    "TRUST_GRIP": 9.0,
-    "TRUST_FIRST": 9.0,
-    "TRUST_LATER": 9.0,
-    "TRUST_WAIT": 0.02,
-    "TRUST_RIM": 0.1,
-    "FELT_FLAG": 4.0,
-    "FELT_SPEED": 4.0,
-}
+    "ONSET_DOUBTED": 4.0, "TRUST_CONSTANT": 60.0, "TRUST_FALSE": 4.0, "DRIVE_MOVED": 8.0, "DRIVE_LAG": 0.1,
+    "TRUST_GRIP": 9.0, "TRUST_FIRST": 9.0, "TRUST_LATER": 9.0, "TRUST_WAIT": 0.02, "TRUST_RIM": 0.1,
+    "FELT_WHY": 4.0, "FELT_LIVE": 4.0,
+}  # fmt: skip
 
 
-def blocks() -> list[tuple[str, int, int]]:
-    """Return name, beginning and length of what stands in the sequence, in the order of the texts."""
-    at = [(name, getattr(friction, name)) for name in PLACES if not name.endswith("_SIZE")]
-    ends = [start for _, start in at[1:]] + [friction.TRUST_SIZE]
-    return [(name, start, end - start) for (name, start), end in zip(at, ends, strict=True)]
-
-
-def test_places_stand_one_behind_the_other_one_for_the_grasp_or_some_for_each_finger() -> None:
-    assert friction.BELIEF_FINGERS == MOST  # behind what each finger needs
-    for name, _, length in blocks():
-        assert length == 1 or (length > 0 and length % MOST == 0), name
-    several = {name: length // MOST for name, _, length in blocks() if length > MOST}
+def test_there_is_one_of_a_thing_for_the_grasp_or_some_for_each_finger() -> None:
+    several = {name: length // MOST for name, _, length in BLOCKS if length not in (1, MOST)}
+    felt = dict.fromkeys((name for name in several if name.startswith("FELT_")), 2)
     assert several == {
         "BELIEF_P": MOST, "DRIVE_STATE": 3, "DRIVE_P": 9, "LEAD_AHEAD": 3, "LEAD_FAST": 3, "LEAD_SLOW": 3,
-        "FELT_FLAG": 8, "FELT_SPEED": 8, "LATE_PAST": 8,
+        "LATE_PAST": 8, **felt,
     }  # fmt: skip
 
 
@@ -76,7 +48,7 @@ class Grasp:
     """Three fingers at given places."""
 
     def __init__(self, places: tuple[int, ...], delay: float, unknown: float) -> None:
-        self.g, self.places = [0.0] * friction.TRUST_SIZE, places
+        self.g, self.places = GraspMemory(), places
         g, n = self.g, len(places)
         friction.begin_belief(g, n, 0.02, 0.08)
         for finger, i in enumerate(places):
@@ -89,7 +61,7 @@ class Grasp:
         friction.begin_felt_slip(g, 1e-3, delay)
         friction.begin_late_slip(g)
         friction.begin_changes(g)
-        friction.begin_trust(g, g)
+        friction.begin_trust(g)
         self.answers: list[tuple[float, ...]] = []
 
     def feel(self, finger: int, felt: dict[str, float], touching: bool) -> None:
@@ -100,34 +72,30 @@ class Grasp:
         flag = friction.believed_flag(g, i, felt["slip"])
         speed = friction.believed_speed(g, i, felt["speed"])
         then = friction.recall_load(g, i, DT, u)
-        friction.feel_onset(g, g, i, DT, then, 0.05 if friction.may_teach(g, i) else math.inf, flag, speed)
+        friction.feel_onset(g, i, DT, then, 0.05 if friction.may_teach(g, i) else math.inf, flag, speed)
         friction.watch_load(g, i, DT, felt["pull"], 0.01, touching)
         slides = friction.ends_probe(g, i, DT, flag >= 1.0, friction.shows_sliding(g, speed))
         friction.follow_trust(
-            g, g, i, DT, flag, felt["speed"], then, 0.05, felt["force"], felt["pull"], 0.002, touching
+            g, i, DT, flag, felt["speed"], then, 0.05, felt["force"], felt["pull"], 0.002, touching
         )
         friction.feel_slip(g, DT, len(self.places), slides)
-        friction.let_go(g, g, i, DT, 1.0, 0.1, u, 0.002, touching, slides)
+        friction.let_go(g, i, DT, 1.0, 0.1, u, 0.002, touching, slides)
         friction.judge_felt_slip(g, i, DT, felt["slip"], felt["speed"], u, 0.1)
-        friction.follow_level(g, g, i, DT)
-        if felt["slip"] == 1.0 and friction.is_witnessed(g, g, i) and u > 0.0:
-            friction.absorb_evidence(g, i, g[friction.BELIEF_MEAN + i], 0.1, math.log(u), 0.01)
-        known = friction.counts_as_known(g, g, i), friction.present_slip(g, i, speed)
-        bound = friction.counted_shift(g, g, i, 1.5), friction.measured_lag(g, i)
+        friction.follow_level(g, i, DT)
+        if felt["slip"] == 1.0 and friction.is_witnessed(g, i) and u > 0.0:
+            friction.absorb_evidence(g, i, g.belief.mean[i], 0.1, math.log(u), 0.01)
+        known = friction.counts_as_known(g, i), friction.present_slip(g, i, speed)
+        bound = friction.counted_shift(g, i, 1.5), friction.measured_lag(g, i)
         self.answers.append((*ahead, flag, speed, then, *known, *bound))
 
-    def put(self, start: int, length: int, values: np.ndarray) -> None:
-        """Set what stands at a place, for the grasp or for each finger."""
-        each = length // MOST
-        for finger, i in enumerate(self.places if length > 1 else (0,)):
-            self.g[start + each * i : start + each * i + max(each, 1)] = values[finger].tolist()
-
-    def of_finger(self, name: str, start: int, length: int, finger: int) -> list[float]:
-        """Return what stands at a place for a finger."""
+    def places_of(self, name: str, start: int, length: int, finger: int) -> list[int]:
+        """Return where a thing of a finger stands."""
         i, each = self.places[finger], length // MOST
         if name == "BELIEF_P":
-            return [self.g[start + i * MOST + j] for j in self.places]
-        return self.g[start + each * i : start + each * (i + 1)]
+            return [start + i * MOST + j for j in self.places]
+        if name.startswith("FELT_") and each:
+            return [start + i, start + MOST + i]
+        return [start + each * i + k for k in range(max(each, 1))] if each else [start]
 
 
 def felt_by(finger: int, seed: int) -> list[tuple[dict[str, float], bool]]:
@@ -158,7 +126,7 @@ def felt_by(finger: int, seed: int) -> list[tuple[dict[str, float], bool]]:
 
 def stir(grasps: tuple[Grasp, Grasp], rng: np.random.Generator) -> None:
     """Put both grasps into the same state, whichever."""
-    for name, start, length in blocks():
+    for name, start, length in BLOCKS:
         if name not in STATES:
             continue
         size = (1, 1) if length == 1 else (3, length // MOST)
@@ -175,7 +143,8 @@ def stir(grasps: tuple[Grasp, Grasp], rng: np.random.Generator) -> None:
                 rng.random(size) < 0.3, other, values.round() if name == "ONSET_RUN" else values
             )
         for grasp in grasps:
-            grasp.put(start, length, values)
+            for finger in range(size[0]):
+                grasp.g.array[grasp.places_of(name, start, length, finger)] = values[finger]
 
 
 @pytest.mark.parametrize(("delay", "unknown", "seed"), [(0.0, 0.2, 1), (0.03, 0.5, 2)])
@@ -189,10 +158,7 @@ def test_fingers_in_other_places_learn_the_same(delay: float, unknown: float, se
             for finger in range(3):
                 grasp.feel(finger, *felt[finger][step])
     np.testing.assert_allclose(other.answers, one.answers, rtol=1e-9, atol=1e-12)
-    for name, start, length in blocks():
-        if length == 1:
-            assert other.g[start] == pytest.approx(one.g[start], rel=1e-9, nan_ok=True), name
-        for finger in range(3) if length > 1 else ():
-            expected = one.of_finger(name, start, length, finger)
-            found = other.of_finger(name, start, length, finger)
+    for name, start, length in BLOCKS:
+        for finger in range(3 if length > 1 else 1):
+            found, expected = (g.g.array[g.places_of(name, start, length, finger)] for g in (other, one))
             np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-10, err_msg=name)
