@@ -18,7 +18,7 @@ import typer
 from rich.table import Table
 
 from validation.outside.baselines import BASELINES, regressions
-from validation.outside.laws import OUTSIDE_LAWS, OUTSIDE_PROTOCOLS, record
+from validation.outside.laws import OUTSIDE_LAWS, OUTSIDE_PROTOCOLS, SECOND_LAWS, record
 from vegrip.cli import run
 from vegrip.cli._options import JSON
 from vegrip.cli._terminal import print_json, printer, progress
@@ -102,8 +102,10 @@ def transferred(fitted: CandidateFit, other: Recording) -> tuple[Problem, Floats
 
 def trial(
     law: Annotated[
-        list[str] | None, typer.Option("--law", help="Only this law; may be repeated. All when not given.")
+        list[str] | None,
+        typer.Option("--law", help="Only this law, of either set; may be repeated. The set when not given."),
     ] = None,
+    second: Annotated[bool, typer.Option("--second", help="The second set, six laws.")] = False,
     seeds: Annotated[int, typer.Option("--seeds", min=0, help="How many fingertips for each law.")] = 1,
     nothing: Annotated[
         int, typer.Option("--nothing", min=0, help="How many fingertips with nothing hidden.")
@@ -120,11 +122,12 @@ def trial(
 
     All laws and 12 fingertips with nothing hidden take about ten minutes.
     """
+    known = [*OUTSIDE_LAWS, *SECOND_LAWS]
     for name in law or ():
-        if name not in OUTSIDE_LAWS:
-            raise UsageError(f"there is no law {name!r}; {suggestion(name, OUTSIDE_LAWS)}")
-    numbers = range(first, first + seeds)
-    wanted = [(one, p, seed) for one in law or OUTSIDE_LAWS for p in OUTSIDE_PROTOCOLS for seed in numbers]
+        if name not in known:
+            raise UsageError(f"there is no law {name!r}; {suggestion(name, known)}")
+    numbers, chosen = range(first, first + seeds), law or (SECOND_LAWS if second else OUTSIDE_LAWS)
+    wanted = [(one, p, seed) for one in chosen for p in OUTSIDE_PROTOCOLS for seed in numbers]
     wanted += [("", p, seed) for seed in range(first, first + nothing) for p in OUTSIDE_PROTOCOLS]
     done = _read(output)
     outcomes: list[Foretold] = []

@@ -216,10 +216,120 @@ class Payne(Clocked, Scaled):
         self._strain = max(self._strain * math.exp(-dt / self.heals), x / self.depth)
 
 
+# a second set, written before any draft of it was seen: the same kinds in other forms and amounts
+
+
+@dataclass
+class DryingSeal(Scaled):
+    """Resistance that falls with the speed, as of a seal whose film carries it."""
+
+    share: float = 0.18
+    speed: float = 1.5  # [deepest presses/s]
+    _x: float = fresh()
+    _dt: float = lasting(1.0)
+
+    def more(self, x: float, elastic: float) -> float:
+        rate = (x - self._x) / self._dt / self.depth
+        film = 0.25 + 0.75 * math.exp(-abs(rate) / self.speed)
+        return self.share * elastic * film * math.tanh(rate / 0.05)
+
+    def strained(self, elastic: float, x: float, dt: float) -> None:
+        self._x, self._dt = x, dt
+
+
+@dataclass
+class OverloadDamage(Scaled):
+    """Bonds that break above a load, the quicker the larger it is, until none are left."""
+
+    share: float = 0.4
+    bears: float = 0.35  # [deepest force]
+    time: float = 1.2  # [s]
+    _broken: float = lasting()
+
+    def elastic(self, force: float, x: float) -> float:
+        return force * (1.0 - self.share * self._broken)
+
+    def strained(self, elastic: float, x: float, dt: float) -> None:
+        over = max(elastic / self.force - self.bears, 0.0)
+        self._broken += -math.expm1(-((over / self.bears) ** 2) * dt / self.time) * (1.0 - self._broken)
+
+
+@dataclass
+class SnappingDome(Scaled):
+    """A dome that carries ever less toward a depth, and beyond it nothing until it is nearly free again."""
+
+    share: float = 0.14
+    snaps: float = 0.55
+    _is_through: bool = fresh(False)
+
+    def elastic(self, force: float, x: float) -> float:
+        part = min(max(x / self.depth / self.snaps, 0.0), 1.0)
+        return force + self.share * self.force * math.sin(math.pi * part) * (not self._is_through)
+
+    def remember(self, x: float, force: float, dt: float) -> None:
+        self._is_through = x > (0.1 if self._is_through else self.snaps) * self.depth
+
+
+@dataclass
+class RoundedStop(Scaled):
+    """A stop that is met ever harder around a depth."""
+
+    share: float = 0.35
+    at: float = 0.6
+    wide: float = 0.07
+
+    def elastic(self, force: float, x: float) -> float:
+        over = (max(x, 0.0) / self.depth - self.at) / self.wide
+        met = math.log1p(math.exp(over)) - math.log1p(math.exp(-self.at / self.wide))
+        return force + 4.0 * self.share * self.force * self.wide * met
+
+
+@dataclass
+class ThinningFlow(Scaled):
+    """An over-stress that flows by the cube of itself."""
+
+    share: float = 0.4
+    time: float = 2.0  # [s]
+    scale: float = 0.12  # [deepest force]
+    _flowed: float = fresh()
+
+    def more(self, x: float, elastic: float) -> float:
+        return self.share * (elastic - self._flowed)
+
+    def strained(self, elastic: float, x: float, dt: float) -> None:
+        over = (elastic - self._flowed) / (self.scale * self.force)
+        self._flowed += -math.expm1(-dt / self.time * over * over) * (elastic - self._flowed)
+
+
+@dataclass
+class PatchWarming(Scaled):
+    """What is touched warms the tip through the patch, the more the wider it is; the air cools it slowly."""
+
+    share: float = 0.3
+    time: float = 8.0  # [s]
+    cools: float = 40.0  # [s]
+    _warmth: float = lasting()
+
+    def start(self, pause: float) -> None:
+        super().start(pause)
+        self._warmth *= math.exp(-pause / self.cools)
+
+    def elastic(self, force: float, x: float) -> float:
+        return force * math.exp(-2.0 * self.share * self._warmth)
+
+    def remember(self, x: float, force: float, dt: float) -> None:
+        wide = math.sqrt(max(x, 0.0) / self.depth)
+        self._warmth += dt * ((1.0 - self._warmth) * wide / self.time - self._warmth / self.cools)
+
+
 OUTSIDE_LAWS: Final[Mapping[str, type[Scaled]]] = {
     "tanh_drag": TanhDrag, "stretched_wear": StretchedWear, "relay": Relay, "presses": Presses,
     "second_body": SecondBody, "stick_slip_drive": StickSlipDrive, "leak": Leak, "eyring": Eyring,
     "touch_warming": TouchWarming, "lock_up": LockUp, "dwell_adhesion": DwellAdhesion, "payne": Payne,
+}  # fmt: skip
+SECOND_LAWS: Final[Mapping[str, type[Scaled]]] = {
+    "drying_seal": DryingSeal, "overload_damage": OverloadDamage, "snapping_dome": SnappingDome,
+    "rounded_stop": RoundedStop, "thinning_flow": ThinningFlow, "patch_warming": PatchWarming,
 }  # fmt: skip
 
 
@@ -295,7 +405,7 @@ def record(
         ),
         seed,
         hidden={law: {"depth": depth, "force": force}} if law else {},
-        catalogue=OUTSIDE_LAWS,
+        catalogue={**OUTSIDE_LAWS, **SECOND_LAWS},
         step=SIMULATION_STEP_S,
         rings=4,
         spokes=8,
