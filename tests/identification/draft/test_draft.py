@@ -1,6 +1,7 @@
 """A drafted law is the hidden one, or none is drafted, and the reason is said."""
 
 import json
+import math
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,6 +13,7 @@ from vegrip.effects import effect
 from vegrip.effects.file import effect_of
 from vegrip.identification.draft import Draft, draft
 from vegrip.identification.draft.grammar import LAW_PLACES, LAW_SHAPES, LAW_VARIABLES, Law
+from vegrip.identification.draft.search import Screened, sharpened
 from vegrip.identification.draft.text import law_text
 from vegrip.identification.recording import read_recording
 from vegrip.model import paper_model, read_model
@@ -49,9 +51,9 @@ def test_a_law_that_no_catalogue_has_is_found_again(
     assert broken_laws(effect_of(found.text_of(found.taken, found.name), "the draft")) == []
 
 
-def stand_in(variable: str, gain: float, *failed: str) -> SimpleNamespace:
+def stand_in(variable: str, worth: float, *failed: str) -> SimpleNamespace:
     law = SimpleNamespace(variables=[variable], in_words=variable)
-    return SimpleNamespace(law=law, failed=failed, verdict=SimpleNamespace(gain=gain))
+    return SimpleNamespace(law=law, failed=failed, worth=worth)
 
 
 def test_a_rival_passes_depends_on_something_else_and_is_as_good() -> None:
@@ -64,6 +66,20 @@ def test_a_rival_passes_depends_on_something_else_and_is_as_good() -> None:
     found = Draft(None, None, "law", [best, same, near, worse, broken], best)
     assert found.rivals == [near]
     assert Draft(None, None, "law", [broken]).rivals == []
+
+
+@pytest.mark.parametrize("hidden", [0.02, 0.4, 25.0, 290.0])
+def test_a_memory_between_the_times_that_are_tried_is_found_on_the_screen(hidden: float) -> None:
+    law = Law(LAW_PLACES["force"], LAW_VARIABLES["recent_contact"], LAW_SHAPES["saturating"], 1.0)
+
+    def score(law: Law, at: dict[str, float]) -> Screened:
+        return Screened(law, -abs(math.log(at["tau"] / hidden)), at, 1.0)
+
+    screen = SimpleNamespace(score=score)
+    found, looks = sharpened(screen, score(law, {"s": 0.2, "tau": 10.0}))
+    assert found.at["tau"] == pytest.approx(max(hidden, 0.033), rel=0.3)
+    assert found.at["s"] == 0.2
+    assert looks < 20
 
 
 def test_of_noise_alone_no_law_is_drafted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -73,6 +73,7 @@ SLOW = ("force", "rate", "strength", "sense")
 KEPT = ("force", "pull", "rate", "strength")
 WHOLE = "math.floor({z}) == {z}"  # in the air; in contact a half
 COUNT = f"{{z}} = {{z}} + 0.5 if (x > 0.0 and {WHOLE}) or (x <= 0.0 and not {WHOLE}) else {{z}}"
+AHEAD = f"(max({X}, 0.0) - {{z}})"
 LAG = "{z} = {z} + ({q} - {z}) * (1.0 - math.exp(-dt / {tau}))"
 
 LAW_VARIABLES = {
@@ -117,6 +118,12 @@ LAW_VARIABLES = {
         Variable("recent_load", "a memory of the elastic force", "K", "{z}",
                  (LAG.replace("{q}", "elastic_force / K"),), "1", is_lasting=True, places=("force", "pull"),
                  kin="load", refute="holds of very different length and depth"),
+        Variable("ahead", "how far the indentation is ahead of a memory of it", "x_ref", AHEAD,
+                 (LAG.replace("{q}", f"max({X}, 0.0)"),), "1", places=KEPT, is_signed=True, kin="depth",
+                 refute="steps of different size and quickness, each with a hold"),
+        Variable("away", "how far the indentation is from a memory of it", "x_ref", f"abs({AHEAD})",
+                 (LAG.replace("{q}", f"max({X}, 0.0)"),), "1", places=("rate", "strength"), kin="depth",
+                 refute="steps of different size and quickness, each with a hold"),
         Variable("recent_rate", "a memory of how fast it moved", "x_ref/s", "{z}",
                  (LAG.replace("{q}", RATE),), "1/s", places=KEPT, kin="rate",
                  refute="sines of growing frequency, then a slow press at once"),

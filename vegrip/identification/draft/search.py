@@ -11,7 +11,8 @@ import dataclasses
 import hashlib
 import keyword
 import math
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -52,14 +53,21 @@ from vegrip.types import Floats
 AMOUNT = 0.05  # of the place, at which a law is screened
 SHOWN = 1e-3  # of K, by which a sensor shows a variable
 COARSE = ("linear", "saturating", "beyond")  # shapes of the first look
-LOOKED_AT_AGAIN = 12  # pairs of place and variable whose every shape and second variable is screened
-REFITTED = 8
+LOOKED_AT_AGAIN = 20  # pairs of place and variable whose every shape is screened
+SHARPER = (2.0, 0.5, 1.3, 1.0 / 1.3)  # steps of a law's memory on the screen, one after the other
+MULTIPLIED = 12  # laws beside which every second variable is screened, and of those how many are sharpened
+REFITTED = 12
 JUDGED = 8
+CONTENDS = 0.9  # of the evidence of the best law, with which another may foretell protocols better
 MAX_ALIKE = 2  # of them, of one place and variable
 MIN_EPISODES = 2
 MIN_SHARE = 0.3  # of the excess of the squared error over the noise's, that a law worth writing takes
 SAME_PROTOCOL = 0.35  # of ln speed and ln depth, within which two episodes are one protocol
 MIN_SCATTER = 1e-6  # of a variable's largest value, below which it did not change
+
+
+Shaped = tuple[Law, Mapping[str, float]]
+"""A law with its shape ``s`` and memory ``tau``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +76,7 @@ class Screened:
 
     law: Law
     gain: float
-    s: float
-    tau: float
+    at: Mapping[str, float]
     multiple: float
 
 
@@ -102,6 +109,11 @@ class Tried:
         return {symbol.removesuffix(f"_{PROBE_NAME}"): self.fitted.value(symbol) for symbol in free}
 
     @property
+    def worth(self) -> float:
+        """Evidence, and what protocols foretell of each other that were held out [nats]."""
+        return self.verdict.gain + self.across
+
+    @property
     def failed(self) -> tuple[str, ...]:
         little = ("little",) * (self.share < MIN_SHARE)
         return (*self.verdict.failed, *little, *("held-out protocols",) * (self.across <= 0.0), *self.broken)
@@ -129,11 +141,8 @@ class Draft:
         """Laws over something else that pass and gain as much as the one that is taken, best first."""
         if self.taken is None:
             return []
-        passed = [one for one in self.tried if not one.failed]
-        least = max(one.verdict.gain for one in passed)
-        least -= indistinguishable(least)
-        own = set(self.taken.law.variables)
-        return [one for one in passed if set(one.law.variables) != own and one.verdict.gain >= least]
+        near = as_good(self.tried)
+        return [one for one in near if set(one.law.variables) != set(self.taken.law.variables)]
 
     def text_of(self, one: Tried, name: str) -> str:
         return law_text(one.law, name, self._found(one, name), one.parameters)
@@ -239,7 +248,7 @@ def draft(
     refitted = judge.refitted(shortlist(found), report)
     refitted += judge.refitted(_kin(found, refitted), report)
     tried = judge.judged(sorted(refitted, key=lambda one: -one.gain))
-    taken = shortest([one for one in tried if not one.failed])
+    taken = min(as_good(tried), key=lambda one: one.law.complexity, default=None)
     if taken is None:
         return Draft(start, base, name, tried, None, _why_none(tried), count)
     values = screen.values(taken.law.variable, taken.parameters.get("tau", 1.0)) / taken.law.size
@@ -280,10 +289,10 @@ class Screen:
             self._sizes[variable.name, tau] = float(np.max(shown, initial=0.0))
         return self._sizes[variable.name, tau]
 
-    def score(self, law: Law, s: float, tau: float) -> Screened | None:
+    def score(self, law: Law, at: Mapping[str, float]) -> Screened | None:
         """Return the gain of a law and its best multiple; None where it changes nothing of its own."""
         base, wide = self._base, self._wide[law.place.name]
-        trial = self.probes[law.place.name].trial(AMOUNT, law, s, tau)
+        trial = self.probes[law.place.name].trial(AMOUNT, law, **at)
         signature = np.zeros(self._basis.shape[0])
         rows = base.optimum.residual.size
         with np.errstate(all="ignore"):
@@ -296,7 +305,7 @@ class Screen:
         if left < 1e-9 * power:
             return None
         along = float(own[:rows] @ base.optimum.residual)
-        return Screened(law, 0.5 * along * along / (left + 1e-3), s, tau, -along / left)
+        return Screened(law, 0.5 * along * along / (left + 1e-3), at, -along / left)
 
 
 class Judge:
@@ -317,7 +326,7 @@ class Judge:
 
     def _refitted(self, one: Screened) -> Refitted:
         probe = self._screen.probes[one.law.place.name]
-        absent, trial = (probe.trial(c, one.law, one.s, one.tau) for c in (0.0, AMOUNT))
+        absent, trial = (probe.trial(c, one.law, **one.at) for c in (0.0, AMOUNT))
         candidate = Candidate(probe.freed_for(one.law), absent, (trial,))
         hint = Hint(candidate, one.gain, trial, one.multiple, np.zeros(0, dtype=np.float32))
         problem, rough = extended(self._base, hint)
@@ -325,7 +334,7 @@ class Judge:
         return Refitted(one.law, candidate, problem, best, log_evidence(problem, best) - self._base.evidence)
 
     def judged(self, refitted: list[Refitted]) -> list[Tried]:
-        """Return laws judged, best first, down to those that are surely worse than the best that passes.
+        """Return laws judged, most evidence first, down to those that the best that passes surely beats.
 
         Holding out costs most of the time.
         """
@@ -333,7 +342,7 @@ class Judge:
         with ThreadPoolExecutor(self._threads) as pool:
             for i in range(0, min(len(refitted), JUDGED), self._threads):
                 passed = [one.verdict.gain for one in tried if not one.failed]
-                if passed and refitted[i].gain < max(passed) - indistinguishable(max(passed)):
+                if passed and refitted[i].gain < CONTENDS * max(passed):
                     break
                 tried += pool.map(self._tried, refitted[i : i + self._threads])
         return tried
@@ -373,13 +382,10 @@ def indistinguishable(gain: float) -> float:
     return max(thresholds.INDISTINGUISHABLE_NATS, thresholds.INDISTINGUISHABLE_SHARE * gain)
 
 
-def shortest(passed: list[Tried]) -> Tried | None:
-    """Return the shortest law within the noise of the best one."""
-    if not passed:
-        return None
-    best = max(one.verdict.gain for one in passed)
-    near = [one for one in passed if one.verdict.gain >= best - indistinguishable(best)]
-    return min(near, key=lambda one: (one.law.complexity, -one.verdict.gain))
+def as_good(tried: list[Tried]) -> list[Tried]:
+    """Return the laws that pass and are within the noise of the one that is worth most, that one first."""
+    passed = sorted((one for one in tried if not one.failed), key=lambda one: -one.worth)
+    return [one for one in passed if one.worth >= passed[0].worth - indistinguishable(passed[0].worth)]
 
 
 def _why_not(problem: Problem, base: CandidateFit) -> str:
@@ -412,74 +418,89 @@ def _why_none(tried: list[Tried]) -> str:
 def screen_laws(screen: Screen, threads: int, report: Report) -> tuple[list[Screened], int]:
     """Return the laws, best first, and how many were looked at.
 
-    First every place and variable with few shapes, then the best of them with every shape and, beside it, a
-    second variable.
+    First every place and variable with few shapes, then the best of them with every shape, sharpened, and
+    beside these a second variable.
     """
     count = 0
 
-    def best(laws: list[tuple[Law, float, float]]) -> list[Screened]:
+    def best(laws: list[Shaped]) -> list[Screened]:
         nonlocal count
         count += len(laws)
         with ThreadPoolExecutor(threads) as pool:
             found = [one for one in pool.map(lambda each: screen.score(*each), laws) if one is not None]
         return sorted(found, key=lambda one: -one.gain)
 
-    coarse = best(
-        [each for place in LAW_PLACES.values() for each in _laws(screen, place, COARSE, is_coarse=True)]
-    )
-    pairs = _pairs(coarse)[:LOOKED_AT_AGAIN]
-    report(f"looks again at {', '.join(f'{one.variable.name} ({one.place.name})' for one in pairs[:4])} ...")
+    def finer(laws: list[Screened]) -> list[Screened]:
+        nonlocal count
+        with ThreadPoolExecutor(threads) as pool:
+            found = list(pool.map(lambda one: sharpened(screen, one), laws))
+        count += sum(looks for _, looks in found)
+        return sorted((one for one, _ in found), key=lambda one: -one.gain)
+
+    places = [(place, one) for place in LAW_PLACES.values() for one in screen.probes[place.name].variables]
+    coarse = best([each for pair in places for each in _laws(screen, *pair, COARSE, is_coarse=True)])
+    pairs = _first(coarse, _pair)[:LOOKED_AT_AGAIN]
+    looked_at = ", ".join(f"{one.law.variable.name} ({one.law.place.name})" for one in pairs[:4])
+    report(f"looks again at {looked_at} ...")
     fine = best([
         each
-        for law in pairs
-        for each in _laws(screen, law.place, tuple(LAW_SHAPES), only=law.variable.name)
+        for one in pairs
+        for each in _laws(screen, one.law.place, one.law.variable, tuple(LAW_SHAPES))
     ])  # fmt: skip
-    products = best([each for one in _distinct(fine)[:4] for each in _products(screen, one)])
-    return sorted([*coarse, *fine, *products], key=lambda one: -one.gain), count
+    fine = finer(_first(fine, _key))
+    products = best([each for one in fine[:MULTIPLIED] for each in _products(screen, one)])
+    return sorted([*fine, *finer(_first(products, _key)[:MULTIPLIED])], key=lambda one: -one.gain), count
+
+
+def sharpened(screen: Screen, one: Screened) -> tuple[Screened, int]:
+    """Return a law where its memory gains most on the screen, and how often it was looked at.
+
+    Its shape is left to the fit: where the base model bends to make up for the law, the screen misplaces it.
+    """
+    looks, bounds = 0, (MEMORY_TIMES_S[0] / 3.0, 3.0 * MEMORY_TIMES_S[-1])
+    for factor in SHARPER if one.law.variable.has_rate else ():
+        while bounds[0] <= (tau := one.at["tau"] * factor) <= bounds[1]:
+            looks += 1
+            new = screen.score(one.law, {**one.at, "tau": tau})
+            if new is None or new.gain <= one.gain:
+                break
+            one = new
+    return one, looks
 
 
 def _laws(
-    screen: Screen, place: Place, shapes: tuple[str, ...], *, only: str = "", is_coarse: bool = False
-) -> Iterator[tuple[Law, float, float]]:
-    for variable in screen.probes[place.name].variables:
-        if place.name not in variable.places or (only and variable.name != only):
+    screen: Screen, place: Place, variable: Variable, shapes: tuple[str, ...], *, is_coarse: bool = False
+) -> Iterator[Shaped]:
+    if place.name not in variable.places:
+        return
+    for tau in MEMORY_TIMES_S if variable.has_rate else (1.0,):
+        size = screen.size_of(variable, tau)
+        if not size > MIN_SCATTER:
             continue
-        for tau in MEMORY_TIMES_S if variable.has_rate else (1.0,):
-            size = screen.size_of(variable, tau)
-            if not size > MIN_SCATTER:
+        for shape in (LAW_SHAPES[name] for name in shapes):
+            if shape.of_what and variable.name not in shape.of_what:
                 continue
-            for shape in (LAW_SHAPES[name] for name in shapes):
-                if shape.of_what and variable.name not in shape.of_what:
-                    continue
-                tried = shape.trials[len(shape.trials) // 2 :][:1] if is_coarse else shape.trials
-                for s in tried or (1.0,):
-                    yield Law(place, variable, shape, size), s, tau
+            tried = shape.trials[len(shape.trials) // 2 :][:1] if is_coarse else shape.trials
+            for s in tried or (1.0,):
+                yield Law(place, variable, shape, size), {"s": s, "tau": tau}
 
 
-def _products(screen: Screen, one: Screened) -> Iterator[tuple[Law, float, float]]:
+def _products(screen: Screen, one: Screened) -> Iterator[Shaped]:
     """Yield a law times each other variable that shares no rate with it."""
     for second in screen.probes[one.law.place.name].variables:
-        size = screen.size_of(second, one.tau)
+        size = screen.size_of(second, one.at["tau"])
         is_apart = second.name != one.law.variable.name and not second.has_rate
         if is_apart and one.law.place.name in second.places and size > MIN_SCATTER:
-            yield dataclasses.replace(one.law, second=second, second_size=size), one.s, one.tau
-
-
-def _pairs(found: list[Screened]) -> list[Law]:
-    seen: dict[tuple[str, str], Law] = {}
-    for one in found:
-        seen.setdefault((one.law.place.name, one.law.variable.name), one.law)
-    return list(seen.values())
+            yield dataclasses.replace(one.law, second=second, second_size=size), one.at
 
 
 def shortlist(found: list[Screened]) -> list[Screened]:
     """Return the laws that are refitted: of one place and variable only a few."""
-    alike: dict[tuple[str, str], int] = {}
+    alike: Counter[tuple[str, ...]] = Counter()
     chosen = []
-    for one in _distinct(found):
-        pair = (one.law.place.name, one.law.variable.name)
-        alike[pair] = alike.get(pair, 0) + 1
-        if alike[pair] <= MAX_ALIKE:
+    for one in _first(found, _key):
+        alike[_pair(one.law)] += 1
+        if alike[_pair(one.law)] <= MAX_ALIKE:
             chosen.append(one)
     return chosen[:REFITTED]
 
@@ -491,7 +512,7 @@ def _kin(found: list[Screened], tried: list[Refitted]) -> list[Screened]:
     best = tried[0].law
     there = {_key(one.law) for one in tried}
     own = (best.variable.name, best.variable.kin)
-    near = [one for one in _distinct(found) if one.law.place == best.place and one.law.second is None]
+    near = [one for one in _first(found, _key) if one.law.place == best.place and one.law.second is None]
     return [one for one in near if one.law.variable.name in own and _key(one.law) not in there]
 
 
@@ -499,10 +520,14 @@ def _key(law: Law) -> tuple[str, ...]:
     return (law.place.name, *law.variables, law.shape.name)
 
 
-def _distinct(found: list[Screened]) -> list[Screened]:
+def _pair(law: Law) -> tuple[str, ...]:
+    return law.place.name, law.variable.name
+
+
+def _first(found: list[Screened], key: Callable[[Law], tuple[str, ...]]) -> list[Screened]:
     seen: dict[tuple[str, ...], Screened] = {}
     for one in found:
-        seen.setdefault(_key(one.law), one)
+        seen.setdefault(key(one.law), one)
     return list(seen.values())
 
 
