@@ -46,11 +46,14 @@ def test_shift_of_clocks_is_found_in_the_rates(bench, seconds) -> None:
     assert shift(plain.t, first, depth, force) == pytest.approx(seconds, abs=0.0101)
 
 
-def pressed(*, rows: int = 800, depth: float = 1e-3, late: int = 0, missing: int = 0) -> SimpleNamespace:
+def pressed(
+    *, rows: int = 800, depth: float = 1e-3, late: int = 0, missing: int = 0, still: int = 0
+) -> SimpleNamespace:
     """Return a problem of presses of half a second that has at most the fault that is asked for."""
     step, k, tip = 5e-3, np.arange(rows), 0.008
     displacement = depth * np.sin(2.0 * np.pi * k * step)
     force = np.roll(np.maximum(displacement / depth, 0.0) ** 1.5, late)
+    displacement[205 : 205 + still] = displacement[205]
     recording = SimpleNamespace(
         t=k * step,
         episode=np.zeros(rows, dtype=np.int64),
@@ -82,6 +85,11 @@ def pressed(*, rows: int = 800, depth: float = 1e-3, late: int = 0, missing: int
         ({"late": 4}, "the force changes 20 ms after the displacement: a slow sensor"),
         ({"late": -4}, "the force changes 20 ms before the displacement: a slow sensor"),
         ({"late": 3}, ""),
+        (
+            {"still": 20},
+            "the force rises by 0.505 N within 0.095 s of one displacement: its sensor stands still",
+        ),
+        ({"still": 19}, ""),
         ({"missing": 7}, "7 states were sent"),
     ],
 )

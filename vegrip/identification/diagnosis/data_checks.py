@@ -4,6 +4,7 @@ Some faults of a recording look like physics: clocks that disagree like a lag, a
 of the radius. Others leave too little to say anything. Each is told in a sentence; a grave one forbids names.
 """
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -73,6 +74,17 @@ def check_before_search(problem: Problem) -> Iterator[Doubt]:
             f"{1e3 * problem.model.tip_radius:.3g} mm: radius or unit of the displacement is wrong",
             is_grave=True,
         )
+    for rows in _still(m):
+        force = m.force[rows]
+        rise = float(np.nanmax(force - np.fmin.accumulate(force)))
+        if rise > thresholds.MIN_STILL_RISE * float(np.nanmax(np.abs(m.force))):
+            lasted = t[rows.stop - 1] - t[rows.start]
+            yield Doubt(
+                f"the force rises by {rise:.3g} N within {lasted:.3g} s of one displacement: "
+                "its sensor stands still; record the motion again",
+                is_grave=True,
+            )
+            break
     late = shift(t, m.first, m.motion.displacement, m.force)
     if abs(late) > max(thresholds.MIN_VISIBLE_SHIFT_S, thresholds.MIN_VISIBLE_SHIFT_SAMPLES * step):
         is_grave = abs(late) > thresholds.MAX_SENSOR_LAG_S
@@ -85,6 +97,15 @@ def check_before_search(problem: Problem) -> Iterator[Doubt]:
         yield Doubt(
             f"the force changes {abs(1e3 * late):.0f} ms {order} the displacement: {cause}", is_grave=is_grave
         )
+
+
+def _still(m: Measured) -> Iterator[slice]:
+    """Yield long runs of rows of an episode that have one displacement."""
+    moves = (np.diff(m.motion.displacement) != 0.0) | (m.first[1:] > 0.5)
+    ends = [0, *np.flatnonzero(moves) + 1, m.first.size]
+    for begin, end in itertools.pairwise(ends):
+        if end - begin >= thresholds.STILL_ROWS:
+            yield slice(begin, end)
 
 
 def shift(t: Floats, first: Floats, displacement: Floats, force: Floats) -> float:

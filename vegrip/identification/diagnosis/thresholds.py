@@ -75,6 +75,10 @@ MIN_CONTACT_ROWS = 50
 """Rows in contact, below which nothing can be said (origin: rule)."""
 BRIEF_CONTACT_S = 1.0
 """[s] in contact, below which effects are not told apart (origin: rule)."""
+STILL_ROWS = 20
+"""Rows of one displacement, from which on it may be a sensor that stands still (origin: rule)."""
+MIN_STILL_RISE = 0.2
+"""Of the largest force, by which it rises meanwhile; of a tip that is held it only falls (origin: rule)."""
 MAX_CLOCK_SHIFT_S = 1.0
 """[s] between the clocks that is looked for (origin: rule)."""
 MIN_VISIBLE_SHIFT_S = 0.015
