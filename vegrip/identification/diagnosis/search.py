@@ -201,8 +201,7 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
     """
     step = next(step for step in found.steps if step.taken is one)
     fits: dict[str, CandidateFit] = {}
-    others = {each.candidate.name for each in found.accepted} - {one.candidate.name}
-    if _effects(step.base) == _effects(found.first) | others:  # what was tried was tried in its place
+    if len(found.accepted) == 1 and step.base is found.first:  # what was tried was tried in its place
         rest, last, hints = step.base, one.fitted, step.hints
         fits = {each.candidate.name: each.fitted for each in step.tried}
     else:
@@ -236,10 +235,6 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
     passed = [each for each in rivals if each.verdict.is_passed]
     wins = bool(passed) and passed[0].verdict.gain > own.verdict.gain + found.within(own.verdict.gain)
     return Step(rest, hints, [own, *rivals], passed[0] if wins else own)
-
-
-def _effects(fitted: CandidateFit) -> set[str]:
-    return {each.name for each in fitted.problem.model.effects}
 
 
 def _at(fitted: CandidateFit, u: Floats) -> CandidateFit:
