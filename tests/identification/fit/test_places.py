@@ -8,8 +8,9 @@ import pytest
 
 from vegrip.cli import main
 from vegrip.effects import effect
+from vegrip.errors import RecordingError
 from vegrip.identification.diagnosis import diagnose
-from vegrip.identification.fit import fit
+from vegrip.identification.fit import fit, problem
 from vegrip.identification.fit.solve import _step
 from vegrip.identification.recording import Recording, write_recording
 from vegrip.identification.recording.data import join_recordings
@@ -43,6 +44,16 @@ def test_each_place_has_its_stiffness_and_the_others_their_own(two_places) -> No
     assert f"{second['K']:.3g} to {first['K']:.3g} N" in own.laws_note
     assert own.as_dict()["laws"] == own.laws
     assert not [text for text in fit(two_places, laws="episode").warnings() if "_at_" in text]
+
+
+def test_more_episodes_than_memory_holds_are_refused_in_a_sentence_and_left_out_by_a_diagnosis(
+    two_places, monkeypatch
+) -> None:
+    monkeypatch.setattr(problem, "MOST_DERIVATIVES", 10.0 * len(two_places))
+    for asked in ({"laws": "episode"}, {"zeros": "episode"}):
+        with pytest.raises(RecordingError, match="4 episodes with zeros or laws of their own are"):
+            fit(two_places, **asked)
+    assert diagnose(two_places, most=0).verdict == "unexplained"
 
 
 def test_the_command_says_so_and_writes_values_between_those_of_the_places(

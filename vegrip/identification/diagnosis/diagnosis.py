@@ -29,7 +29,7 @@ from vegrip.identification.diagnosis.motions import unproven
 from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects
 from vegrip.identification.fit.fitting import fit, on_one_thread
 from vegrip.identification.fit.noise import Noise
-from vegrip.identification.fit.problem import Zeros
+from vegrip.identification.fit.problem import TooManyUnknownsError, Zeros
 from vegrip.identification.fit.result import Fit, fit_of
 from vegrip.identification.fit.solve import Report
 from vegrip.identification.recording import Recording
@@ -297,7 +297,8 @@ def diagnose(
     The model is refitted first: a wrong stiffness is no missing effect. ``most`` limits how many effects are
     named together, ``threads`` how many candidates are fitted at a time. Where nothing explains the
     recording, each episode is tried with zeros of its own, and with laws of its own, as several places or
-    specimens may have been pressed; the laws are more, and are believed where zeros explain less.
+    specimens may have been pressed; the laws are more, and are believed where zeros explain less. Neither is
+    tried of more episodes than memory holds.
     """
 
     def started(zeros: Zeros, laws: Zeros) -> Fit:
@@ -315,7 +316,10 @@ def diagnose(
             evaluate_candidate(own.problem, own.optimum, found.groups).evidence - found.search.first.evidence
         )
 
-    by_law = started(zeros, "episode")
+    try:
+        by_law = started(zeros, "episode")
+    except TooManyUnknownsError:
+        return found
     gain = gain_of(by_law)
     if zeros == "recording" and gain_of(by_zero := started("episode", laws)) > thresholds.MIN_LATER_GAIN_NATS:
         report("tries zeros of each episode")

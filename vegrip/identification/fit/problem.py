@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vegrip.errors import RecordingError
 from vegrip.identification.fit import whitening
 from vegrip.identification.fit.preprocess import Measured
 from vegrip.identification.recording import Recording
@@ -41,6 +42,11 @@ UNSURE = 0.07  # of the load at slip that noise may be
 FORGOTTEN = 2.0  # relaxation times after a contact was made anew
 LONGEST_GAP_S = 5.0  # [s]
 DERIVATIVE_STEP = 1e-4  # of a prior std, for derivatives
+MOST_DERIVATIVES = 1.5e8  # numbers of a table of them, of which a fit has two
+
+
+class TooManyUnknownsError(RecordingError):
+    """So many episodes have zeros or laws of their own that the derivatives would not fit into memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +128,7 @@ class Problem:
         count = int(self.places.max()) + 1
         if count > 1:
             self._pressed = [np.flatnonzero(self.places == i) for i in range(count)]
+        self._refuse_too_many(len(asked) + int(np.sum(asked > 0.0)))
         self._predictors = [
             Predictor(runs, {name: column[rows] for name, column in self._columns.items()}, asked=asked[rows])
             for rows in self._pressed
@@ -140,6 +147,16 @@ class Problem:
             self.doubtful, self.stiffness, self.whitener = like.doubtful, like.stiffness, like.whitener
             self.force_std, self.radius_std = like.force_std, like.radius_std
             self.slip_std, self.slip_bias = like.slip_std, like.slip_bias
+
+    def _refuse_too_many(self, rows: int) -> None:
+        owners, places = int(self._owner.max()) + 1, len(self._pressed)
+        unknowns = len(self.model.parameters) + 2 * owners + places * len(self.own_symbols)
+        if max(owners, places) > 1 and rows * unknowns > MOST_DERIVATIVES:
+            raise TooManyUnknownsError(
+                f"{max(owners, places)} episodes with zeros or laws of their own are {unknowns} unknowns for"
+                f" {rows} rows: the derivatives would take {8e-9 * rows * unknowns:.0f} GB; let the episodes"
+                " have them in common, or give fewer of them"
+            )
 
     @property
     def symbols(self) -> tuple[str, ...]:
