@@ -126,7 +126,7 @@ def test_a_lag_is_measured_beside_places_that_differ(late_places) -> None:
 
 @pytest.mark.long
 def test_a_lag_is_named_beside_places_that_differ(late_places) -> None:
-    found = diagnose(late_places)
+    found = diagnose(late_places, most=1)
     assert {"sensor_lag"} == set(found.named) or ["sensor_lag", "sensor_delay"] in found.indistinguishable
     assert found.model.values["tau"].value == pytest.approx(TAU, rel=0.2)
     assert any("of 4 episodes has a stiffness of its own" in doubt.text for doubt in found.doubts)
@@ -149,6 +149,6 @@ def test_zeros_that_shift_between_episodes_are_no_other_places(tip) -> None:
 
 @pytest.mark.long
 def test_what_only_differs_between_episodes_names_nothing(two_places) -> None:
-    found = diagnose(two_places)
+    found = diagnose(two_places, most=1)
     assert (found.verdict, found.named) == ("unexplained", [])
     assert any("has a stiffness of its own" in doubt.text for doubt in found.doubts)
