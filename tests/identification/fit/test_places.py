@@ -42,6 +42,12 @@ def test_each_place_has_its_stiffness_and_the_others_their_own(two_places) -> No
     assert second["K"] / first["K"] == pytest.approx(SOFTER, rel=0.03)
     assert second["p"] == pytest.approx(first["p"], abs=0.03)
     assert f"{second['K']:.3g} to {first['K']:.3g} N" in own.laws_note
+    values, told = own.model.values, own.as_dict()["parameters"]
+    for symbol, middle in (
+        ("K", np.sqrt(first["K"] * second["K"])),
+        ("c1", (first["c1"] + second["c1"]) / 2),
+    ):
+        assert values[symbol].value == told[symbol]["value"] == pytest.approx(middle)
     assert own.as_dict()["laws"] == own.laws
     assert not [text for text in fit(two_places, laws="episode").warnings() if "_at_" in text]
 

@@ -163,8 +163,7 @@ class Fit:
     def model(self) -> ContactModel:
         """The model with fitted values, their standard errors, and where they come from."""
         problem, k = self.problem, self.problem.unknowns
-        vector, _ = problem.parts(self.optimum.u)
-        values = dict(problem.model.values)
+        vector, values = self._vector, dict(problem.model.values)
         for name, place in zip(k.names, k.place.tolist(), strict=True):
             if place >= 0:
                 known = values[name]
@@ -179,6 +178,16 @@ class Fit:
             "error": f"{self.error:.4g} (rms of whitened residuals; 1 is noise)",
         }
         return replace(problem.model, values=values, provenance=provenance, shown=self.shown)
+
+    @property
+    def _vector(self) -> Floats:
+        """The values of the model; of what each place has for itself, those expected of a further place."""
+        vector, _ = self.problem.parts(self.optimum.u)
+        for symbol in self.laws[0] if self.laws else ():
+            values = np.array([law[symbol] for law in self.laws])
+            is_scale = self.problem.model.parameters[symbol][1].transform == "log"
+            vector[self.problem.at(symbol)] = np.exp(np.mean(np.log(values))) if is_scale else np.mean(values)
+        return vector
 
     @property
     def shown(self) -> Shown:
@@ -279,8 +288,7 @@ class Fit:
 
     def as_dict(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
-        vector, _ = self.problem.parts(self.optimum.u)
-        k = self.problem.unknowns
+        vector, k = self._vector, self.problem.unknowns
         told: dict[str, Any] = {}
         for name, place in zip(k.names, k.place.tolist(), strict=True):
             found = self.declared(name)
