@@ -14,7 +14,7 @@ from vegrip.errors import ModelError
 
 Transform = Literal["identity", "log"]
 
-SCALES: Final = {"K": "N", "x_ref": "m", "x_ref/K": "m/N"}
+SCALES: Final = {"K": "N", "x_ref": "m", "x_ref/K": "m/N", "K/x_ref": "N/m"}
 """What scaled values are multiples of, and the SI unit of that: K, the force at the reference depth x_ref."""
 
 
@@ -51,7 +51,7 @@ def in_si(parameter: Parameter, value: float, K: float, x_ref: float) -> tuple[f
     """Return a scaled value in SI, with its unit; None where it is no multiple of anything."""
     if parameter.of not in SCALES:
         return None
-    scale = {"K": K, "x_ref": x_ref, "x_ref/K": x_ref / K}[parameter.of]
+    scale = {"K": K, "x_ref": x_ref, "x_ref/K": x_ref / K, "K/x_ref": K / x_ref}[parameter.of]
     return value * scale, SCALES[parameter.of]
 
 

@@ -43,6 +43,7 @@ NORMAL = {
     "sensor_lag": ({"time": 5e-3}, {"tau": 5e-3}),
     "cross_talk": ({"share": 0.02}, {"c_f": 0.02}),
     "force_drift": ({"rate": 1e-3}, {"r_F": 1e-3 / K}),
+    "approach_tilt": ({"stiffness": 30.0}, {"b_h": 30.0 * 1e-3 / K}),
 }
 PATCH = {
     "load_dependent_friction": ({"exponent": 0.2, "at": 1.0}, {"g_N": 0.2, "mu": MU * K**-0.2}),

@@ -32,6 +32,7 @@ SEARCHED = {
     "inertia": {"shifts_time": True, "min_gain": 20.0},
     "rolling": ASIDE,
     "guide_friction": {"in_air": True},
+    "approach_tilt": {"in_air": True},
     "sensor_lag": {
         **LATE, "group": "timing", "companions": ("sensor_delay",), "min_amounts": (("tau", 3e-4),),
     },

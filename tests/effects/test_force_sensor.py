@@ -111,10 +111,26 @@ def test_inertia_of_a_sine_in_air_is_the_square_of_its_frequency(model_with):
     )
 
 
+def test_a_tilted_approach_shows_a_line_in_air(model_with):
+    model = model_with("approach_tilt").with_value("b_h", 0.1)
+    height = DEPTH * np.linspace(-4.0, -1.0, 31)
+    shown = model.simulate(np.arange(31.0), height).sensed_force
+    np.testing.assert_allclose(shown, 0.1 * model.values["K"].value * height / DEPTH, rtol=1e-12)
+
+
 def test_the_force_of_the_contact_does_not_know_its_sensor(model_with, rich):
     """Lag, drift, cross-talk, guide, inertia and saturation change what is shown only."""
     felt = rich.through(model_with("relaxation")).normal_force
-    for name in ("sensor_lag", "force_drift", "cross_talk", "guide_friction", "inertia", "saturation"):
+    names = (
+        "sensor_lag",
+        "force_drift",
+        "cross_talk",
+        "guide_friction",
+        "approach_tilt",
+        "inertia",
+        "saturation",
+    )
+    for name in names:
         np.testing.assert_array_equal(rich.through(model_with(name)).normal_force, felt, err_msg=name)
 
 

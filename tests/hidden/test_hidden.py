@@ -19,6 +19,14 @@ def test_adhesion_hidden_adhesion_named(hide) -> None:
     assert found.error["after"] == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.parametrize(
+    ("name", "given"), [("approach_tilt", {"stiffness": 30.0}), ("force_drift", {"rate": 1e-3})]
+)
+def test_of_two_that_resemble_each_other_the_hidden_one_is_named(hide, name, given) -> None:
+    found = diagnose(hide(seed=3, **{name: given}))
+    assert (found.verdict, found.named) == ("named", [name])
+
+
 @pytest.mark.long
 def test_two_hidden_both_named(hide) -> None:
     found = diagnose(hide(seed=5, sensor_lag={"time": 5e-3}, load_dependent_friction={"exponent": 0.2}))

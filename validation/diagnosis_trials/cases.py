@@ -11,7 +11,13 @@ from itertools import combinations
 
 import numpy as np
 
-from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, UNMODELLED_AMOUNTS, WEAK, Setting
+from validation.diagnosis_trials.amounts import (
+    CATALOGUE_AMOUNTS,
+    DRAWN_BY_NAME,
+    UNMODELLED_AMOUNTS,
+    WEAK,
+    Setting,
+)
 from validation.diagnosis_trials.unmodelled import EVERY
 from vegrip.identification.blind import KINDS
 from vegrip.identification.recording import Fingertip, Recording
@@ -85,7 +91,8 @@ def _names(kind: str, only: Sequence[str], places: int) -> list[tuple[str, ...]]
     if kind == "none":
         return [()]
     amounts = UNMODELLED_AMOUNTS if kind == "outside" else CATALOGUE_AMOUNTS
-    known = [name for name in amounts if places == 1 or not issubclass(EVERY[name], Clocked)]
+    drawn = [name for name in amounts if name not in DRAWN_BY_NAME or name in only]
+    known = [name for name in drawn if places == 1 or not issubclass(EVERY[name], Clocked)]
     every: list[tuple[str, ...]] = list(combinations(known, 2 if kind == "pair" else 1))
     chosen = [names for names in every if not only or set(only) & set(names)] or every
     np.random.default_rng(1).shuffle(chosen)

@@ -39,6 +39,7 @@ BUILT_IN = (
     "inertia",
     "rolling",
     "guide_friction",
+    "approach_tilt",
     "cross_talk",
     "sensor_lag",
     "sensor_delay",

@@ -21,6 +21,6 @@ EFFECT = Effect(
     parameters=(Parameter("r_F", "1/s", 1e-4, 3e-4, -1.0, 1.0, "drift in K per second", null=0.0),),
     states=(State("b_F", "N", "zero of the force sensor", lasting=True),),
     hooks=(hook(sense),),
-    confounded=("second_relaxation", "temperature_shift", "adhesion"),
+    confounded=("second_relaxation", "temperature_shift", "adhesion", "approach_tilt"),
     experiment="air before and after every trial",
 )

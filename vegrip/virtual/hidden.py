@@ -524,6 +524,16 @@ class GuideFriction(Hidden, name="guide_friction"):
 
 
 @dataclass
+class ApproachTilt(Hidden, name="approach_tilt"):
+    """A cable goes along with the drive, and pulls at the sensor as a spring."""
+
+    stiffness: float = 30.0  # [N/m]
+
+    def sensed(self, shown: float, tangential: float, drive: float, dt: float) -> float:
+        return shown + self.stiffness * drive
+
+
+@dataclass
 class ForceDrift(Clocked, name="force_drift"):
     """The zero of the sensor runs away at a constant rate, in the pauses too."""
 

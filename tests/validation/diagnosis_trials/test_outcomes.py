@@ -8,7 +8,7 @@ import pytest
 
 from validation.diagnosis_trials import Case, Outcome, draw_cases, make_recording, tally_outcomes
 from validation.diagnosis_trials.__main__ import trial
-from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, UNMODELLED_AMOUNTS
+from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, DRAWN_BY_NAME, UNMODELLED_AMOUNTS
 from validation.diagnosis_trials.cases import places_of
 from validation.diagnosis_trials.unmodelled import UNMODELLED as UNKNOWN
 from validation.diagnosis_trials.visible import remaining_evidence
@@ -91,8 +91,7 @@ def test_what_an_effect_leaves_is_seen_in_the_same_recording_without_it() -> Non
 
 
 def test_everything_the_bench_can_hide_has_an_amount_and_a_name_of_the_catalogue_or_a_variable() -> None:
-    never_drawn = {"sensor_delay"}  # with it the published seeds would hide something else
-    assert set(CATALOGUE_AMOUNTS) == set(HIDDEN) - never_drawn
+    assert set(CATALOGUE_AMOUNTS) == set(HIDDEN) - {"sensor_delay"}
     assert set(HIDDEN) <= set(BUILT_IN)
     assert set(UNMODELLED_AMOUNTS) == set(UNKNOWN)
     assert not set(UNMODELLED_AMOUNTS) & set(BUILT_IN)
@@ -102,19 +101,20 @@ def test_everything_the_bench_can_hide_has_an_amount_and_a_name_of_the_catalogue
 def test_cases_hold_every_kind_and_every_effect_and_no_seed_twice() -> None:
     drawn = list(draw_cases(400, seed=3))
     assert {one.kind for one in drawn} == {"none", "one", "pair", "outside"}
-    assert {one.hidden[0] for one in drawn if one.kind == "one"} == set(CATALOGUE_AMOUNTS)
+    assert {one.hidden[0] for one in drawn if one.kind == "one"} == set(CATALOGUE_AMOUNTS) - {*DRAWN_BY_NAME}
     assert {one.size for one in drawn if one.kind == "one"} == {"strong", "weak"}
     assert {one.hidden[0] for one in drawn if one.kind == "outside"} == set(UNMODELLED_AMOUNTS)
     assert len({one.seed for one in drawn}) == 400
     assert not {one.seed for one in drawn} & {one.seed for one in draw_cases(400, seed=4)}
     assert drawn[:50] == list(draw_cases(50, seed=3))
-    assert {one.hidden for one in draw_cases(20, kinds=["one"], only=["adhesion"])} == {("adhesion",)}
+    for name in ("adhesion", *DRAWN_BY_NAME):
+        assert {one.hidden for one in draw_cases(20, kinds=["one"], only=[name])} == {(name,)}
 
 
 def test_places_are_a_matter_of_the_case_and_hide_nothing_that_goes_by_the_hour() -> None:
     drawn = list(draw_cases(60, seed=3, kinds=["one"], places=3))
     assert {one.places for one in drawn} == {3}
-    assert {one.hidden[0] for one in drawn} == set(CATALOGUE_AMOUNTS) - {"force_drift"}
+    assert {one.hidden[0] for one in drawn} == set(CATALOGUE_AMOUNTS) - {"force_drift", *DRAWN_BY_NAME}
     assert drawn[0].key != replace(drawn[0], places=1).key
     assert of((), "unexplained", places=3).right
     assert not of((), "named", ("sensor_lag",), places=3).right
