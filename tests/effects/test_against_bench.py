@@ -39,6 +39,10 @@ NORMAL = {
     "displacement_backlash": ({"width": 4e-5}, {"play": 0.04}),
     "permanent_set": ({"share": 0.05, "threshold": 3e-4}, {"alpha_p": 0.05, "x_y": 0.3, "r_p": 0.0}),
     "mullins_softening": ({"loss": 0.12, "width": 4e-4}, {"r_m": 0.12, "w_m": 0.4, "l_m": 0.0}),
+    "healing_softening": (
+        {"loss": 0.12, "width": 4e-4, "rate": 0.03},
+        {"r_h": 0.12, "w_h": 0.4, "l_h": 0.0, "nu_h": 0.03},
+    ),
     "exponential_stiffness": ({"length": 1.5e-3}, {"b_x": 1.0 / 1.5}),
     "sensor_lag": ({"time": 5e-3}, {"tau": 5e-3}),
     "cross_talk": ({"share": 0.02}, {"c_f": 0.02}),

@@ -138,8 +138,8 @@ def test_effects_added_in_any_order_stand_in_the_same():
 def test_what_lasts_from_trial_to_trial_is_wear_set_drift_and_where_a_play_stands() -> None:
     """And a running maximum follows by itself; every other state recovers and is estimated."""
     states = [s for name in BUILT_IN for s in effect(name).states]
-    assert {s.name for s in states if s.lasting} == {"x_p", "delta_max", "d_c", "x_max", "b_F"}
-    assert {s.name for s in states if s.extreme} == {"delta_max", "x_max", "sticking", "largest_force"}
+    assert {s.name for s in states if s.lasting} == {"x_p", "delta_max", "d_c", "x_max", "x_h", "b_F"}
+    assert {s.name for s in states if s.extreme} == {"delta_max", "x_max", "x_h", "sticking", "largest_force"}
 
 
 PACKAGE = Path(vegrip.__file__).parent
@@ -181,6 +181,7 @@ def test_what_an_effect_says_of_itself_is_about_itself(name: str) -> None:
     amounts = {p.symbol for p in one.parameters if p.null is not None}
     assert {symbol for symbol, _ in (*one.min_amounts, *one.min_displacement_noises)} <= amounts
     assert {symbol for symbol, _ in one.trial_shapes} <= symbols - amounts
+    assert {symbol for symbol, _ in one.beyond_simpler[1]} <= symbols
     for _, values in one.trial_shapes:
         assert all(value > 0.0 for value in values)
     assert all(size > 0.0 for size in one.trial_sizes)

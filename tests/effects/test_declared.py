@@ -10,7 +10,7 @@ from vegrip.effects import BUILT_IN, effect
 RULE = {
     "channels": ("normal_force",), "group": "", "kinked": False, "expensive": False, "shifts_time": False,
     "in_air": False, "companions": (), "min_gain": 0.0, "min_amounts": (), "min_displacement_noises": (),
-    "trial_sizes": (1.0,), "trial_shapes": (),
+    "beyond_simpler": (0, ()), "trial_sizes": (1.0,), "trial_shapes": (),
 }  # fmt: skip
 FRICTION = {"channels": ("tangential_force", "torque_z")}
 LATE = {"shifts_time": True, "trial_sizes": (1.0, 10.0)}
@@ -22,6 +22,11 @@ SEARCHED = {
     },
     "inclination": ASIDE,
     "series_compliance": {"channels": ("normal_force", "contact_radius"), "expensive": True},
+    "mullins_softening": {"companions": ("healing_softening",)},
+    "healing_softening": {
+        "companions": ("mullins_softening",), "beyond_simpler": (1, (("nu_h", 4e-4),)),
+        "trial_shapes": (("w_h", (0.6,)), ("nu_h", (3e-3, 0.03, 0.3))),
+    },
     "second_relaxation": {
         "companions": ("power_law_relaxation",),
         "trial_shapes": (("nu2", (0.02, 0.06, 0.2, 0.6, 2.0, 8.0, 40.0)),),
@@ -55,8 +60,8 @@ LEARNED = {
     "nu2": 0.0,
     "mu": 0.0,
 }  # drift [1/sqrt(s)]
-EXTREMES = {"delta_max", "x_max", "sticking", "largest_force"}
-LASTING = {"x_p", "delta_max", "d_c", "x_max", "b_F"}
+EXTREMES = {"delta_max", "x_max", "x_h", "sticking", "largest_force"}
+LASTING = {"x_p", "delta_max", "d_c", "x_max", "x_h", "b_F"}
 
 
 @pytest.mark.parametrize("name", BUILT_IN)

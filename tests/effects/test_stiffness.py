@@ -51,6 +51,19 @@ def test_softening_depends_on_the_deepest_point_of_the_whole_history(linear, mod
     np.testing.assert_allclose(force_of(model, delta), virgin * factor, rtol=1e-12, atol=1e-15)
 
 
+@pytest.mark.parametrize("pause", [1.0, 100.0])
+def test_a_pause_heals_the_deepest_point_exponentially(pause, model_with):
+    """After it the force is that of Mullins softening whose deepest point is ``exp(-nu t)`` as deep."""
+    healing, lasting = model_with("healing_softening"), model_with("mullins_softening")
+    kept = np.exp(-healing.values["nu_h"].value * pause)
+    t = np.array([0.0, 1e-9, 2e-9, 2e-9 + 0.5 * pause, 2e-9 + pause, 3e-9 + pause])
+    t[-1] += 1e-6
+    found = healing.simulate(t, DEPTH * np.array([0.0, 2.0, -0.1, -0.1, -0.1, 0.3])).elastic_force[-1]
+    t = np.array([0.0, 1.0, 2.0, 3.0])
+    expected = lasting.simulate(t, DEPTH * np.array([0.0, 2.0 * kept, -0.1, 0.3])).elastic_force[-1]
+    assert found == pytest.approx(expected, rel=1e-8)
+
+
 @pytest.mark.parametrize("speed", [1e-5, 1e-4, 1e-3])
 def test_loading_stiffens_by_the_same_factor_per_decade_and_unloading_does_not(speed, model_with):
     """``1 + r log10(1 + v / v_0)`` over the ramp without the effect."""

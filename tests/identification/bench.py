@@ -1,13 +1,13 @@
 """Small recordings of the test bench, which shares no physics with the model; an effect may be hidden."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
 import numpy as np
 
 from vegrip.identification.recording import Fingertip, Recording
-from vegrip.virtual.bench.protocol import AIR_SEGMENT, Segment, creep, hold, sine, slip, triangles
+from vegrip.virtual.bench.protocol import AIR_SEGMENT, Episode, Segment, creep, hold, sine, slip, triangles
 from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
 
@@ -39,10 +39,16 @@ PROTOCOL = tuple(
 assert AIR_SEGMENT in hold(1e-3, 1.0)
 
 
-def recorded(name: str, seed: int, hidden: Mapping[str, Mapping[str, float]], **how: Any) -> Recording:
+def recorded(
+    name: str,
+    seed: int,
+    hidden: Mapping[str, Mapping[str, float]],
+    protocol: Sequence[Episode] = PROTOCOL,
+    **how: Any,
+) -> Recording:
     """Return the recording of the bench in which effects (by name, with their parameters) are hidden."""
     trial = run_trial(
-        TIP, PROTOCOL, SENSORS, seed, hidden=hidden, step=2.5e-3, rings=8, spokes=16, truth=False, **how
+        TIP, protocol, SENSORS, seed, hidden=hidden, step=2.5e-3, rings=8, spokes=16, truth=False, **how
     )
     columns = {k: v for k, v in trial.columns.items() if k not in ("t", "episode")}
     episode = trial.columns["episode"].astype(np.int64)

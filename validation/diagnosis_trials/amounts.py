@@ -67,6 +67,11 @@ CATALOGUE_AMOUNTS: Mapping[str, Amount] = {
     "displacement_backlash": lambda s: {"width": 8.0 * s.sensors.displacement * s.size},
     "permanent_set": lambda s: {"share": 0.04 * s.size, "threshold": 0.15 * s.depth},
     "mullins_softening": lambda s: {"loss": 0.15 * s.size, "width": 0.3 * s.depth},
+    "healing_softening": lambda s: {
+        "loss": 0.15 * s.size,
+        "width": 0.3 * s.depth,
+        "rate": float(np.exp(s.rng.uniform(np.log(5e-3), np.log(0.1)))),
+    },
     "exponential_stiffness": lambda s: {"length": 1.2 * s.depth / s.size},
     "layer_over_core": lambda s: {"thickness": 0.9 * s.tip.radius / s.size, "tip_radius": s.tip.radius},
     "sensor_lag": lambda s: {"time": 6e-3 * s.size},
@@ -89,7 +94,7 @@ CATALOGUE_AMOUNTS: Mapping[str, Amount] = {
 }
 """Strong: what leaves about as much as the noise, or more, once the plain model is refitted."""
 
-DRAWN_BY_NAME = ("approach_tilt",)
+DRAWN_BY_NAME = ("approach_tilt", "healing_softening")
 """Only where one asks for them: with them the published seeds would hide something else."""
 
 UNMODELLED_AMOUNTS: Mapping[str, Amount] = {

@@ -27,6 +27,7 @@ BUILT_IN = (
     "exponential_stiffness",
     "layer_over_core",
     "mullins_softening",
+    "healing_softening",
     "temperature_shift",
     "nonseparable_relaxation",
     "poroelastic_drainage",

@@ -119,6 +119,8 @@ class Effect:
         min_gain: evidence [nats] below which it is not named, where more is asked than of others.
         min_amounts: parameter and amount that sensors resolve at least, in the parameter's unit.
         min_displacement_noises: the same in standard deviations of the displacement over the reference depth.
+        beyond_simpler: how many of these parameters have to exceed these values (in their units); with fewer
+            it is an effect that has fewer parameters.
         trial_sizes: multiples of the declared amount at which it is tried; several where it is not
             proportional to it.
         trial_shapes: parameter that only shapes it and the values at which it is tried.
@@ -147,6 +149,7 @@ class Effect:
     min_gain: float = 0.0
     min_amounts: tuple[tuple[str, float], ...] = ()
     min_displacement_noises: tuple[tuple[str, float], ...] = ()
+    beyond_simpler: tuple[int, tuple[tuple[str, float], ...]] = (0, ())
     trial_sizes: tuple[float, ...] = (1.0,)
     trial_shapes: tuple[tuple[str, tuple[float, ...]], ...] = ()
     trials_at: Callable[[Mapping[str, float], float], Iterator[Mapping[str, float]]] | None = None

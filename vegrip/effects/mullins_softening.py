@@ -11,6 +11,12 @@ from vegrip.effects.contract import Effect, State, hook
 from vegrip.parameters import Parameter
 
 
+def softened(elastic_force: float, x: float, x_max: float, r: float, width: float, linear: float) -> float:
+    """Return the elastic force [N] at ``x`` [m] > 0 below the deepest indentation ``x_max`` [m]."""
+    near = math.tanh((x_max - x) / width)
+    return elastic_force * (1.0 - r * ((1.0 - linear) * near + linear * (1.0 - x / x_max)))
+
+
 def elastic(
     elastic_force: float,
     x: float,
@@ -24,8 +30,7 @@ def elastic(
     x_max = max(x_max, x)
     if x <= 0.0 or r_m == 0.0:
         return elastic_force, x_max
-    near = math.tanh((x_max - x) / (w_m * reference_depth))
-    return elastic_force * (1.0 - r_m * ((1.0 - l_m) * near + l_m * (1.0 - x / x_max))), x_max
+    return softened(elastic_force, x, x_max, r_m, w_m * reference_depth, l_m), x_max
 
 
 EFFECT = Effect(
@@ -43,6 +48,7 @@ EFFECT = Effect(
         State("x_max", "m", "deepest indentation so far", low="x", high="x", extreme=True, lasting=True),
     ),
     hooks=(hook(elastic),),
-    confounded=("permanent_set", "displacement_backlash"),
+    confounded=("healing_softening", "permanent_set", "displacement_backlash"),
     experiment="triangles of growing peak, then back to a small one",
+    companions=("healing_softening",),
 )

@@ -134,11 +134,11 @@ def _outputs(model: ContactModel, t: Floats, inputs: Floats, *, plain: bool = Fa
 
 
 def _motion(model: ContactModel) -> tuple[Floats, Floats]:
-    """Return times [s] and inputs: air, ramps of two speeds, a hold, reversals, with a load that slips."""
+    """Return times [s] and inputs: air, also between ramps, a hold, reversals, with a load that slips."""
     t: Floats = SAMPLE_PERIOD_S * np.arange(LAW_SAMPLES, dtype=float)
     x = model.reference_depth
     at = [0.0, 0.2, 0.3, 1.2, 1.5, 1.7, 2.0, 2.2, 2.6, 3.0]
-    delta = x * np.interp(t, at, [-0.1, -0.1, 1.8, 1.8, 0.3, 2.2, 0.6, 1.0, 1.01, -0.3])
+    delta = x * np.interp(t, at, [-0.1, -0.1, 1.8, 1.8, -0.2, 2.2, 0.6, 1.0, 1.01, -0.3])
     load = model.values["K"].value * np.interp(t, [0.3, 2.0], [0.0, 0.8])
     return t, _inputs(t, delta, load, x, np.where(t > 2.0, x, 0.0))
 

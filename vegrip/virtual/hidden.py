@@ -319,6 +319,22 @@ class Mullins(Hidden, name="mullins_softening"):
         self._deepest = max(self._deepest, x)
 
 
+@dataclass
+class HealingSoftening(Mullins, name="healing_softening"):
+    """The same, but the deepest indentation is forgotten while nothing touches, in small steps."""
+
+    rate: float = 0.02  # [1/s]
+
+    def start(self, pause: float) -> None:
+        super().start(pause)
+        self._deepest *= math.exp(-self.rate * pause)
+
+    def remember(self, x: float, force: float, dt: float) -> None:
+        super().remember(x, force, dt)
+        if force <= 0.0:
+            self._deepest -= self.rate * dt * self._deepest
+
+
 # between the drive and the surfaces
 
 

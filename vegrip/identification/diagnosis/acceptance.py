@@ -6,6 +6,7 @@
 3. the regimes of the misfit get smaller, unless it takes most of what is left, and so does the plain error,
 4. its amount is more than the sensors resolve: three standard errors at the shape that was found, and three
    standard deviations of the displacement for a backlash, a third of a millisecond for a lag,
+   and it is not an effect with fewer parameters, as a softening that heals in hours,
 5. it drives no parameter of the base model onto a bound that it was not near before.
 """
 
@@ -92,7 +93,10 @@ def _at_bounds(fitted: CandidateFit, within: float) -> set[str]:
 
 
 def is_resolved(candidate: Candidate, new: CandidateFit) -> bool:
-    """Whether any amount of the effect is more than the sensors resolve."""
+    """Whether any amount of the effect is more than the sensors resolve, and it is no simpler effect."""
+    least_count, exceeding = candidate.effect.beyond_simpler
+    if sum(new.value(symbol) > value for symbol, value in exceeding) < least_count:
+        return False
     problem, noise = new.problem, new.problem.measured.noise
     std = amount_std(candidate, new)
     amounts, noises = dict(candidate.effect.min_amounts), dict(candidate.effect.min_displacement_noises)
