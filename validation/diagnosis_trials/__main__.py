@@ -14,10 +14,12 @@ from rich.table import Table
 from validation.diagnosis_trials import Case, Outcome, draw_cases, run_case, tally_outcomes
 from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, UNMODELLED_AMOUNTS
 from validation.diagnosis_trials.cases import STYLES
+from validation.diagnosis_trials.faults import Faults
 from vegrip.cli import run
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
 from vegrip.cli._terminal import print_json, printer, progress
+from vegrip.cli.trial import GAPS, IN_CONTACT, JITTER, NOISE_STATED, RADIUS_STATED, STYLE, ZERO_SHIFT
 from vegrip.errors import RecordingError, UsageError, suggestion
 from vegrip.identification.blind import KINDS
 
@@ -32,7 +34,6 @@ EFFECT = Annotated[
     list[str] | None, typer.Option("--effect", help="Only with this effect hidden; may be repeated.")
 ]
 PLACES = Annotated[int, typer.Option("--places", min=1, help="That each recording presses, in turn.")]
-STYLE = Annotated[str, typer.Option("--style", help="Of the motion: laboratory, short or use.")]
 JOBS = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Recordings at a time.")]
 OUT = Annotated[
     Path | None,
@@ -46,7 +47,13 @@ def trial(
     kind: KIND = None,
     effect: EFFECT = None,
     places: PLACES = 1,
-    style: STYLE = "laboratory",
+    style: STYLE = None,
+    noise_stated: NOISE_STATED = 1.0,
+    radius_stated: RADIUS_STATED = 1.0,
+    jitter: JITTER = False,
+    gaps: GAPS = False,
+    in_contact: IN_CONTACT = False,
+    zero_shift: ZERO_SHIFT = False,
     jobs: JOBS = 1,
     output: OUT = None,
     force: FORCE = False,
@@ -64,9 +71,11 @@ def trial(
     for name in kind or ():
         if name not in KINDS:
             raise UsageError(f"there is no kind {name!r}; {suggestion(name, KINDS)}")
+    style = style or "laboratory"
     if style not in STYLES:
         raise UsageError(f"there is no style {style!r}; {suggestion(style, STYLES)}")
-    wanted = list(draw_cases(trials, seed, kind or KINDS, _known(effect or []), places, style))
+    faults = Faults(noise_stated, radius_stated, jitter, gaps, in_contact, zero_shift)
+    wanted = list(draw_cases(trials, seed, kind or KINDS, _known(effect or []), places, style, faults))
     with Outputs(force=force) as outputs:
         outputs.log(output)
         done = _read(output) if output is not None else {}

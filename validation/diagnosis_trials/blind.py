@@ -6,7 +6,7 @@ numbers of the recordings. The folder has the digest of the truth, which cannot 
 
 import hashlib
 import json
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, replace
 from multiprocessing import get_context
@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from validation.diagnosis_trials.cases import STYLES, Case, draw_cases, fingertip, make_recording
+from validation.diagnosis_trials.faults import NO_FAULTS, Faults
 from validation.diagnosis_trials.unmodelled import UNMODELLED
 from validation.diagnosis_trials.visible import VISIBLE_NATS, remaining_evidence
 from vegrip.effects import BUILT_IN, effect
@@ -46,12 +47,17 @@ SHA-256 of the truth: {digest}
 """
 
 
-def blind_cases(count: int, seed: int) -> list[Case]:
-    """Return cases of all kinds in any order, each style in turn."""
+def blind_cases(
+    count: int,
+    seed: int,
+    style: str | None = None,
+    faults: Faults = NO_FAULTS,
+) -> list[Case]:
+    """Return cases of all kinds in any order, each style in turn if none is given."""
     drawn = list(draw_cases(DRAWN_FROM * count, seed))
     taken = np.random.default_rng([seed, 29]).permutation(len(drawn))[:count]
-    styles = tuple(STYLES)
-    return [replace(drawn[i], style=styles[n % len(styles)]) for n, i in enumerate(taken)]
+    styles = (style,) if style else tuple(STYLES)
+    return [replace(drawn[i], style=styles[n % len(styles)], faults=faults) for n, i in enumerate(taken)]
 
 
 def truth_of(case: Case, visible: Collection[str]) -> Truth:
@@ -64,21 +70,28 @@ def truth_of(case: Case, visible: Collection[str]) -> Truth:
     )
 
 
-def make_blind(folder: Path, truth: Path, count: int, seed: int, jobs: int, report: Report) -> None:
-    """Write ``count`` recordings to ``folder``, and what is hidden in them to the file ``truth``."""
-    cases = {f"{number:03d}": case for number, case in enumerate(blind_cases(count, seed), 1)}
+def make_blind(
+    folder: Path, truth: Path, drawn: Sequence[Case], seed: int, jobs: int, report: Report
+) -> None:
+    """Write the recordings of ``drawn`` to ``folder``, and what is hidden in them to the file ``truth``."""
+    cases = {f"{number:03d}": case for number, case in enumerate(drawn, 1)}
     told: dict[str, Any] = {}
     with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
         for name, one in zip(
             cases, pool.map(_make, cases.values(), map(folder.joinpath, cases)), strict=True
         ):
             told[name] = asdict(one)
-            report(f"{len(told)} of {count}")
+            report(f"{len(told)} of {len(cases)}")
     known = sorted({*BUILT_IN} - {*BASE})
-    text = json.dumps({"seed": seed, "effects": known, "recordings": told}, indent=1) + "\n"
+    text = (
+        json.dumps(
+            {"seed": seed, "faults": str(drawn[0].faults), "effects": known, "recordings": told}, indent=1
+        )
+        + "\n"
+    )
     write_whole(truth, text)
     about = README.format(
-        count=count,
+        count=len(cases),
         variables=", ".join(VARIABLES),
         digest=hashlib.sha256(text.encode()).hexdigest(),
         effects="\n".join(f"* {name}: {effect(name).summary}" for name in known),

@@ -18,9 +18,11 @@ from validation.diagnosis_trials.amounts import (
     WEAK,
     Setting,
 )
+from validation.diagnosis_trials.faults import NO_FAULTS, STAMP_JITTER_S, Faults, uneven_rows
 from validation.diagnosis_trials.unmodelled import EVERY
 from vegrip.identification.blind import KINDS
 from vegrip.identification.recording import Fingertip, Recording
+from vegrip.identification.recording.checks import longest_increasing
 from vegrip.virtual.bench.protocol import AIR_SEGMENT, Episode, Segment, hold, slip, standard_protocol
 from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.hidden import Clocked
@@ -46,6 +48,7 @@ class Case:
     seed: int
     places: int = 1  # that are pressed, in turn
     style: str = "laboratory"  # of the motion
+    faults: Faults = NO_FAULTS  # of the recording
 
     @property
     def kind(self) -> str:
@@ -59,7 +62,8 @@ class Case:
         """What names it in a file of results."""
         places = f" {self.places} places" if self.places > 1 else ""
         style = f" {self.style}" if self.style != "laboratory" else ""
-        return f"{'+'.join(self.hidden) or 'nothing'} {self.size} {self.seed}{places}{style}"
+        faults = f" {self.faults}".rstrip()
+        return f"{'+'.join(self.hidden) or 'nothing'} {self.size} {self.seed}{places}{style}{faults}"
 
 
 def draw_cases(
@@ -69,6 +73,7 @@ def draw_cases(
     only: Sequence[str] = (),
     places: int = 1,
     style: str = "laboratory",
+    faults: Faults = NO_FAULTS,
 ) -> Iterator[Case]:
     """Yield ``count`` cases of all ``kinds``, every effect in turn; ``only``: with one of these effects.
 
@@ -84,7 +89,7 @@ def draw_cases(
         done[kind] += 1
         hidden = choice[n % len(choice)]
         size = "weak" if kind == "one" and (n // len(choice) + n) % 2 else "strong"
-        yield Case(hidden, size, 100_000 * seed + i, places, style)
+        yield Case(hidden, size, 100_000 * seed + i, places, style, faults)
 
 
 def _names(kind: str, only: Sequence[str], places: int) -> list[tuple[str, ...]]:
@@ -116,10 +121,13 @@ def make_recording(
     setting = Setting(tip, sensors, 0.2 * part * tip.radius, STRENGTHS[case.size], rng)
     every = {name: {**CATALOGUE_AMOUNTS, **UNMODELLED_AMOUNTS}[name](setting) for name in case.hidden}
     hidden = {name: amount for name, amount in every.items() if only is None or name in only}
+    taken = _quietened(sensors) if quiet else sensors
+    if case.faults.jitter:
+        taken = replace(taken, rate=1.0 / SIMULATION_STEP_S, jitter=STAMP_JITTER_S)
     trial = run_trial(
         [_elsewhere(tip, case.seed, place) for place in places_of(case, len(episodes))],
         episodes,
-        _quietened(sensors) if quiet else sensors,
+        taken,
         case.seed,
         hidden=hidden,
         catalogue=EVERY,
@@ -133,9 +141,15 @@ def make_recording(
         name: float(getattr(sensors, name))
         for name in ("normal_force", "displacement", "tangential_force", "torque_z", "contact_radius")
     }
-    columns = {name: values for name, values in trial.columns.items() if name not in ("t", "episode")}
-    episode = trial.columns["episode"].astype(np.int64)
-    return Recording(case.key, trial.columns["t"], episode, columns, Fingertip(tip.radius), stated)
+    columns = trial.columns
+    if case.faults.jitter:
+        every = round(taken.rate / sensors.rate)
+        rows = uneven_rows(columns["t"].size, every, case.seed)
+        rows = rows[longest_increasing(columns["t"][rows])]
+        columns = {name: values[rows] for name, values in columns.items()}
+    t, episode = columns.pop("t"), columns.pop("episode").astype(np.int64)
+    made = Recording(case.key, t, episode, columns, Fingertip(tip.radius), stated)
+    return case.faults.spoil(made, episodes[0], setting.depth, case.seed)
 
 
 def fingertip(rng: np.random.Generator) -> FingertipSettings:

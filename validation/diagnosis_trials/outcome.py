@@ -8,6 +8,7 @@ from typing import Any
 
 from validation.diagnosis_trials.blind import truth_of
 from validation.diagnosis_trials.cases import Case, make_recording
+from validation.diagnosis_trials.faults import Faults
 from validation.diagnosis_trials.visible import VISIBLE_NATS, remaining_evidence
 from vegrip.identification.blind import Answer
 from vegrip.identification.diagnosis.diagnosis import diagnose
@@ -57,7 +58,8 @@ class Outcome:
     @property
     def answer(self) -> str:
         """right, set (one that holds it), missed, partly, wrong, unexplained, other variable."""
-        if self.case.kind == "none" and self.case.places > 1:  # none is missing, and no one law explains it
+        many = self.case.places > 1 or self.case.faults.leave_misfit
+        if self.case.kind == "none" and many:  # none is missing, and no one law explains it
             return "right" if self.verdict in ("adequate", "unexplained") else "wrong"
         unsure = {name for group in self.sets for name in group}
         sure = tuple(name for name in self.named if name not in unsure)
@@ -82,7 +84,9 @@ class Outcome:
     def of(cls, told: dict[str, Any]) -> "Outcome":
         """Return what :meth:`as_dict` told."""
         kept = {key: value for key, value in told.items() if key not in ("answer", "out_of_sight")}
-        case = Case(**{**kept.pop("case"), "hidden": tuple(told["case"]["hidden"])})
+        drawn = kept.pop("case")
+        rest = {"hidden": tuple(drawn["hidden"]), "faults": Faults(**drawn.get("faults", {}))}
+        case = Case(**{**drawn, **rest})
         sets = tuple(tuple(group) for group in kept.pop("sets"))
         return cls(case, sets=sets, named=tuple(kept.pop("named")), misfit=tuple(kept.pop("misfit")), **kept)
 

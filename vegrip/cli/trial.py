@@ -10,7 +10,7 @@ from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
 from vegrip.cli._terminal import answer, figures, print_next, progress, show
 from vegrip.cli.bench import from_source
-from vegrip.errors import UsageError
+from vegrip.errors import UsageError, suggestion
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -30,6 +30,19 @@ SCORE = Annotated[
     list[Path] | None, typer.Option("--score", metavar="ANSWERS", help="File to score; may be repeated.")
 ]
 JOBS = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Recordings at a time.")]
+STYLE = Annotated[str | None, typer.Option("--style", help="Of the motion: laboratory, short or use.")]
+NOISE_STATED = Annotated[
+    float, typer.Option("--noise-stated", min=0.01, help="Noise of the sensors as stated, over the true one.")
+]
+RADIUS_STATED = Annotated[
+    float, typer.Option("--radius-stated", min=0.01, help="Radius of the tip as stated, over the true one.")
+]
+JITTER = Annotated[bool, typer.Option("--jitter", help="Take and stamp rows at uneven times.")]
+GAPS = Annotated[bool, typer.Option("--gaps", help="Lose rows, tenths of a second at a time.")]
+IN_CONTACT = Annotated[bool, typer.Option("--in-contact", help="Begin in the first contact.")]
+ZERO_SHIFT = Annotated[
+    bool, typer.Option("--zero-shift", help="Let the zero of force or displacement jump once.")
+]
 
 
 def trial(
@@ -38,6 +51,13 @@ def trial(
     recordings: COUNT = None,
     seed: SEED = None,
     score: SCORE = None,
+    style: STYLE = None,
+    noise_stated: NOISE_STATED = 1.0,
+    radius_stated: RADIUS_STATED = 1.0,
+    jitter: JITTER = False,
+    gaps: GAPS = False,
+    in_contact: IN_CONTACT = False,
+    zero_shift: ZERO_SHIFT = False,
     jobs: JOBS = 1,
     force: FORCE = False,
     as_json: JSON = False,
@@ -53,7 +73,15 @@ def trial(
     if (folder is None) == (not score):
         raise UsageError("give a folder to make recordings in, or --score ANSWERS")
     if folder is not None:
-        _make(folder, truth, recordings or 60, seed, jobs, force=force)
+        faults = {
+            "noise_stated": noise_stated,
+            "radius_stated": radius_stated,
+            "jitter": jitter,
+            "gaps": gaps,
+            "in_contact": in_contact,
+            "zero_shift": zero_shift,
+        }
+        _make(folder, truth, recordings or 60, seed, jobs, style, faults, force=force)
         return
     from vegrip.identification.blind import read_answers, read_truths
     from vegrip.identification.blind import score as score_answers
@@ -64,19 +92,31 @@ def trial(
     answer(told, lambda: show(_table(told)), as_json=as_json)
 
 
-def _make(folder: Path, truth: Path, count: int, seed: int | None, jobs: int, *, force: bool) -> None:
+def _make(
+    folder: Path,
+    truth: Path,
+    count: int,
+    seed: int | None,
+    jobs: int,
+    style: str | None,
+    faults: dict[str, float | bool],
+    *,
+    force: bool,
+) -> None:
     maker = from_source(
         "validation.diagnosis_trials.blind", "what makes recordings is", "run this in a checkout"
     )
+    if style is not None and style not in maker.STYLES:
+        raise UsageError(f"there is no style {style!r}; {suggestion(style, maker.STYLES)}")
     if folder.resolve() in truth.resolve().parents:
         raise UsageError(f"{truth}: lies in the folder that is given away; give a file elsewhere")
     with Outputs(force=force) as outputs:
         outputs.folder(folder)
         outputs.file(truth)
         with progress("trial") as report:
-            maker.make_blind(
-                folder, truth, count, secrets.randbits(64) if seed is None else seed, jobs, report
-            )
+            drawn = secrets.randbits(64) if seed is None else seed
+            cases = maker.blind_cases(count, drawn, style, maker.Faults(**faults))
+            maker.make_blind(folder, truth, cases, drawn, jobs, report)
     print_next("vegrip", "trial", "--score", "answers.json", "--truth", truth)
 
 
