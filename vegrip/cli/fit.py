@@ -1,6 +1,7 @@
 """``vegrip fit``, ``add``, ``refine`` and ``compare``, and what every command that fits models shares."""
 
 import json
+import logging
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from vegrip.identification.fit.problem import Problem
     from vegrip.identification.recording import Recording
     from vegrip.model import ContactModel
+
+log = logging.getLogger(__name__)
 
 
 def fit(
@@ -298,13 +301,17 @@ def opened(
 ) -> "tuple[Recording, ContactModel | None]":
     """Read a recording, all of it or some of its episodes, and, if there is one, a model."""
     from vegrip.identification.recording import read_recording
+    from vegrip.identification.recording.checks import AIRLESS, is_airless
     from vegrip.identification.recording.data import select_episodes
     from vegrip.model import read_model
 
     start = read_model(model) if model is not None else None
     with _terminal.progress("read") as report:
         whole = read_recording(recording, progress=_terminal.counted(report))
-    return select_episodes(whole, only=only, without=hold_back), start
+    chosen = select_episodes(whole, only=only, without=hold_back)
+    if is_airless(chosen.columns):
+        log.warning("%s: %s", recording, AIRLESS)
+    return chosen, start
 
 
 def doubted(problem: "Problem") -> "list[Doubt]":

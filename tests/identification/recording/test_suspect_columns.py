@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vegrip.identification.recording import Kind
+from vegrip.cli.fit import opened
+from vegrip.identification.recording import Fingertip, Kind, Recording, write_recording
 from vegrip.identification.recording.checks import suspect_columns
 from vegrip.identification.recording.column_map import BaselineMap, ChannelMap, ColumnMap, with_columns
 from vegrip.identification.recording.import_csv import import_csv
@@ -88,6 +89,67 @@ def test_a_stiffness_that_nothing_has_is_told() -> None:
     assert "the stiffness cannot be" in told(1e-3 * depth, 1e3 * force)
     assert "the stiffness cannot be" in told(30.0 * depth, 1e-4 * force)
     assert told(1e-3 * depth, 1e3 * force, radius=np.nan) == ""
+
+
+def slid(unit: float) -> str:
+    """Return what is said of the sample, its normal force in another unit."""
+    sample = recording()
+    columns = sample.columns | {"normal_force": unit * sample.columns["normal_force"]}
+    return "; ".join(suspect_columns(sample.episode, columns, RADIUS))
+
+
+@pytest.mark.parametrize("unit", [1e-3, 102.0, 1e3])
+def test_a_friction_that_nothing_has_is_told(unit: float) -> None:
+    assert "the friction cannot be" in slid(unit)
+    assert slid(1.0) == ""
+
+
+@pytest.mark.parametrize(
+    ("channel", "unit"),
+    [(c, u) for c in ("normal_force", "displacement", "t") for u in (1e-3, 1e3)] + [("normal_force", 1.0)],
+)
+def test_a_unit_that_is_off_by_a_thousand_is_asked_about_without_a_slip(
+    tmp_path: Path, channel: str, unit: float
+) -> None:
+    depth, force = measured()
+    columns = {"t": recording().t, "displacement": depth, "normal_force": force}
+    columns[channel] = unit * columns[channel]
+    rows = "".join(
+        f"{t!r},{d!r},{f!r}\n" for t, d, f in zip(*map(np.ndarray.tolist, columns.values()), strict=True)
+    )
+    (tmp_path / "a.csv").write_text("t,displacement,normal_force\n" + rows)
+    told = import_csv(tmp_path / "a.csv", radius=RADIUS).report
+    assert any(f.kind in (Kind.SUSPECT, Kind.IMPLAUSIBLE) for f in told.findings) == (unit != 1.0)
+
+
+def test_both_signs_wrong_are_no_travel_of_a_rig(tmp_path: Path) -> None:
+    depth, force = measured()
+    rows = "".join(
+        f"{i / 100},{-d!r},{-f!r}\n"
+        for i, (d, f) in enumerate(zip(depth.tolist(), force.tolist(), strict=True))
+    )
+    (tmp_path / "a.csv").write_text("t,displacement,normal_force\n" + rows)
+    told = [
+        f.what
+        for f in import_csv(tmp_path / "a.csv", radius=RADIUS).report.findings
+        if f.kind is Kind.SUSPECT
+    ]
+    assert len(told) == 1
+    assert "both have the wrong sign" in told[0]
+
+
+@pytest.mark.parametrize(("least", "is_told"), [(-1.0, False), (0.3, True)])
+def test_a_recording_without_air_is_told_so_before_a_fit(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, least: float, is_told: bool
+) -> None:
+    depth, force = pressed()
+    rows = depth > least * depth.max()
+    columns = {"displacement": depth[rows], "normal_force": force[rows]}
+    t = np.arange(rows.sum()) / 100.0
+    some = Recording("grip", t, np.zeros(t.size, dtype=np.int64), columns, Fingertip(RADIUS), {})
+    write_recording(some, tmp_path / "grip")
+    opened(tmp_path / "grip", None)
+    assert ("never in the air" in caplog.text) == is_told
 
 
 @pytest.mark.parametrize("rows", [0, 1, 49])

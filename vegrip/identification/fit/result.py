@@ -15,7 +15,7 @@ from vegrip.effects.contract import Effect
 from vegrip.identification.fit.obeys import broken_by
 from vegrip.identification.fit.problem import AT, Problem, is_own_name
 from vegrip.identification.fit.solve import Optimum, covariance
-from vegrip.identification.recording.checks import suspect_columns
+from vegrip.identification.recording.checks import AIRLESS, suspect_columns
 from vegrip.model import ContactModel, Shown
 from vegrip.parameters import Parameter, changed, in_si
 from vegrip.types import Floats
@@ -407,11 +407,7 @@ def _about_misfit(fit: Fit, *, advise: bool) -> Iterator[str]:
 
 def _airless(fit: Fit) -> Iterator[str]:
     if not np.any(fit.problem.table(fit.optimum.u)[:, AT["contact_radius"]] == 0.0):
-        yield (
-            "the fingertip is never in the air, so neither the zeros of the sensors are known nor what the "
-            "contact remembers from before, and what is fitted makes up for both: record from before the "
-            "touch, as when the hand lets go and grips again"
-        )
+        yield AIRLESS
 
 
 def _missing(fit: Fit) -> Iterator[str]:

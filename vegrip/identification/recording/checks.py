@@ -15,10 +15,8 @@ from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import report_if
 from vegrip.types import Floats
 
-MAX_SAMPLE_PERIOD_S: Final = 60.0
-"""[s] A fingertip sampled more rarely than this has its time in another unit."""
-MIN_SAMPLE_PERIOD_S: Final = 1e-6
-"""[s] And so has one sampled more often."""
+MIN_SAMPLE_PERIOD_S, MAX_SAMPLE_PERIOD_S = 2e-5, 0.9
+"""[s] A fingertip that is sampled more often or more rarely may have its time in another unit."""
 
 OPPOSED: Final = 0.5
 """Correlation of displacement and force against each other, from which a sign is wrong, and with each other,
@@ -31,6 +29,17 @@ MIN_BULGE: Final = 0.03
 recordings have -0.2 to -0.07, with the columns exchanged 0.06 to 0.19 (origin: measured)."""
 LEAST_MODULUS, LARGEST_MODULUS = 10.0, 1e10
 """[Pa] between which the effective modulus of anything that a tip touches lies: gels and metals."""
+SOFT_MODULUS, HARD_MODULUS = 1e3, 2e8
+"""[Pa] between which that of a soft pad lies, gel to hard rubber; outside it is asked about."""
+LEAST_FRICTION, LARGEST_FRICTION = 0.01, 20.0
+"""Of anything that slides under a load, those of ``coulomb_friction``."""
+PRESSED_SHARE: Final = 0.1
+"""Of the largest normal force, from which a load counts as pressed (origin: rule)."""
+AIRLESS = (
+    "the fingertip is never in the air, so neither the zeros of the sensors are known nor what the "
+    "contact remembers from before, and what is fitted makes up for both: record from before the "
+    "touch, as when the hand lets go and grips again"
+)
 
 Lines = NDArray[np.int64]
 
@@ -116,8 +125,11 @@ def report_doubts(
     report: LoadReport,
 ) -> None:
     """Report missing values and what suggests a wrong unit, sign or column; nothing is left out for it."""
-    for sentence in suspect_columns(episode, columns, radius):
+    suspected = list(suspect_columns(episode, columns, radius))
+    for sentence in suspected or asked(columns, radius):
         report.add(Kind.SUSPECT, sentence)
+    if is_airless(columns):
+        report.add(Kind.NOTE, AIRLESS)
     for name, values in columns.items():
         report_if(report, Kind.MISSING, name, lines[np.isnan(values)])
         quantity = CHANNELS[name]
@@ -128,7 +140,7 @@ def report_doubts(
         if name in columns and radius > 0:
             larger = f"{name} larger than the fingertip's radius of {radius:g} m"
             report_if(report, Kind.IMPLAUSIBLE, larger, lines[columns[name] > radius])
-    step = float(np.median(np.diff(t))) if len(t) > 1 else 1.0
+    step = float(np.median(np.diff(t))) if len(t) >= MIN_SUSPECT_ROWS else MAX_SAMPLE_PERIOD_S
     if not MIN_SAMPLE_PERIOD_S <= step <= MAX_SAMPLE_PERIOD_S:
         report.add(Kind.IMPLAUSIBLE, f"t advances by {step:g} s a row", [int(lines[0])])
 
@@ -167,15 +179,68 @@ def suspect_columns(
             "force and displacement look exchanged: the contact grows softer with the depth, and gives back "
             "more work than is put in; exchange their columns in --map"
         )
-    elif together > OPPOSED and radius > 0.0:
+    elif together > OPPOSED:
+        yield from _impossible(columns, depth, force, radius)
+
+
+def _impossible(columns: Mapping[str, Floats], depth: Floats, force: Floats, radius: float) -> Iterator[str]:
+    modulus = _modulus(depth, force, radius)
+    if modulus < LEAST_MODULUS or modulus > LARGEST_MODULUS:
         at = int(np.argmax(force))
-        lever = 4.0 / 3.0 * float(np.sqrt(radius * max(depth[at], 0.0) ** 3))  # [m^2]
-        modulus = float(force[at]) / lever if lever > 0.0 else LEAST_MODULUS
-        if not LEAST_MODULUS <= modulus <= LARGEST_MODULUS:
-            yield (
-                f"the stiffness cannot be: {force[at]:.3g} N at {depth[at]:.3g} m needs a modulus of "
-                f"{modulus:.1g} Pa; check --unit of both, and --radius"
-            )
+        yield (
+            f"the stiffness cannot be: {force[at]:.3g} N at {depth[at]:.3g} m needs a modulus of "
+            f"{modulus:.1g} Pa; check --unit of both, and --radius"
+        )
+    friction = _friction(columns, radius)
+    if friction < LEAST_FRICTION or friction > LARGEST_FRICTION:
+        yield (
+            f"the friction cannot be: it slides under {friction:.2g} times the normal force; check --unit of "
+            "the forces"
+        )
+
+
+def asked(columns: Mapping[str, Floats], radius: float) -> Iterator[str]:
+    """Yield what a normal force and a displacement seldom are to each other, as a question."""
+    if not {"displacement", "normal_force"} <= columns.keys():
+        return
+    known = np.isfinite(columns["displacement"]) & np.isfinite(columns["normal_force"])
+    if np.count_nonzero(known) < MIN_SUSPECT_ROWS:
+        return
+    modulus = _modulus(columns["displacement"][known], columns["normal_force"][known], radius)
+    if modulus < SOFT_MODULUS or modulus > HARD_MODULUS:
+        yield (
+            f"the pad has a modulus of {modulus:.1g} Pa, softer than a gel or harder than rubber: are the "
+            "units right? If not, say --unit of both, and --radius"
+        )
+
+
+def _modulus(depth: Floats, force: Floats, radius: float) -> float:
+    """Return the effective modulus [Pa] of a sphere that is pressed so at its largest force; NaN if none."""
+    at = int(np.argmax(force))
+    if not (radius > 0.0 and depth[at] > 0.0):
+        return float("nan")
+    return float(force[at]) / (4.0 / 3.0 * float(np.sqrt(radius * depth[at] ** 3)))
+
+
+def _friction(columns: Mapping[str, Floats], radius: float) -> float:
+    """Return what slides over the normal force, with the torque at the radius; NaN if nothing slides."""
+    slip, force = columns.get("slip"), columns["normal_force"]
+    levers = {"tangential_force_x": 1.0, "tangential_force_y": 1.0, "torque_z": radius}
+    loads = [columns[name] / lever for name, lever in levers.items() if name in columns and lever > 0.0]
+    if slip is None or not loads or ("torque_z" in columns and not radius > 0.0):
+        return float("nan")
+    load = np.sqrt(np.sum(np.square(loads), axis=0))
+    slides = (slip == 1.0) & (force > PRESSED_SHARE * np.nanmax(force)) & np.isfinite(load)
+    return float(np.median(load[slides] / force[slides])) if slides.any() else float("nan")
+
+
+def is_airless(columns: Mapping[str, Floats]) -> bool:
+    """Whether both force and displacement stay well on the side where the tip is pressed."""
+    names = {"displacement", "normal_force"}
+    if not names <= columns.keys():
+        return False
+    pressed = [columns[name][np.isfinite(columns[name])] for name in names]
+    return all(one.size >= MIN_SUSPECT_ROWS and one.min() > PRESSED_SHARE * one.max() for one in pressed)
 
 
 def _is_exchanged(episode: NDArray[np.int64], depth: Floats, force: Floats) -> bool:

@@ -223,7 +223,7 @@ def _suspect_travel(
             5.0 * baseline_noise([force[:REST_ROWS]], LEAST_TOUCH_ROWS), TOUCH_SHARE * float(np.nanmax(force))
         )
         touch = first_touch(force, threshold)
-        if touch:
+        if touch and np.nanmax(force) > -np.nanmin(force):  # else its sign is wrong
             off.append(float(depth[touch]))
             pressed.append(float(depth[np.nanargmax(force)]) - off[-1])
             rests.append(float(t[rows][np.argmax(force >= threshold)] - t[rows][0]))
