@@ -41,7 +41,10 @@ ABOUT = 5  # samples to either side of one that is at rest
 STATED = "stated by the recording"
 NEIGHBOURS = "differences of neighbouring samples"
 SAME_VALUE = 1e-9  # of the range: values that differ by less are the same number, converted
-DISAGREE = 1.4  # stated and found noise differ by more than this factor
+UNDERSTATED, OVERSTATED = 1.2, 1.4  # times that noise is more, or less, than what is stated
+LEAST_SCATTER = 200  # rows from which their scatter is believed
+TRIM = 4.0  # standard deviations beyond which a difference is no noise
+APART = 10  # samples over which noise that is not white has changed
 
 
 @dataclass(frozen=True)
@@ -310,7 +313,8 @@ def noise_of(recording: Recording) -> Noise:
             values[name], source[name] = stated, STATED
         else:
             values[name], source[name] = rough(column, recording.episode), NEIGHBOURS
-    doubts = [
+    doubts = list(_contradicted(recording, values, source))
+    doubts += [
         f"episode {number} is a copy of episode {first}, to the last bit: it is counted twice"
         for number, first in find_copies(recording).items()
     ]
@@ -318,7 +322,7 @@ def noise_of(recording: Recording) -> Noise:
     if found is not None:
         white = max(found.white, rounding(recording.columns["normal_force"]))
         ratio = white / values["normal_force"]
-        if source["normal_force"] == NEIGHBOURS or not 1.0 / DISAGREE < ratio < DISAGREE:
+        if source["normal_force"] == NEIGHBOURS or not 1.0 / OVERSTATED < ratio < UNDERSTATED:
             if source["normal_force"] == STATED:
                 doubts.append(
                     f"the force scatters by {white:.3g} N ({where}), but its noise is stated as "
@@ -343,6 +347,52 @@ def noise_of(recording: Recording) -> Noise:
         source=source,
         doubts=tuple(doubts),
     )
+
+
+def _contradicted(recording: Recording, values: dict[str, float], source: dict[str, str]) -> Iterator[str]:
+    """Put what is seen at rest in the place of noise that is stated as another; yield what was stated.
+
+    The force is seen better by :func:`_seen`.
+    """
+    if not {"normal_force", "displacement"} <= recording.columns.keys():
+        return
+    rest = at_rest(recording, np.ones(len(recording), dtype=bool), values["displacement"])
+    for channel in SERVED[1:]:
+        name, column = noise_name(channel), recording.columns.get(channel)
+        if column is None or source[name] != STATED:
+            continue
+        where, rows = "at rest", rest
+        if channel == "contact_radius":
+            rows = rest & (column > 5.0 * values[name])
+        elif channel != "displacement":
+            where, rows = "in air", in_air(recording)
+        least, most = scatter(column, recording.episode, rows)
+        found = min(max(values[name], least), most)
+        if not 1.0 / OVERSTATED < found / values[name] < UNDERSTATED:
+            yield (
+                f"{channel} scatters by {found:.3g} {where}, but its noise is stated as {values[name]:.3g}; "
+                "the measured one is used"
+            )
+            values[name], source[name] = found, f"scatter {where}"
+
+
+def scatter(values: Floats, episode: Floats | np.ndarray, rows: np.ndarray) -> tuple[float, float]:
+    """Return the least and the largest std that the noise of ``values`` (n,) may have, seen in ``rows``.
+
+    The least is that of third differences, which filtered noise has too little of; the largest is that of
+    what lies ten samples apart, which has slow motion in it. 0 and inf where the rows are few.
+    """
+    found = [rounding(values)]
+    for weights in ([1.0, -3.0, 3.0, -1.0], [1.0, *[0.0] * (APART - 1), -1.0]):
+        n = len(weights) - 1
+        jumps = np.convolve(values, weights, "valid")
+        same = np.asarray(episode[n:] == episode[:-n]) & rows[n:] & rows[:-n] & np.isfinite(jumps)
+        if np.count_nonzero(same) < LEAST_SCATTER:
+            return 0.0, math.inf
+        size = np.abs(jumps[same])
+        near = size[size <= TRIM / 0.6745 * max(float(np.median(size)), found[0])]
+        found.append(float(np.sqrt(np.mean(near**2) / np.sum(np.square(weights)))))
+    return max(found[:2]), max(found)
 
 
 def _seen(recording: Recording, known: Mapping[str, float]) -> tuple[OuNoise | None, str]:

@@ -352,10 +352,11 @@ class Problem:
         memory = min(FORGOTTEN / max(rates[0], 1e-9), LONGEST_GAP_S) if rates else LONGEST_GAP_S
         t, since = self.measured.recording.t, -math.inf
         rising = np.gradient(self.measured.motion.displacement, t) > 0.0
+        begun = out[:, AT["normal_force"]] - self.parts(u)[1][1] > FIRM * self.force_std
         concerned = (out[:, AT["indentation"]] > 0.0) & (rising | ~dented)
         for i in range(t.size):
             if self.measured.first[i] > 0.0:
-                since = -math.inf
+                since = t[i] if begun[i] else -math.inf
             if dented[i]:
                 since = t[i]
             rows[i] = concerned[i] and t[i] - since < memory
