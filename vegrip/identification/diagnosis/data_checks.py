@@ -23,6 +23,8 @@ from vegrip.identification.recording.checks import suspect_columns
 from vegrip.identification.recording.report import MISSING, told
 from vegrip.types import Floats
 
+TIP_RADIUS = -3  # in the model's vector
+
 
 @dataclass(frozen=True)
 class Doubt:
@@ -145,6 +147,28 @@ class Shifted(Problem):
         vector, (displacement, force) = super().parts(u)
         motion = self.measured.motion.displacement
         return vector, (displacement + motion - np.interp(self._apart - u[-1], self._apart, motion), force)
+
+
+class Remeasured(Problem):
+    """The problem with one unknown more, the last: ln of the tip's radius over the stated one."""
+
+    def __init__(self, base: Problem) -> None:
+        self.__dict__.update(base.__dict__)
+        limit = math.log1p(thresholds.RADIUS_TOLERANCE)
+        self.unknowns = base.unknowns.with_one("radius", -limit, limit, limit)
+
+    def parts(self, u: Floats) -> tuple[Floats, tuple[Floats, Floats]]:
+        """Return the model's vector, with that radius, and the zeros (n,)."""
+        vector, zeros = super().parts(u)
+        vector[TIP_RADIUS] *= math.exp(u[-1])
+        return vector, zeros
+
+
+def other_radius(base: CandidateFit) -> tuple[float, float]:
+    """Return the radius of the tip near the stated one that explains most [m], and its gain [nats]."""
+    problem = Remeasured(base.problem)
+    best = refine_optimum(problem, np.append(base.optimum.u, 0.0), EVALUATIONS)
+    return problem.model.tip_radius * math.exp(float(best.u[-1])), base.optimum.cost - best.cost
 
 
 def apart(base: CandidateFit) -> tuple[float, float]:

@@ -22,6 +22,7 @@ from vegrip.identification.diagnosis.data_checks import (
     check_before_search,
     check_clocks,
     check_lookalikes,
+    other_radius,
     refuse_unusable,
 )
 from vegrip.identification.diagnosis.discrepancy import Discrepancy, find_discrepancy
@@ -35,6 +36,8 @@ from vegrip.identification.fit.solve import Report
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
 from vegrip.types import Floats
+
+RADIUS_LIKE = {"contact_radius_law", "pressure_profile"}
 
 
 def are_alike(one: Tried, other: Tried) -> bool:
@@ -80,6 +83,28 @@ class Diagnosis:
         if own.verdict in ("named", "ambiguous") and gain > thresholds.MIN_LATER_GAIN_NATS:
             return replace(own, doubts=[*own.doubts, said])
         return replace(self, doubts=[*self.doubts, said]) if own.verdict == "adequate" else self
+
+    @cached_property
+    def other_radius(self) -> float | None:
+        """Radius of the tip [m] that explains as much as an effect of the contact circle that was taken."""
+        for step in self.search.steps:
+            taken = step.taken
+            if taken is not None and taken.candidate.name in RADIUS_LIKE:
+                radius, gain = other_radius(step.base)
+                if gain >= taken.verdict.gain - self.search.within(taken.verdict.gain):
+                    return radius
+        return None
+
+    def or_of_radius(self, own: "Diagnosis") -> "Diagnosis":
+        """Return ``own``, of another radius, where with that nothing of the contact circle is missing."""
+        if own.verdict == "unexplained" or RADIUS_LIKE & {one.candidate.name for one in own.search.accepted}:
+            return self
+        stated, found = (1e3 * one.start.problem.model.tip_radius for one in (self, own))
+        said = (
+            f"the radius of the tip is stated as {stated:.3g} mm, and {found:.3g} mm explains what another "
+            "law of the contact circle would: measure it; what is said holds for the latter"
+        )
+        return replace(own, doubts=[*own.doubts, Doubt(said)])
 
     @property
     def named(self) -> list[str]:
@@ -301,12 +326,19 @@ def diagnose(
     tried of more episodes than memory holds.
     """
 
-    def started(zeros: Zeros, laws: Zeros) -> Fit:
-        return fit(recording, model, noise=noise, zeros=zeros, laws=laws, report=report)
+    def started(zeros: Zeros, laws: Zeros, of: Recording = recording) -> Fit:
+        radius = of.fingertip.radius
+        tip = model if model is None or of is recording else replace(model, tip_radius=radius)
+        return fit(of, tip, noise=noise, zeros=zeros, laws=laws, report=report)
 
     start = started(zeros, laws)
     refuse_unusable(recording, start.problem.measured)
     found = _diagnosed(start, most, threads, report)
+    if found.other_radius is not None:
+        report("tries another radius of the tip")
+        tip = replace(recording.fingertip, radius=found.other_radius)
+        own = _diagnosed(started(zeros, laws, replace(recording, fingertip=tip)), most, threads, report)
+        found = found.or_of_radius(own)
     may_differ = laws == "recording" and start.problem.episodes.any()
     if not may_differ or any(doubt.is_grave for doubt in found.doubts) or found.verdict != "unexplained":
         return found

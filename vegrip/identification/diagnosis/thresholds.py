@@ -95,6 +95,8 @@ SHIFT_ADVANTAGE_SHARE = 0.1
 """Of the best effect's gain, by which a shift has to beat it (origin: trials)."""
 MAX_DEPTH_RADII = 0.9
 """Of the radius, beyond which the indentation cannot be one (origin: rule)."""
+RADIUS_TOLERANCE = 0.1
+"""Of the stated radius of the tip, by which it may be wrong before a law of the contact is (origin: rule)."""
 
 # What is one motion, and what another
 
