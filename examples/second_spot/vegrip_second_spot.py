@@ -30,6 +30,6 @@ EFFECT = Effect(
         Parameter("x_s", "1", 1.2, 0.5, 0.0, 20.0, "depth at which it touches, in x_ref"),
     ),
     hooks=(hook(elastic),),
-    confounded=("layer_over_core", "exponential_stiffness"),
+    confounded=("second_contact", "layer_over_core"),
     experiment="slow press to beyond the depth at which the spot touches",
 )

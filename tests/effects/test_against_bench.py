@@ -44,6 +44,10 @@ NORMAL = {
         {"r_h": 0.12, "w_h": 0.4, "l_h": 0.0, "nu_h": 0.03},
     ),
     "exponential_stiffness": ({"length": 1.5e-3}, {"b_x": 1.0 / 1.5}),
+    "second_contact": (
+        {"force": 0.3, "reach": 5e-4, "gap": 8e-4, "exponent": 1.0},
+        {"K_2": 0.6 / K, "x_2": 0.8, "p_2": 1.0},
+    ),
     "sensor_lag": ({"time": 5e-3}, {"tau": 5e-3}),
     "cross_talk": ({"share": 0.02}, {"c_f": 0.02}),
     "force_drift": ({"rate": 1e-3}, {"r_F": 1e-3 / K}),

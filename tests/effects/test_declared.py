@@ -33,6 +33,8 @@ SEARCHED = {
     },
     "power_law_relaxation": {"expensive": True, "companions": ("second_relaxation",)},
     "fast_damping": {"shifts_time": True, "companions": ("displacement_lag",)},
+    "layer_over_core": {"trial_shapes": (("x_c", (0.75, 1.5)),)},
+    "second_contact": {"trial_shapes": (("x_2", (1.2,)),)},
     "adhesion": {"kinked": True},
     "inertia": {"shifts_time": True, "min_gain": 20.0},
     "rolling": ASIDE,
@@ -88,4 +90,18 @@ def test_saturation_is_tried_below_the_greatest_force_that_was_measured() -> Non
     assert [one["s_F"] for one in trials_at({"K": 2.0}, 8.0)] == pytest.approx([2.0 / 7.84, 2.0 / 7.2])
     assert [one["s_F"] for one in trials_at({"K": 2.0}, 1e-6)] == [1e3, 1e3]  # its bound
     assert list(trials_at({}, 8.0)) == []
-    assert [one.trials_at for one in map(effect, BUILT_IN) if one.trials_at] == [trials_at]
+    tried = {name for name in BUILT_IN if effect(name).trials_at}
+    assert tried == {"layer_over_core", "second_contact", "saturation"}
+
+
+@pytest.mark.parametrize(
+    ("name", "symbol", "depths"),
+    [("layer_over_core", "x_c", [2.0, 3.0]), ("second_contact", "x_2", [1.2, 2.2, 3.2])],
+)
+def test_what_is_touched_at_a_depth_is_tried_within_that_of_the_greatest_force(name, symbol, depths) -> None:
+    trials_at = effect(name).trials_at
+    assert trials_at is not None
+    tried = list(trials_at({"K": 2.0, "p": 1.5}, 16.0))  # 4 x_ref
+    assert [one[symbol] for one in tried] == pytest.approx(depths)
+    assert all({*one} == {p.symbol for p in effect(name).parameters} for one in tried)
+    assert list(trials_at({}, 8.0)) == []

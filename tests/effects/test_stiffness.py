@@ -29,14 +29,26 @@ def test_a_thin_layer_follows_the_polynomial_of_its_thickness(model_with):
     np.testing.assert_allclose(force_of(model, delta), hertz * factor, rtol=1e-12)
 
 
-def test_the_core_adds_a_hertzian_contact_from_its_depth_on(model_with):
-    model = model_with("layer_over_core").with_value("R_H", 0.0)
-    K, at = model.values["K"].value, model.values["x_c"].value * DEPTH
+@pytest.mark.parametrize(
+    ("name", "stiffness", "depth", "fixed", "exponent"),
+    [
+        ("layer_over_core", "K_c", "x_c", {"R_H": 0.0}, 1.5),
+        ("second_contact", "K_2", "x_2", {"p_2": 1.0}, 1.0),
+        ("second_contact", "K_2", "x_2", {"p_2": 1.5}, 1.5),
+    ],
+)
+def test_what_is_touched_at_a_depth_adds_its_own_law_from_there_on(
+    name, stiffness, depth, fixed, exponent, model_with
+):
+    model = model_with(name)
+    for symbol, value in fixed.items():
+        model = model.with_value(symbol, value)
+    K, at = model.values["K"].value, model.values[depth].value * DEPTH
     delta = np.linspace(0.0, 3.0 * DEPTH, 60)
     soft = K * (delta / DEPTH) ** 1.5
-    core = np.zeros(60)
-    core[delta > at] = model.values["K_c"].value * K * ((delta[delta > at] - at) / DEPTH) ** 1.5
-    np.testing.assert_allclose(force_of(model, delta), soft + core, rtol=1e-12)
+    second = np.zeros(60)
+    second[delta > at] = model.values[stiffness].value * K * ((delta[delta > at] - at) / DEPTH) ** exponent
+    np.testing.assert_allclose(force_of(model, delta), soft + second, rtol=1e-12)
 
 
 @pytest.mark.parametrize("linear", [0.0, 0.4, 1.0])

@@ -90,11 +90,17 @@ CATALOGUE_AMOUNTS: Mapping[str, Amount] = {
     "temperature_shift": lambda s: {"softening": 0.01 * s.size, "quickening": 0.06 * s.size},
     "guide_friction": lambda s: {"force": 3.0 * s.noise * s.size, "speed": 0.05 * s.depth},
     "approach_tilt": lambda s: {"stiffness": 6.0 * s.noise * s.size / s.depth},
+    "second_contact": lambda s: {
+        "force": 0.1 * s.force * s.size,
+        "reach": 0.4 * s.depth,
+        "gap": 0.6 * s.depth,
+        "exponent": float(s.rng.choice([1.0, 1.5])),
+    },
     "saturation": lambda s: {"limit": (1.0 - 0.35 * s.size) * s.force},
 }
 """Strong: what leaves about as much as the noise, or more, once the plain model is refitted."""
 
-DRAWN_BY_NAME = ("approach_tilt", "healing_softening")
+DRAWN_BY_NAME = ("approach_tilt", "healing_softening", "second_contact")
 """Only where one asks for them: with them the published seeds would hide something else."""
 
 UNMODELLED_AMOUNTS: Mapping[str, Amount] = {

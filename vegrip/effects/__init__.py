@@ -26,6 +26,7 @@ BUILT_IN = (
     "power_law_stiffness",
     "exponential_stiffness",
     "layer_over_core",
+    "second_contact",
     "mullins_softening",
     "healing_softening",
     "temperature_shift",

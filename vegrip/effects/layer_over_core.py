@@ -3,12 +3,15 @@
 ``N_e *= 1 + 1.133 X + 1.283 X^2 + 0.769 X^3 + 0.0975 X^4``, ``X = sqrt(R x) / H``: a sphere on an
 incompressible layer of thickness H bonded to a rigid base, [DimitriadisEtAl2002]_, eq. (10); H enters as R
 / H. Then ``N_e += K_c ((x - x_c) / x_ref)^(3/2)`` beyond the depth x_c, a Hertzian contact of the core
-itself.
+itself. That is a :mod:`second_contact <vegrip.effects.second_contact>`, and stands here too because layer
+and core are one body: a deep press into silicone shows both, and a core alone drives p to 2.2 there.
 """
 
 import math
+from collections.abc import Iterator, Mapping
 
 from vegrip.effects.contract import Effect, hook
+from vegrip.effects.second_contact import depths, pressed
 from vegrip.parameters import Parameter
 
 
@@ -27,8 +30,12 @@ def elastic(
         return elastic_force
     X = R_H * math.sqrt(x / tip_radius)
     thin = 1.0 + X * (1.133 + X * (1.283 + X * (0.769 + X * 0.0975)))
-    beyond = max(x / reference_depth - x_c, 0.0)
-    return elastic_force * thin + K_c * K * beyond * math.sqrt(beyond)
+    return elastic_force * thin + K_c * K * pressed(x / reference_depth, x_c, 1.5)
+
+
+def _trials(values: Mapping[str, float], greatest: float) -> Iterator[dict[str, float]]:
+    for depth in depths(values, greatest, 0.5, 0.75):
+        yield {"R_H": 1.0, "K_c": 0.5, "x_c": depth}
 
 
 EFFECT = Effect(
@@ -43,6 +50,8 @@ EFFECT = Effect(
         Parameter("x_c", "1", 1.5, 0.5, 0.0, 10.0, "depth at which the core is met, in x_ref", of="x_ref"),
     ),
     hooks=(hook(elastic),),
-    confounded=("exponential_stiffness", "power_law_stiffness"),
+    confounded=("exponential_stiffness", "power_law_stiffness", "second_contact"),
     experiment="deep press, to a third of the layer",
+    trial_shapes=(("x_c", (0.75, 1.5)),),
+    trials_at=_trials,
 )

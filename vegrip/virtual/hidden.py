@@ -271,6 +271,20 @@ class HardCore(Hidden, name="layer_over_core"):
 
 
 @dataclass
+class SecondContact(Hidden, name="second_contact"):
+    """Another body stands behind a gap: a stop with a spring (exponent 1), or a ball."""
+
+    force: float = 0.3  # [N] at ``reach`` beyond the gap
+    reach: float = 5e-4  # [m]
+    gap: float = 3e-4  # [m]
+    exponent: float = 1.0  # [-]
+
+    def elastic(self, force: float, x: float) -> float:
+        pressed = max(x - self.gap, 0.0) / self.reach
+        return float(force + self.force * pressed**self.exponent)
+
+
+@dataclass
 class Softening(Hidden, name="temperature_shift"):
     """Stiffness falls and rates grow exponentially with the temperature of the episode."""
 
