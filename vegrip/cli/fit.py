@@ -281,11 +281,11 @@ def judged(
     recording: "Recording", tolerance: float, has_own_zeros: bool, has_own_laws: bool = False
 ) -> dict[str, Any]:
     """Return ``noise``, ``zeros`` and own ``laws``, by which every command decides what an error is."""
-    from vegrip.identification.fit import noise_of
+    from vegrip.identification.fit import excerpt, noise_of
 
     zeros = "episode" if has_own_zeros else "recording"
     laws = {"laws": "episode"} if has_own_laws else {}
-    return {"noise": noise_of(recording).tolerant(tolerance), "zeros": zeros, **laws}
+    return {"noise": noise_of(excerpt(recording)).tolerant(tolerance), "zeros": zeros, **laws}
 
 
 def error_options(has_own_zeros: bool, tolerance: float, has_own_laws: bool = False) -> list[str]:

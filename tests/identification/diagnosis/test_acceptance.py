@@ -13,6 +13,7 @@ from vegrip.identification.diagnosis.acceptance import amount_std, is_resolved, 
 from vegrip.identification.diagnosis.candidate_fit import HELD_OUT, _is_astray, scores
 from vegrip.identification.diagnosis.discrepancy import (
     LENGTHS,
+    Refit,
     _blocks,
     _curve,
     _knots,
@@ -100,9 +101,10 @@ def test_discrepancy_has_evidence_only_where_there_is_a_curve() -> None:
     J, prior = np.stack([np.ones(n), x], axis=1), np.array([10.0, 10.0])  # what the parameters can do
     knots = np.linspace(0.0, 1.0, 25)
     w = RNG.standard_normal(n) + 2.0 * np.sin(6.0 * x)
-    right, share, curve = _curve(w, J, prior, _tents(x, knots), knots)
-    wrong, _, _ = _curve(w, J, prior, _tents(other, knots), knots)
-    nothing, _, _ = _curve(RNG.standard_normal(n) + 3.0 * x, J, prior, _tents(x, knots), knots)
+    right, share, curve = _curve(w, J, refit(w, J, prior), _tents(x, knots), knots)
+    wrong, _, _ = _curve(w, J, refit(w, J, prior), _tents(other, knots), knots)
+    straight = RNG.standard_normal(n) + 3.0 * x
+    nothing, _, _ = _curve(straight, J, refit(straight, J, prior), _tents(x, knots), knots)
     assert right > 500.0
     assert share > 0.2
     assert abs(wrong) < 10.0
@@ -110,27 +112,36 @@ def test_discrepancy_has_evidence_only_where_there_is_a_curve() -> None:
     assert np.ptp(curve) > 1.0
 
 
-def share_taken(w, J, prior, B, knots) -> None:
-    """The share that a curve takes of the misfit is what it leaves less, the model fitted beside it."""
-    _, share, curve = _curve(w, J, prior, B, knots)
+def refit(w, J, prior) -> Refit:
+    return Refit(J.T @ J + np.diag(prior**-2.0), J.T @ w)
+
+
+def curve_takes(w, J, prior, B, curve) -> float:
+    """What a curve leaves less of the sum of squares, the model fitted beside it."""
     wide, none = np.vstack([J, np.diag(1.0 / prior)]), np.zeros(prior.size)
     left = [np.append(r, none) for r in (w, w - B @ curve)]
     costs = [np.sum((r - wide @ np.linalg.lstsq(wide, r, rcond=None)[0]) ** 2) for r in left]
-    assert share == pytest.approx((costs[0] - costs[1]) / (w @ w), rel=1e-6)
+    return costs[0] - costs[1]
 
 
-def test_evidence_of_a_curve_is_that_of_the_gaussian_it_is() -> None:
-    """``ln N(w; 0, 1 + B C B' + J S J')`` less the same without the curve, by dense covariances."""
+@pytest.mark.parametrize("others", [0, 60])
+def test_evidence_of_a_curve_is_that_of_the_gaussian_it_is(others) -> None:
+    """``ln N(w; 0, 1 + B C B' + J S J')`` less the same without the curve, by dense covariances.
+
+    Of all channels: the ``others`` hold the parameters, though the curve is in one.
+    """
     n = 80
     x = np.sort(RNG.uniform(0.0, 1.0, n))
     knots = np.linspace(0.0, 1.0, 13)
     J, prior = np.stack([np.ones(n), x], axis=1), np.array([2.0, 3.0])
-    w = RNG.standard_normal(n) + np.sin(20.0 * x)
-    B = _tents(x, knots)
-    gain, _, _ = _curve(w, J, prior, B, knots)
-    share_taken(w, J, prior, B, knots)
+    w = np.r_[RNG.standard_normal(n) + np.sin(20.0 * x), RNG.standard_normal(others)]
+    J = np.vstack([J, RNG.standard_normal((others, 2))])
+    one = _tents(x, knots)
+    gain, share, curve = _curve(w[:n], J[:n], refit(w, J, prior), one, knots)
+    B = np.vstack([one, np.zeros((others, knots.size))])
+    assert share * (w[:n] @ w[:n]) == pytest.approx(curve_takes(w, J, prior, B, curve), rel=1e-6)
     dense = []
-    plain = np.eye(n) + (J * prior**2) @ J.T
+    plain = np.eye(w.size) + (J * prior**2) @ J.T
     without = multivariate_normal(cov=plain).logpdf(w)
     for length in LENGTHS:
         C = np.exp(-0.5 * ((knots[:, None] - knots) / length) ** 2)
@@ -611,8 +622,8 @@ def test_the_variable_with_most_evidence_is_told_and_a_change_where_it_has_more(
 
     residual = np.repeat([0.0, 1.0, 2.0], [100, 20, 19])
     fitted = SimpleNamespace(
-        problem=SimpleNamespace(table=lambda _: None, unknowns=SimpleNamespace(std=None)),
-        optimum=SimpleNamespace(u=None, residual=residual, jacobian=np.ones((139, 1))),
+        problem=SimpleNamespace(table=lambda _: None, unknowns=SimpleNamespace(std=np.ones(1), prior=0.0)),
+        optimum=SimpleNamespace(u=np.zeros(1), residual=residual, jacobian=np.ones((139, 1))),
     )
     monkeypatch.setattr(
         discrepancy, "features_of", lambda *_: SimpleNamespace(values={"normal_force": loads[:100]})

@@ -14,7 +14,7 @@ import dataclasses
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -74,6 +74,13 @@ class Discrepancy:
         }  # fmt: skip
 
 
+class Refit(NamedTuple):
+    """The linear refit of the whole model: a curve of one channel gives way to it as all channels allow."""
+
+    information: Floats  # (unknowns, unknowns), priors included
+    pull: Floats  # (unknowns,) of residual and priors, 0 at the optimum
+
+
 def find_discrepancy(fitted: CandidateFit, *, with_changes: bool = False) -> Discrepancy | None:
     """Return the curve with the greatest evidence; None when none has enough.
 
@@ -83,10 +90,12 @@ def find_discrepancy(fitted: CandidateFit, *, with_changes: bool = False) -> Dis
     table = problem.table(u)
     features = features_of(problem, u)
     found: list[Discrepancy] = []
+    r, J, k = fitted.optimum.residual, fitted.optimum.jacobian, problem.unknowns
+    refit = Refit(J.T @ J + np.diag(k.std**-2.0), J.T @ r + (u - k.prior) / k.std**2)
     for channel, rows, block in _blocks(problem):
         if rows.size < MIN_CURVE_ROWS:
             continue
-        w, J = fitted.optimum.residual[block], fitted.optimum.jacobian[block]
+        w = r[block]
         scales = {"": np.ones(rows.size)}
         if channel == "normal_force":
             scales["normal_force"] = np.maximum(features.values["normal_force"], 0.0)
@@ -98,7 +107,7 @@ def find_discrepancy(fitted: CandidateFit, *, with_changes: bool = False) -> Dis
                 if times and name not in SLOW_VARIABLES:
                     continue
                 B = _whitened(problem, _tents(values, knots) * scale[:, None], channel, rows)
-                gain, share, curve = _curve(w, J, problem.unknowns.std, B, knots)
+                gain, share, curve = _curve(w, J[block], refit, B, knots)
                 at, value = knots.tolist(), curve.tolist()
                 found.append(Discrepancy(name, channel, gain, share, at, value, times, {}))
     best = max(found, key=lambda one: one.gain, default=None)
@@ -189,12 +198,11 @@ def _whitened(problem: Problem, B: Floats, channel: str, rows: np.ndarray) -> Fl
     return scaled
 
 
-def _curve(w: Floats, J: Floats, prior: Floats, B: Floats, knots: Floats) -> tuple[float, float, Floats]:
+def _curve(w: Floats, J: Floats, refit: Refit, B: Floats, knots: Floats) -> tuple[float, float, Floats]:
     """Return the evidence of the best curve [nats], the share of the misfit that it takes, and the curve."""
-    A = J.T @ J + np.diag(prior**-2.0)
-    through = np.linalg.solve(A, J.T @ np.column_stack([B, w]))
-    M = B.T @ B - (B.T @ J) @ through[:, :-1]
-    b = B.T @ w - (B.T @ J) @ through[:, -1]
+    across = B.T @ J
+    M = B.T @ B - across @ np.linalg.solve(refit.information, across.T)
+    b = B.T @ w - across @ np.linalg.solve(refit.information, refit.pull)
     unit = math.sqrt(knots.size / max(float(np.trace(M)), 1e-300))
     best = (-math.inf, np.zeros(knots.size))
     for length in LENGTHS:

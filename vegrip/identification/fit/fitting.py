@@ -7,6 +7,7 @@ from typing import ParamSpec, TypeVar, cast
 from threadpoolctl import threadpool_limits
 
 from vegrip.errors import RecordingError
+from vegrip.identification.fit.excerpt import excerpt
 from vegrip.identification.fit.noise import Noise, noise_of
 from vegrip.identification.fit.preprocess import preprocess
 from vegrip.identification.fit.problem import Problem, Zeros
@@ -40,7 +41,8 @@ def fit(
     """Fit ``model`` to ``recording``: normal force, load at slip and contact radius together.
 
     Args:
-        recording: with displacement and normal force; slip and contact radius where it has them.
+        recording: with displacement and normal force; slip and contact radius where it has them. Of more
+            than :data:`vegrip.identification.fit.excerpt.MOST_ROWS` rows an :func:`excerpt` is fitted.
         model: its values are the start and the middle of a wide prior, those with ``std = 0`` are kept;
             the paper's model when not given.
         noise: of the sensors; as :func:`vegrip.identification.fit.noise.noise_of` finds it when not given.
@@ -70,6 +72,8 @@ def solve(
 
     The arguments are those of :func:`fit`; ``symbols``: parameters to fit, none for a model as it is.
     """
+    if not (isinstance(zeros, tuple) or isinstance(laws, tuple)):
+        recording = excerpt(recording)
     measured = preprocess(recording, noise or noise_of(recording))
     plain = Problem(base_model(recording, model), measured, zeros=zeros, laws=laws)
     if model is None:

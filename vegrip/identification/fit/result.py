@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtri
 
 from vegrip.effects.contract import Effect
+from vegrip.identification.fit.excerpt import EXCERPT
 from vegrip.identification.fit.obeys import broken_by
 from vegrip.identification.fit.problem import AT, Problem, is_own_name
 from vegrip.identification.fit.solve import Optimum, covariance
@@ -344,6 +345,8 @@ def _warnings(fit: Fit, *, advise: bool) -> Iterator[str]:
 
 def _about_data(fit: Fit) -> Iterator[str]:
     measured = fit.problem.measured
+    if EXCERPT in measured.recording.source:
+        yield f"of {measured.recording.name} {measured.recording.source[EXCERPT]}"
     yield from measured.noise.doubts
     for channel, count in measured.outliers.items():
         yield f"{count} single outlier(s) of {channel} were left out"
