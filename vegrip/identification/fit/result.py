@@ -346,7 +346,7 @@ def _warnings(fit: Fit, *, advise: bool) -> Iterator[str]:
 def _about_data(fit: Fit) -> Iterator[str]:
     measured = fit.problem.measured
     if EXCERPT in measured.recording.source:
-        yield f"of {measured.recording.name} {measured.recording.source[EXCERPT]}"
+        yield str(measured.recording.source[EXCERPT])
     yield from measured.noise.doubts
     for channel, count in measured.outliers.items():
         yield f"{count} single outlier(s) of {channel} were left out"
