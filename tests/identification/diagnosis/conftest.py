@@ -59,4 +59,4 @@ def linear():
 @pytest.fixture(scope="session")
 def small(tip):
     """Give a diagnosis of three touches that stick, in half a second."""
-    return diagnose(tip(13, kinds=("hold", "ramp", "hold"), pull=0.03))
+    return diagnose(tip(13, kinds=("hold", "ramp", "hold"), pull=0.06))

@@ -78,7 +78,7 @@ def test_a_model_that_has_the_effect_is_adequate(bench, found) -> None:
 
 
 def test_same_recording_same_answer(tip, small) -> None:
-    again = diagnose(tip(13, kinds=("hold", "ramp", "hold"), pull=0.03))
+    again = diagnose(tip(13, kinds=("hold", "ramp", "hold"), pull=0.06))
     assert again.as_dict() == small.as_dict()
 
 

@@ -7,7 +7,8 @@
 4. its amount is more than the sensors resolve: three standard errors at the shape that was found, and three
    standard deviations of the displacement for a backlash, a third of a millisecond for a lag,
    and it is not an effect with fewer parameters, as a softening that heals in hours,
-5. it drives no parameter of the base model onto a bound that it was not near before.
+5. it drives no parameter of the base model onto a bound that it was not near before,
+6. what acts in the air too is seen there: in contact alone it would be a law of the contact.
 """
 
 import math
@@ -70,7 +71,16 @@ def judge_candidate(
         failed.append("resolution")
     if drives_onto_bound(candidate, base, new):
         failed.append("bounds")
+    if candidate.effect.in_air and not gain_in_air(base, new) > thresholds.CHANCE_NATS:
+        failed.append("air")
     return Verdict(gain, float(change.sum()), tuple(failed))
+
+
+def gain_in_air(base: CandidateFit, new: CandidateFit) -> float:
+    """Return what the rows without a contact gain [nats]."""
+    air = np.flatnonzero(base.problem.stiffness == 0.0)
+    before, after = base.optimum.residual[air], base.whitened(new)[air]
+    return 0.5 * float(before @ before - after @ after)
 
 
 def drives_onto_bound(candidate: Candidate, base: CandidateFit, new: CandidateFit) -> bool:
