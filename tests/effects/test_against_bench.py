@@ -44,6 +44,10 @@ NORMAL = {
         {"r_h": 0.12, "w_h": 0.4, "l_h": 0.0, "nu_h": 0.03},
     ),
     "exponential_stiffness": ({"length": 1.5e-3}, {"b_x": 1.0 / 1.5}),
+    "jkr_adhesion": (
+        {"work": 1.0, "tip_radius": R, "force": K, "depth": 1e-3, "exponent": 1.5},
+        {"w_J": 1.5 * np.pi * R * 1.0 / K, "g_J": 0.0},
+    ),
     "second_contact": (
         {"force": 0.3, "reach": 5e-4, "gap": 8e-4, "exponent": 1.0},
         {"K_2": 0.6 / K, "x_2": 0.8, "p_2": 1.0},

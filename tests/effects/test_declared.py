@@ -35,7 +35,8 @@ SEARCHED = {
     "fast_damping": {"shifts_time": True, "companions": ("displacement_lag",)},
     "layer_over_core": {"trial_shapes": (("x_c", (0.75, 1.5)),)},
     "second_contact": {"trial_shapes": (("x_2", (1.2,)),)},
-    "adhesion": {"kinked": True},
+    "adhesion": {"kinked": True, "companions": ("jkr_adhesion",)},
+    "jkr_adhesion": {"kinked": True, "in_air": True, "companions": ("adhesion",)},
     "inertia": {"shifts_time": True, "min_gain": 20.0},
     "rolling": ASIDE,
     "guide_friction": {"in_air": True},
@@ -62,7 +63,7 @@ LEARNED = {
     "nu2": 0.0,
     "mu": 0.0,
 }  # drift [1/sqrt(s)]
-EXTREMES = {"delta_max", "x_max", "x_h", "sticking", "largest_force"}
+EXTREMES = {"delta_max", "x_max", "x_h", "sticking", "joined", "largest_force"}
 LASTING = {"x_p", "delta_max", "d_c", "x_max", "x_h", "b_F"}
 
 

@@ -22,6 +22,8 @@ def test_adhesion_hidden_adhesion_named(hide) -> None:
 
 
 NEIGHBOURS = {
+    "adhesion": ({"force": 0.05, "stretch": 1e-4}, "jkr_adhesion"),
+    "jkr_adhesion": ({"work": 1.0, "tip_radius": 0.01, "force": 1.8, "depth": 1e-3}, "adhesion"),
     "approach_tilt": ({"stiffness": 30.0}, "force_drift"),
     "force_drift": ({"rate": 1e-3}, "approach_tilt"),
     "second_contact": ({"force": 0.2, "reach": 5e-4, "gap": 9e-4}, "layer_over_core"),

@@ -90,6 +90,13 @@ CATALOGUE_AMOUNTS: Mapping[str, Amount] = {
     "temperature_shift": lambda s: {"softening": 0.01 * s.size, "quickening": 0.06 * s.size},
     "guide_friction": lambda s: {"force": 3.0 * s.noise * s.size, "speed": 0.05 * s.depth},
     "approach_tilt": lambda s: {"stiffness": 6.0 * s.noise * s.size / s.depth},
+    "jkr_adhesion": lambda s: {
+        "work": 6.0 * s.noise * s.size / (1.5 * np.pi * s.tip.radius),
+        "tip_radius": s.tip.radius,
+        "force": s.tip.reference_force,
+        "depth": s.tip.reference_indentation,
+        "exponent": s.tip.exponent,
+    },
     "second_contact": lambda s: {
         "force": 0.1 * s.force * s.size,
         "reach": 0.4 * s.depth,
@@ -100,7 +107,7 @@ CATALOGUE_AMOUNTS: Mapping[str, Amount] = {
 }
 """Strong: what leaves about as much as the noise, or more, once the plain model is refitted."""
 
-DRAWN_BY_NAME = ("approach_tilt", "healing_softening", "second_contact")
+DRAWN_BY_NAME = ("approach_tilt", "healing_softening", "jkr_adhesion", "second_contact")
 """Only where one asks for them: with them the published seeds would hide something else."""
 
 UNMODELLED_AMOUNTS: Mapping[str, Amount] = {

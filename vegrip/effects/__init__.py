@@ -23,6 +23,7 @@ BUILT_IN = (
     "inclination",
     "series_compliance",
     "permanent_set",
+    "jkr_adhesion",
     "power_law_stiffness",
     "exponential_stiffness",
     "layer_over_core",

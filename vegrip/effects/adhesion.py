@@ -1,11 +1,10 @@
 """Adhesion: in contact the surfaces pull with ``F = 2 pi R W``, and part over a neck.
 
 The pull acts as in [DerjaguinMullerToporov1975]_: it is subtracted from the force of the contact, so
-contact begins with a jump to -F and the pull-off force is F. (The stiff, small limit; in the soft one of
-[JohnsonKendallRoberts1971]_ it is 3/4 of that, ``1.5 pi R W``: read W accordingly.) On retraction a neck
-stretches to the length l before it parts: ``F (1 + x / l)^2`` for ``-l < x < 0``. While surfaces are drawn
-apart at speed v the work grows, ``W = W_0 [1 + g (v / v_ref)^n]``, ``v_ref = x_ref / s``,
-[MaugisBarquins1978]_.
+contact begins with a jump to -F and the pull-off force is F. This is the stiff, small limit; the soft one is
+:mod:`jkr_adhesion <vegrip.effects.jkr_adhesion>`. On retraction a neck stretches to the length l before it
+parts: ``F (1 + x / l)^2`` for ``-l < x < 0``. While surfaces are drawn apart at speed v the work grows,
+``W = W_0 [1 + g (v / v_ref)^n]``, ``v_ref = x_ref / s``, [MaugisBarquins1978]_.
 
 F is given in units of the elastic force K at x_ref, so W is ``pull K / (2 pi R)``.
 """
@@ -41,7 +40,7 @@ def force(
 EFFECT = Effect(
     name="adhesion",
     summary="the surfaces attract each other, and the force is negative before they part",
-    cites=("DerjaguinMullerToporov1975", "JohnsonKendallRoberts1971", "MaugisBarquins1978"),
+    cites=("DerjaguinMullerToporov1975", "MaugisBarquins1978"),
     parameters=(
         Parameter("pull", "1", 0.05, 0.05, 0.0, 10.0, "pull-off force over K", null=0.0, of="K"),
         Parameter(
@@ -52,7 +51,8 @@ EFFECT = Effect(
     ),
     states=(State("sticking", "1", "1 from the first touch until the neck parts", extreme=True),),
     hooks=(hook(force, gives="adhesion"),),
-    confounded=("force_drift",),
+    confounded=("jkr_adhesion", "force_drift"),
     experiment="slow tap and pull-off at several speeds, with air before and after",
     kinked=True,
+    companions=("jkr_adhesion",),
 )

@@ -400,6 +400,55 @@ class Adhesion(Hidden, name="adhesion"):
         self._touching = x > (-self.stretch if self._touching else 0.0)
 
 
+@dataclass
+class JkrAdhesion(Hidden, name="jkr_adhesion"):
+    """A soft sphere that sticks (Johnson, Kendall, Roberts), solved for the radius of its contact.
+
+    The edge is pulled back by ``sqrt(2 pi w a / E)``, as a flat punch is, from the depth ``a^2 / R`` of a
+    contact that does not stick. The tip's law is told again, for its slope.
+    """
+
+    work: float = 1.5  # [J/m^2] of adhesion
+    tip_radius: float = 9e-3  # [m]
+    force: float = 1.8  # [N] at ``depth``
+    depth: float = 1e-3  # [m]
+    exponent: float = 1.5  # [-]
+    _sticks: bool = fresh(False)
+
+    @property
+    def modulus(self) -> float:
+        """Of a sphere of this force at this depth [Pa]."""
+        return 0.75 * self.force / math.sqrt(self.tip_radius * self.depth**3)
+
+    def back(self, a: float) -> float:
+        """Return how far the edge is pulled back [m]."""
+        return math.sqrt(2.0 * math.pi * self.work * a / self.modulus)
+
+    def _radius(self, x: float) -> float:
+        """Return the radius of the contact [m] at ``x``, by halving; 0 where nothing sticks or touches."""
+        least = (math.pi * self.work * self.tip_radius**2 / (8.0 * self.modulus)) ** (1.0 / 3.0)
+        if x < least**2 / self.tip_radius - self.back(least) or (x < 0.0 and not self._sticks):
+            return 0.0
+        low, high = least, least + math.sqrt(self.tip_radius * max(x, 0.0)) + 4.0 * least
+        for _ in range(60):
+            a = 0.5 * (low + high)
+            low, high = (a, high) if a * a / self.tip_radius - self.back(a) < x else (low, a)
+        return low
+
+    def indentation(self, x: float) -> float:
+        a = self._radius(x)
+        return a * a / self.tip_radius if a > 0.0 else min(x, 0.0)
+
+    def pull(self, x: float) -> float:
+        a = self._radius(x)
+        x_H = a * a / self.tip_radius
+        slope = self.exponent * self.force / self.depth * (x_H / self.depth) ** (self.exponent - 1.0)
+        return slope * self.back(a) if a > 0.0 else 0.0
+
+    def remember(self, x: float, force: float, dt: float) -> None:
+        self._sticks = self._radius(x) > 0.0
+
+
 # the patch and its friction
 
 
