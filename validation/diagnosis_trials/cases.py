@@ -143,8 +143,7 @@ def make_recording(
     }
     columns = trial.columns
     if case.faults.jitter:
-        every = round(taken.rate / sensors.rate)
-        rows = uneven_rows(columns["t"].size, every, case.seed)
+        rows = uneven_rows(columns["t"].size, round(taken.rate / sensors.rate), case.seed)
         rows = rows[longest_increasing(columns["t"][rows])]
         columns = {name: values[rows] for name, values in columns.items()}
     t, episode = columns.pop("t"), columns.pop("episode").astype(np.int64)

@@ -22,9 +22,14 @@ VISIBLE_NATS = 20.0  # [nats]; a name among thirty candidates pays eight, and fi
 
 
 def remaining_evidence(case: Case) -> dict[str, float]:
-    """Return what each hidden effect by itself leaves of the recording of a case [nats]."""
+    """Return what each hidden effect by itself leaves of the recording of a case [nats].
+
+    As if nothing were stated wrongly and no zero jumped: a perfect candidate comes after those are found.
+    """
     if not case.hidden:
         return {}
+    sound = dataclasses.replace(case.faults, noise_stated=1.0, radius_stated=1.0, zero_shift=False)
+    case = dataclasses.replace(case, faults=sound)
     plain = left(case, ())
     return {name: left(case, (name,)) - plain for name in case.hidden}
 

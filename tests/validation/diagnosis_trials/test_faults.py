@@ -69,3 +69,18 @@ def test_a_radius_that_is_stated_wrongly_is_doubted_and_no_effect_is_named(state
     assert found.verdict == "adequate"
     assert found.model.tip_radius == pytest.approx(recording.fingertip.radius / stated, rel=0.01)
     assert any("the radius of the tip is stated as" in doubt.text for doubt in found.doubts)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [291_100_004, 291_100_000])
+def test_a_zero_that_jumps_is_told_with_its_moment_and_no_effect_is_blamed(seed: int) -> None:
+    hidden = ("rate_stiffening",) if seed == 291_100_004 else ()
+    case = Case(hidden, "weak" if hidden else "strong", seed, style="use")
+    plain = make_recording(case)
+    jumped = make_recording(replace(case, faults=Faults(zero_shift=True)))
+    found = diagnose(jumped, threads=1)
+    assert found.named == list(hidden)
+    said = [doubt.text for doubt in found.doubts if "zero of the" in doubt.text]
+    row = np.argmax(jumped.columns["displacement"] != plain.columns["displacement"])
+    moments = [float(text.split(" at ")[1].split(" s,")[0]) for text in said]
+    assert moments == pytest.approx([plain.t[row]], abs=1.0)  # a displacement in the air tells no moment

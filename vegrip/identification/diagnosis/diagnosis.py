@@ -28,6 +28,7 @@ from vegrip.identification.diagnosis.data_checks import (
 from vegrip.identification.diagnosis.discrepancy import Discrepancy, find_discrepancy
 from vegrip.identification.diagnosis.motions import unproven
 from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects
+from vegrip.identification.diagnosis.zero_jump import Jump, find_jump
 from vegrip.identification.fit.fitting import fit, on_one_thread
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import TooManyUnknownsError, Zeros
@@ -83,6 +84,18 @@ class Diagnosis:
         if own.verdict in ("named", "ambiguous") and gain > thresholds.MIN_LATER_GAIN_NATS:
             return replace(own, doubts=[*own.doubts, said])
         return replace(self, doubts=[*self.doubts, said]) if own.verdict == "adequate" else self
+
+    @cached_property
+    def jump(self) -> Jump | None:
+        """The jump of a zero that explains more than the effect that was taken instead, or what is left."""
+        for step in self.search.steps if self.verdict != "adequate" else ():
+            gain = step.taken.verdict.gain if step.taken is not None else 0.0
+            if step.taken is None and self.verdict != "unexplained":
+                continue
+            least = gain + max(thresholds.MIN_SHIFT_NATS, self.search.within(gain))
+            if (jump := find_jump(step.base, least)) is not None:
+                return jump
+        return None
 
     @cached_property
     def other_radius(self) -> float | None:
@@ -326,18 +339,29 @@ def diagnose(
     tried of more episodes than memory holds.
     """
 
-    def started(zeros: Zeros, laws: Zeros, of: Recording = recording) -> Fit:
-        radius = of.fingertip.radius
-        tip = model if model is None or of is recording else replace(model, tip_radius=radius)
+    def started(zeros: Zeros, laws: Zeros, radius: float | None = None) -> Fit:
+        of, tip = recording, model
+        if radius is not None:
+            of = replace(recording, fingertip=replace(recording.fingertip, radius=radius))
+            tip = model if model is None else replace(model, tip_radius=radius)
         return fit(of, tip, noise=noise, zeros=zeros, laws=laws, report=report)
 
     start = started(zeros, laws)
     refuse_unusable(recording, start.problem.measured)
     found = _diagnosed(start, most, threads, report)
+    for _ in range(thresholds.MAX_JUMPS):
+        if found.jump is None:
+            break
+        report("tries a jump of a zero")
+        stated, recording = recording, found.jump.removed(recording)
+        own = _diagnosed(started(zeros, laws), most, threads, report)
+        if own.verdict == "unexplained":
+            recording = stated
+            break
+        found = replace(own, doubts=[*own.doubts, Doubt(found.jump.told(recording))])
     if found.other_radius is not None:
         report("tries another radius of the tip")
-        tip = replace(recording.fingertip, radius=found.other_radius)
-        own = _diagnosed(started(zeros, laws, replace(recording, fingertip=tip)), most, threads, report)
+        own = _diagnosed(started(zeros, laws, found.other_radius), most, threads, report)
         found = found.or_of_radius(own)
     may_differ = laws == "recording" and start.problem.episodes.any()
     if not may_differ or any(doubt.is_grave for doubt in found.doubts) or found.verdict != "unexplained":
