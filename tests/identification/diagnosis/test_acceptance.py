@@ -9,8 +9,9 @@ from scipy.stats import multivariate_normal
 
 from vegrip.effects import BUILT_IN, Effect, effect
 from vegrip.identification.diagnosis import candidate_fit, diagnose, discrepancy, score_tests, search
-from vegrip.identification.diagnosis.acceptance import amount_std, is_resolved, misfit_by_regime
+from vegrip.identification.diagnosis.acceptance import Verdict, amount_std, is_resolved, misfit_by_regime
 from vegrip.identification.diagnosis.candidate_fit import HELD_OUT, _is_astray, scores
+from vegrip.identification.diagnosis.diagnosis import doubt_timing
 from vegrip.identification.diagnosis.discrepancy import (
     LENGTHS,
     Refit,
@@ -705,3 +706,19 @@ def test_what_acts_in_the_air_is_not_named_for_the_form_of_a_law_of_the_contact(
     assert found.named == ["adhesion"]
     tried = {one["name"]: one["failed"] for one in found.rounds if one["round"] == 2}
     assert "air" in tried["approach_tilt"]
+
+
+@pytest.mark.parametrize(
+    ("gain", "failed", "says"), [(38.0, ("evidence",), True), (12.0, ("evidence",), False), (38.0, (), False)]
+)
+def test_a_lag_that_gains_too_little_to_be_named_is_said(gain, failed, says) -> None:
+    lag, other = effect("sensor_lag"), effect("rate_stiffening")
+    fitted = SimpleNamespace(value={"tau": 0.0123}.__getitem__)
+    tried = [
+        SimpleNamespace(
+            candidate=Candidate(one, null(one), ()), verdict=Verdict(gain, 0.0, failed), fitted=fitted
+        )
+        for one in (other, lag)
+    ]
+    doubts = doubt_timing(SimpleNamespace(steps=[None, SimpleNamespace(tried=tried)]))
+    assert [("12 ms late" in one.text, one.is_grave) for one in doubts] == [(True, False)] * says

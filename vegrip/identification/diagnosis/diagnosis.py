@@ -41,6 +41,9 @@ from vegrip.types import Floats
 RADIUS_LIKE = {"contact_radius_law", "pressure_profile"}
 
 
+TIMING = "timing"  # the group of effects of a force that is late
+
+
 def are_alike(one: Tried, other: Tried) -> bool:
     """Whether two candidates do nearly the same: between them only the form of a law decides."""
     a, b = one.change, other.change
@@ -388,6 +391,22 @@ def diagnose(
     return found.or_by_episode(_diagnosed(by_law, most, threads, report))
 
 
+def doubt_timing(found: Search) -> list[Doubt]:
+    """Return the doubt that the force is late, where that gains something beside what was accepted."""
+    late = [one for one in found.steps[-1].tried if one.candidate.effect.group == TIMING]
+    best = max(late, key=lambda one: one.verdict.gain, default=None)
+    if best is None or best.verdict.is_passed or best.verdict.gain < thresholds.MIN_SHIFT_NATS:
+        return []
+    by = 1e3 * best.fitted.value(best.candidate.effect.parameters[0].symbol)
+    return [
+        Doubt(
+            f"the force may be {by:.2g} ms late as well: {best.candidate.name} would gain "
+            f"{best.verdict.gain:.0f} nats, too little beside the others to be named; ask for the filter "
+            "of its sensor, or record quicker strokes"
+        )
+    ]
+
+
 def _diagnosed(start: Fit, most: int, threads: int, report: Report) -> Diagnosis:
     doubts = list(check_before_search(start.problem))
     is_unreliable = any(doubt.is_grave for doubt in doubts)
@@ -402,6 +421,8 @@ def _diagnosed(start: Fit, most: int, threads: int, report: Report) -> Diagnosis
     names = [one.candidate.name for one in found.accepted]
     values = {symbol: found.last.value(symbol) for symbol in found.last.problem.symbols}
     doubts += check_lookalikes(names, values, start.problem.model.tip_radius)
+    if found.accepted:
+        doubts += doubt_timing(found)
     said = Diagnosis(start, found, doubts)
     if not found.accepted or said.verdict == "unexplained":
         return said
