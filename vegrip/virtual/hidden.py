@@ -443,7 +443,7 @@ class JkrAdhesion(Hidden, name="jkr_adhesion"):
         a = self._radius(x)
         x_H = a * a / self.tip_radius
         slope = self.exponent * self.force / self.depth * (x_H / self.depth) ** (self.exponent - 1.0)
-        return slope * self.back(a) if a > 0.0 else 0.0
+        return float(slope * self.back(a)) if a > 0.0 else 0.0
 
     def remember(self, x: float, force: float, dt: float) -> None:
         self._sticks = self._radius(x) > 0.0
