@@ -28,7 +28,7 @@ def scale(speed: float, reference_depth: float, w_J: float, g_J: float, n_J: flo
     grown = w_J
     if g_J > 0.0 and speed < 0.0:
         grown = w_J * (1.0 + g_J * (-speed / reference_depth) ** n_J)
-    return math.pow(grown / 9.0, 2.0 / 3.0)
+    return float((grown / 9.0) ** (2.0 / 3.0))
 
 
 def root(y: float) -> float:
