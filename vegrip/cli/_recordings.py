@@ -8,8 +8,13 @@ from rich.text import Text
 
 from vegrip.cli._terminal import figures, print_sentences, printable, printer
 from vegrip.identification.recording import Recording
-from vegrip.identification.recording.channels import CHANNELS, noise_name
+from vegrip.identification.recording.channels import RECORDED, noise_name
 from vegrip.identification.sensors import LOAD_REMEDY, lacking
+
+OUT_OF_SIGHT = (
+    "a step without a contact tells stiffness and memory of the material; contact radius, friction, the "
+    "exponent of the stiffness and the zeros of sensors are out of sight"
+)
 
 
 def describe(recording: Recording) -> dict[str, Any]:
@@ -23,14 +28,14 @@ def describe(recording: Recording) -> dict[str, Any]:
         "episodes": len(np.unique(recording.episode)),
         "columns": {
             name: {
-                "unit": CHANNELS[name].unit,
+                "unit": RECORDED[name].unit,
                 "min": _number(np.fmin.reduce(values)),
                 "max": _number(np.fmax.reduce(values)),
                 "noise": recording.sensors.get(noise_name(name)),
             }
             for name, values in recording.columns.items()
         },
-        "lacking": lacking(recording.columns, LOAD_REMEDY),
+        "lacking": [OUT_OF_SIGHT] if recording.is_material else lacking(recording.columns, LOAD_REMEDY),
         "report": recording.report.as_dict(),
     }
 
@@ -41,17 +46,15 @@ def print_recording(recording: Recording, folder: Path) -> None:
     about = describe(recording)
     radius = f"{about['radius']:g} m" if about["radius"] is not None else "unknown"
     size = f"{about['rows']} rows, {about['duration']:.6g} s, {about['episodes']} episode(s)"
-    console.print(
-        Text(printable(str(folder)), style="bold")
-        + Text(printable(f": {size}, {about['finger']}, radius {radius}"), "not bold")
-    )
+    of = "without a contact" if recording.is_material else f"{about['finger']}, radius {radius}"
+    console.print(Text(printable(str(folder)), style="bold") + Text(printable(f": {size}, {of}"), "not bold"))
     table = figures("column", "unit", "min", "max", "noise std", left=("column", "unit"))
     for name, column in about["columns"].items():
         values = (column["min"], column["max"], column["noise"])
         table.add_row(name, column["unit"], *("-" if v is None else f"{v:.5g}" for v in values))
     console.print(table)
     console.print(recording.report.summary())
-    print_sentences(lacking(recording.columns, LOAD_REMEDY))
+    print_sentences(about["lacking"])
 
 
 def _number(value: float) -> float | None:

@@ -43,6 +43,10 @@ BASELINE = Annotated[
     float | None, typer.Option(min=0.0, help="Seconds without contact at the start of every trial.")
 ]
 RADIUS = Annotated[str, typer.Option(help="Radius of the fingertip, e.g. '8 mm'; overrides the map's.")]
+STEP = Annotated[
+    bool,
+    typer.Option("--step", help="A unit step held, without a contact: modulus or compliance against time."),
+]
 FINGERS = Annotated[str, typer.Option(help="CAN logs: fingers in the order of the bus, by commas.")]
 CANDUMP = re.compile(rb"\(\d+\.\d+\) \S+ [0-9A-Fa-f]+#| *(\(.*\) +)?\w+  +[0-9A-F]{3,8} +\[\d+\]")
 BAGS = (".bag", ".db3", ".mcap")  # and a folder, of rosbag 2
@@ -60,6 +64,7 @@ def import_(
     zeros: ZERO = None,
     baseline: BASELINE = None,
     radius: RADIUS = "",
+    step: STEP = False,
     fingers: FINGERS = ALL,
     as_json: JSON = False,
 ) -> None:
@@ -72,6 +77,7 @@ def import_(
     A CAN log needs no map: vegrip sample press.blf && vegrip import press.blf -o log --fingers thumb
     """
     from vegrip.identification.recording import column_map
+    from vegrip.identification.recording.channels import STEPS
     from vegrip.identification.recording.units import parse_length
 
     metres = parse_length(radius, "--radius") if radius else math.nan
@@ -83,7 +89,7 @@ def import_(
         "--negate": negated,
         "--map-file": map_file,
     }
-    table_options |= {"--zero": zeros, "--baseline": baseline}
+    table_options |= {"--zero": zeros, "--baseline": baseline, "--step": step}
     is_alone = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
     if len(src) > 1 and (is_alone or any(map(_is_can_log, src))):
         raise UsageError(
@@ -105,7 +111,9 @@ def import_(
         if baseline is not None:
             chart = dataclasses.replace(chart, baseline=column_map.BaselineMap(baseline))
         has_own_zeros = any(entry.zero == "contact" for entry in chart.channels.values())
-        found = _mapped(src, output, chart, metres)
+        if (is_step := step or bool(STEPS.keys() & chart.channels.keys())) and (radius or zeros):
+            raise UsageError("a step without a contact has neither a radius nor zeros to be found")
+        found = _mapped(src, output, chart, metres, is_step=is_step)
     _print_result(found, has_own_zeros=has_own_zeros, as_json=as_json)
 
 
@@ -146,7 +154,9 @@ def _can_log(src: Path, output: Path, fingers: str, radius: float) -> "Mapping[P
     return _written({output / finger: recording for finger, recording in found.items()})
 
 
-def _mapped(src: list[Path], output: Path, chart: "ColumnMap", radius: float) -> "Mapping[Path, Recording]":
+def _mapped(
+    src: list[Path], output: Path, chart: "ColumnMap", radius: float, *, is_step: bool
+) -> "Mapping[Path, Recording]":
     from vegrip.identification.recording.data import join_recordings
     from vegrip.identification.recording.import_csv import import_csv
     from vegrip.identification.recording.rosbag import import_rosbag
@@ -156,10 +166,13 @@ def _mapped(src: list[Path], output: Path, chart: "ColumnMap", radius: float) ->
         if path.is_dir() and not any(path.iterdir()):
             raise InputError(f"{path}: is an empty folder; give a table, a CAN log or a rosbag")
         if path.is_dir() or path.suffix.lower() in BAGS:
+            if is_step:
+                raise UsageError(f"{path}: --step does not apply to a rosbag; give a table")
             recordings.append(import_rosbag(path, chart, radius=radius))
         else:
             with progress("import") as report:
-                recordings.append(import_csv(path, chart, radius=radius, progress=counted(report)))
+                read = import_csv(path, chart, radius=radius, is_step=is_step, progress=counted(report))
+                recordings.append(read)
     return _written(
         {output: recordings[0] if len(recordings) == 1 else join_recordings(recordings, output.name)}
     )
@@ -197,6 +210,6 @@ def _print_result(found: "Mapping[Path, Recording]", *, has_own_zeros: bool, as_
     )
     if folder.is_dir() and not is_suspect:
         has_both = {"displacement", "normal_force"} <= recording.columns.keys()
-        is_fit = has_both and recording.fingertip.radius > 0.0
+        is_fit = has_both and (recording.fingertip.radius > 0.0 or recording.is_material)
         each = ["--zeros-each-episode"] if has_own_zeros and recording.episode[-1] > 0 else []
         print_next("vegrip", *(("fit", folder, *each) if is_fit else ("replay", folder, "--through")))

@@ -2,7 +2,7 @@
 
 from vegrip.model.channels import Predictor, predict
 from vegrip.model.file import read_model, write_model
-from vegrip.model.model import BASE, ContactModel, Shown, Simulation, paper_model
+from vegrip.model.model import BASE, ContactModel, Shown, Simulation, material_model, paper_model
 
 __all__ = [
     "BASE",
@@ -10,6 +10,7 @@ __all__ = [
     "Predictor",
     "Shown",
     "Simulation",
+    "material_model",
     "paper_model",
     "predict",
     "read_model",

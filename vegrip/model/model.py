@@ -277,3 +277,16 @@ def paper_model(tip_radius: float, *, modulus: float = 3e5) -> ContactModel:
     return ContactModel(
         effects, values, tip_radius, depth, provenance={"origin": "prior of the paper's model"}
     )
+
+
+def material_model() -> ContactModel:
+    """Return the base model of a linear material in a unit step: stiffness and relaxation alone are unknown.
+
+    The specimen is 1 m long and has a section of 1 mm^2, so K [N] is its modulus at once in MPa.
+    """
+    model = dataclasses.replace(
+        paper_model(1.0), reference_depth=1.0, provenance={"origin": "prior of a material"}
+    )
+    known = {symbol for name in BASE[:2] for symbol in (p.symbol for p in effect(name).parameters)} - {"p"}
+    values = {s: v if s in known else changed(v, std=0.0) for s, v in model.values.items()}
+    return dataclasses.replace(model, values=values).with_value("p", 1.0)

@@ -107,10 +107,8 @@ def features_of(problem: Problem, u: Floats) -> Features:
         ),
         "frequency": _frequency(t, speed, moving, m.first),
     }
-    if "temperature" in columns:
-        values["temperature"] = np.nan_to_num(
-            columns["temperature"], nan=float(np.nanmean(columns["temperature"]))
-        )
+    for name in {"temperature", "age"} & columns.keys():
+        values[name] = np.nan_to_num(columns[name], nan=float(np.nanmean(columns[name])))
     return Features(phase, values, _sticking(m, touching & (phase != PHASES.index("sliding"))))
 
 

@@ -25,7 +25,7 @@ from vegrip.identification.diagnosis.data_checks import (
     other_radius,
     refuse_unusable,
 )
-from vegrip.identification.diagnosis.discrepancy import Discrepancy, find_discrepancy
+from vegrip.identification.diagnosis.discrepancy import OUTER, Discrepancy, find_discrepancy
 from vegrip.identification.diagnosis.motions import unproven
 from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects
 from vegrip.identification.diagnosis.zero_jump import Jump, find_jump
@@ -188,12 +188,13 @@ class Diagnosis:
     def unexplained(self) -> Discrepancy | None:
         """The curve over one variable that takes most of what is left; None when noise is left.
 
-        Where nothing is named, of what the first model leaves: a wrong effect has only bent that.
+        Where nothing is named, of what the first model leaves: a wrong effect has only bent that, but not
+        what depends on a temperature or an age that it does not know.
         """
-        s = self.search
-        if self.verdict == "unexplained":
+        s, rest = self.search, self._rest
+        if self.verdict == "unexplained" and (rest is None or rest.variable not in OUTER):
             return find_discrepancy(s.first, with_changes=True)
-        return self._rest if s.misfit(s.last) > thresholds.MAX_NOISE_CHI2 else None
+        return rest if s.misfit(s.last) > thresholds.MAX_NOISE_CHI2 else None
 
     @cached_property
     def _start(self) -> Comparison:

@@ -31,9 +31,10 @@ PRIOR_SIZES = np.logspace(
     -4.0, 4.0, 33
 )  # s, times the size at which a curve of one bend is as large as the noise
 JITTER = 1e-9
-SLOW_VARIABLES = ("time", "temperature")  # over which a stiffness may change
+OUTER = {"temperature": 0.2, "age": 0.0}  # and what they have to scatter by
+SLOW_VARIABLES = ("time", *OUTER)  # over which a stiffness may change
 MIN_CURVE_ROWS = 20
-PLACE_OF = {"below_deepest": "memory", "time_in_contact": "memory", "time": "drift"}
+PLACE_OF = {"below_deepest": "memory", "time_in_contact": "memory", "time": "drift", "age": "drift"}
 """Where an error is that depends on them; in the force law, where it depends on what the moment shows."""
 
 
@@ -167,8 +168,9 @@ def _variables(
         "tangential_force": f["tangential_force"],
         "contact": (problem.stiffness > 0.0).astype(np.float64),
     }
-    if "temperature" in f and np.std(f["temperature"]) > 0.2:
-        every["temperature"] = f["temperature"]
+    if problem.measured.recording.is_material:
+        del every["time"]  # steps are joined in any order
+    every |= {name: f[name] for name, least in OUTER.items() if name in f and np.std(f[name]) > least}
     if channel == "tangential_force":
         slip = problem.measured.recording.columns.get("slip_speed")
         if slip is not None:

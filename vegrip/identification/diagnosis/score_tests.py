@@ -33,6 +33,7 @@ SPREADS = {1: (-3.0, -1.5, 0.0, 1.5, 3.0), 2: (-2.0, 0.0, 2.0)}
 
 MIN_TEMPERATURE_SCATTER_K = 0.3  # [K] of scatter below which a temperature tells nothing
 
+OF_DEPTH = {"x", "contact_radius", "reference_depth"}
 FRICTION_CHANNELS = {"tangential_force", "torque_z"}
 
 Trial = Mapping[str, float]
@@ -61,6 +62,8 @@ def candidates(model: ContactModel, measured: Measured) -> tuple[list[Candidate]
             continue
         one = effect(name)
         reason = why_unseen(one, measured)
+        if measured.recording.is_material and not is_of_material(one):
+            reason = "a step without a contact shows stiffness and memory alone"
         if not reason and (name not in BUILT_IN or any(share_a_name(one, e) for e in foreign)):
             reason = _unfit(model, one)
         if reason:
@@ -108,6 +111,12 @@ def why_unseen(one: Effect, measured: Measured) -> str:
             else "it shows only in the radius"
         )
     return ""
+
+
+def is_of_material(one: Effect) -> bool:
+    """Whether it is memory, or of its rates, and knows no depth."""
+    takes = {name for hook in one.hooks for name in arguments_of(hook.function)}
+    return "relaxation_rate" in takes and not takes & OF_DEPTH
 
 
 def moves_in_air(measured: Measured) -> bool:

@@ -14,7 +14,7 @@ from vegrip.identification.fit.problem import Problem, Zeros
 from vegrip.identification.fit.result import Fit, fit_of
 from vegrip.identification.fit.solve import Optimum, Report, fit_problem
 from vegrip.identification.recording import Recording
-from vegrip.model import ContactModel, paper_model
+from vegrip.model import ContactModel, material_model, paper_model
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -89,6 +89,8 @@ def base_model(recording: Recording, model: ContactModel | None = None) -> Conta
         RecordingError: its radius is not known.
 
     """
+    if recording.is_material:
+        return material_model()
     radius = model.tip_radius if model is not None else recording.fingertip.radius
     if not math.isfinite(radius):
         raise RecordingError(

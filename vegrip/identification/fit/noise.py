@@ -305,8 +305,8 @@ def noise_of(recording: Recording) -> Noise:
     values: dict[str, float] = {}
     source: dict[str, str] = {}
     for channel in SERVED:
-        if channel not in recording.columns:
-            continue
+        if channel not in recording.columns or (recording.is_material and channel == "displacement"):
+            continue  # a step is exact, or its noise is that of the force
         name, column = noise_name(channel), recording.columns[channel]
         stated = recording.sensors.get(name, math.nan)
         if stated > 0.0:
@@ -396,7 +396,7 @@ def scatter(values: Floats, episode: Floats | np.ndarray, rows: np.ndarray) -> t
 
 
 def _seen(recording: Recording, known: Mapping[str, float]) -> tuple[OuNoise | None, str]:
-    if not {"normal_force", "displacement"} <= set(recording.columns):
+    if not {"normal_force", "displacement"} <= set(known):
         return None, ""
     white = known["normal_force"]
     if not white > 0.0:

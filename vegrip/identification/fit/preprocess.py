@@ -146,7 +146,7 @@ def preprocess(recording: Recording, noise: Noise) -> Measured:
     recording, tare = tare_channels(recording)
     first = np.r_[1.0, (np.diff(recording.episode) != 0).astype(np.float64)]
     depth, force = (recording.columns[name].copy() for name in ("displacement", "normal_force"))
-    wild = {"displacement": find_spikes(depth, noise.displacement, first)}
+    wild = {"displacement": find_spikes(depth, noise.displacement or np.inf, first)}
     wild["normal_force"] = find_spikes(force, noise.normal_force, first)
     depth[wild["displacement"]] = np.nan
     force[wild["normal_force"]] = np.nan

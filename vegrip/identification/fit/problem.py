@@ -168,11 +168,8 @@ class Problem:
         declared = [known[s][1] for s in names]
         values = [self.model.values[s] for s in names]
         zeros, places = int(self._owner.max()) + 1, len(self._pressed)
-        extra = [
-            f"{kind}{i if zeros > 1 else ''}"
-            for kind in ("zero_displacement", "zero_force")
-            for i in range(zeros)
-        ]
+        kinds = () if self.measured.recording.is_material else ("zero_displacement", "zero_force")
+        extra = [f"{kind}{i if zeros > 1 else ''}" for kind in kinds for i in range(zeros)]
         place = [self._places[s] for s in names]
 
         # a first touch that lies deeper, or long before the record began, is no zero but another law
@@ -219,8 +216,9 @@ class Problem:
         vector[self.unknowns.place[inner]] = np.where(
             self.unknowns.log[inner], np.exp(np.where(self.unknowns.log[inner], raw, 0.0)), raw
         )
-        zero = u[~inner]
         n = int(self._owner.max()) + 1
+        is_known = self.measured.recording.is_material
+        zero = np.zeros(2 * n) if is_known else u[~inner]
         return vector, (self.depth * zero[:n][self._owner], self.load * zero[n : 2 * n][self._owner])
 
     def depth_at_rest(self, u: Floats) -> Floats:

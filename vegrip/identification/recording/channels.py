@@ -29,7 +29,16 @@ CHANNELS: Final[dict[str, Quantity]] = {
     "temperature": Quantity("degC", -60.0, 200.0),
     "contact_radius": Quantity("m", -0.005, 0.05),
 }
-"""What a recording may hold besides ``t`` [s] and ``episode``, in the order in which it is written."""
+"""What a fingertip measures, in the order in which a recording is written."""
+
+RECORDED: Final = CHANNELS | {"age": Quantity("s", 0.0, 1e12)}
+"""What a recording may hold besides ``t`` [s] and ``episode``: also how old the material is."""
+
+STEPS: Final = {"modulus": Quantity("Pa", 0.0, 1e12), "compliance": Quantity("1/Pa", 0.0, 1e6)}
+"""What a unit step shows: the stress of a strain that is held, the strain of a stress that is held."""
+
+IMPORTED: Final = RECORDED | STEPS
+"""What a column of a table may be."""
 
 NOISE_NAMES: Final = (
     "normal_force",

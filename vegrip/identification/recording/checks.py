@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.errors import RecordingError
-from vegrip.identification.recording.channels import CHANNELS
+from vegrip.identification.recording.channels import RECORDED
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import report_if
 from vegrip.types import Floats
@@ -132,7 +132,7 @@ def report_doubts(
         report.add(Kind.NOTE, AIRLESS)
     for name, values in columns.items():
         report_if(report, Kind.MISSING, name, lines[np.isnan(values)])
-        quantity = CHANNELS[name]
+        quantity = RECORDED[name]
         outside = (values < quantity.low) | (values > quantity.high)
         bounds = f"{name} outside {quantity.low:g} .. {quantity.high:g} {quantity.unit}"
         report_if(report, Kind.IMPLAUSIBLE, bounds, lines[outside])

@@ -36,7 +36,7 @@ from typing import Any
 
 from vegrip.config import build, parameter, read_toml, replace
 from vegrip.errors import ConfigError, RecordingError, UsageError, suggestion
-from vegrip.identification.recording.channels import CHANNELS
+from vegrip.identification.recording.channels import IMPORTED, STEPS
 from vegrip.identification.recording.data import Fingertip
 from vegrip.identification.recording.units import to_si
 
@@ -172,8 +172,8 @@ def with_columns(
                 raise UsageError(f"--{key} {name}={value}: {name} has no {key}")
             base = _changed(base, name, key, value)
     for name in negated:
-        if name not in CHANNELS:
-            raise UsageError(f"there is no channel {name!r}; {suggestion(name, CHANNELS)}")
+        if name not in IMPORTED:
+            raise UsageError(f"there is no channel {name!r}; {suggestion(name, IMPORTED)}")
         entry = base.channels.get(name, ChannelMap(name))
         turned = dataclasses.replace(entry, scale=-entry.scale)
         base = dataclasses.replace(base, channels={**base.channels, name: turned})
@@ -187,7 +187,7 @@ def own_columns(base: ColumnMap, header: Sequence[str]) -> ColumnMap:
     """
     said = {base.time.column, base.episode.column, *(entry.column for entry in base.channels.values())}
     for name in header:
-        if name in CHANNELS and name not in base.channels and name not in said:
+        if name in IMPORTED and name not in base.channels and name not in said:
             base = _changed(base, name, "column", name)
     for name in header:
         for pattern in (IN_BRACKETS, AT_END):
@@ -195,10 +195,23 @@ def own_columns(base: ColumnMap, header: Sequence[str]) -> ColumnMap:
                 continue
             called = CALLED.get(name[: unit.start()].strip(), name[: unit.start()].strip())
             is_free = base.time.column == "t" not in header if called == "t" else called not in base.channels
-            if (called == "t" or called in CHANNELS) and is_free and _is_unit(unit[1], called):
+            if (called == "t" or called in IMPORTED) and is_free and _is_unit(unit[1], called):
                 base = _changed(base, called, "column", name)
     if not base.episode.column and "episode" in header and "episode" not in said:
         base = _changed(base, "episode", "column", "episode")
+    return base
+
+
+def step_columns(base: ColumnMap, header: Sequence[str]) -> ColumnMap:
+    """Return ``base`` with the columns of a unit step as they are called: time, modulus or compliance."""
+    said = {base.time.column, *(entry.column for entry in base.channels.values())}
+    for name in header:
+        words = name.lower()
+        for step in STEPS:
+            if step in words and name not in said and not STEPS.keys() & base.channels.keys():
+                base = _changed(base, step, "column", name)
+        if words.startswith("time") and base.time.column == "t" not in header:
+            base = _changed(base, "t", "column", name)
     return base
 
 
@@ -256,7 +269,7 @@ def _spoken(unit: str, name: str) -> str:
 
 
 def _si(name: str) -> str:
-    return CHANNELS[name].unit if name in CHANNELS else "s"
+    return IMPORTED[name].unit if name in IMPORTED else "s"
 
 
 def _built(table: Mapping[str, Any], path: Path) -> ColumnMap:
@@ -271,8 +284,8 @@ def _built(table: Mapping[str, Any], path: Path) -> ColumnMap:
     channels = {}
     for name, entry in table.get("channels", {}).items():
         where = f"{path} [channels.{name}]"
-        if name not in CHANNELS:
-            raise ConfigError(f"{where}: there is no such channel; {suggestion(name, CHANNELS)}")
+        if name not in IMPORTED:
+            raise ConfigError(f"{where}: there is no such channel; {suggestion(name, IMPORTED)}")
         if not isinstance(entry, Mapping):
             raise ConfigError(f"{where}: must be a table with the key 'column'")
         channels[name] = build(ChannelMap, entry, where)
@@ -289,8 +302,8 @@ def _changed(base: ColumnMap, name: str, key: str, value: str) -> ColumnMap:
         return dataclasses.replace(base, time=replace(base.time, key, value))
     if name == "episode":
         return dataclasses.replace(base, episode=replace(base.episode, key, value))
-    if name not in CHANNELS:
-        raise UsageError(f"there is no channel {name!r}; {suggestion(name, ['t', 'episode', *CHANNELS])}")
+    if name not in IMPORTED:
+        raise UsageError(f"there is no channel {name!r}; {suggestion(name, ['t', 'episode', *IMPORTED])}")
     channel = replace(base.channels.get(name, ChannelMap(name)), key, value)
     return dataclasses.replace(base, channels={**base.channels, name: channel})
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vegrip.clock import NS
 from vegrip.config import parameter
 from vegrip.errors import InputError, RecordingError, UsageError, suggestion
-from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
+from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES, RECORDED
 from vegrip.identification.recording.report import LoadReport
 from vegrip.messages import FingertipState
 from vegrip.types import Floats
@@ -18,6 +18,7 @@ from vegrip.types import Floats
 Columns = dict[str, Floats]
 PAUSE_BETWEEN_S = 60.0  # [s] put between two recordings: long enough for a contact to recover
 MAX_EPISODES = 100_000  # episodes in one range
+STEP = "step"  # key of [source]: what was held, of a recording of unit steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,10 +58,10 @@ class Recording:
     report: LoadReport = field(default_factory=LoadReport, repr=False)
 
     def __post_init__(self) -> None:
-        if not self.columns or not set(self.columns) <= set(CHANNELS):
+        if not self.columns or not set(self.columns) <= set(RECORDED):
             raise RecordingError(
                 f"{self.name}: the columns are {', '.join(self.columns) or 'none'}; "
-                f"they must be some of {', '.join(CHANNELS)}"
+                f"they must be some of {', '.join(RECORDED)}"
             )
         if not set(self.sensors) <= set(NOISE_NAMES):
             unknown = ", ".join(sorted(set(self.sensors) - set(NOISE_NAMES)))
@@ -81,6 +82,11 @@ class Recording:
         return float(self.t[-1] - self.t[0]) if len(self) else 0.0
 
     @property
+    def is_material(self) -> bool:
+        """Whether it holds unit steps of a material: no contact, and zeros that are known."""
+        return STEP in self.source
+
+    @property
     def stamps(self) -> NDArray[np.int64]:
         """(n,) [ns] after t = 0, rounded to whole nanoseconds."""
         return np.rint(self.t * NS).astype(np.int64)
@@ -88,7 +94,7 @@ class Recording:
     def states(self, finger: str = "", start: int = 0) -> Iterator[FingertipState]:
         """Yield the rows as messages: ``finger`` (default: the recorded one), t = 0 at ``start`` [ns]."""
         finger = finger or self.fingertip.name
-        names = list(self.columns)
+        names = [name for name in self.columns if name in CHANNELS]
         rows = zip(*(self.columns[name].tolist() for name in names), strict=True)
         for seq, (stamp, row) in enumerate(zip(self.stamps.tolist(), rows, strict=True)):
             yield FingertipState(start + stamp, finger, seq, **dict(zip(names, row, strict=True)))
@@ -120,6 +126,10 @@ def join_recordings(recordings: Sequence[Recording], name: str) -> Recording:
             raise RecordingError(
                 f"{first.name} and {other.name} do not go together: only one has {', '.join(sorted(lacking))}"
             )
+        if other.is_material != first.is_material:
+            raise RecordingError(
+                f"{first.name} and {other.name} do not go together: only one is of a step without a contact"
+            )
         mine, its = first.fingertip.radius, other.fingertip.radius
         if mine != its and not (math.isnan(mine) and math.isnan(its)):
             raise RecordingError(
@@ -141,6 +151,8 @@ def join_recordings(recordings: Sequence[Recording], name: str) -> Recording:
     source: dict[str, str | int | float | bool] = {
         "files": ", ".join(str(one.source.get("file", one.name)) for one in recordings)
     }
+    if first.is_material:
+        source[STEP] = ", ".join(dict.fromkeys(str(one.source[STEP]) for one in recordings))
     if not all(one.source.get("recovered", True) for one in recordings):
         source["recovered"] = False
     return Recording(

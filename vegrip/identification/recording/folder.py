@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from vegrip.config import build, read_toml, toml_value
 from vegrip.errors import ConfigError, RecordingError, suggestion
-from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
+from vegrip.identification.recording.channels import NOISE_NAMES, RECORDED
 from vegrip.identification.recording.checks import kept_rows
-from vegrip.identification.recording.data import Fingertip, Recording
+from vegrip.identification.recording.data import STEP, Fingertip, Recording
 from vegrip.identification.recording.report import MISSING, Kind, LoadReport, told
 from vegrip.identification.recording.table import BLOCK_ROWS, Layout, Progress, read_header, read_table
 from vegrip.types import Floats
@@ -136,7 +136,7 @@ def _fingertip(folder: Path, about: Mapping[str, Any], report: LoadReport) -> Fi
         del table[key]
     if isinstance(table.get("radius"), float) and math.isnan(table["radius"]):
         del table["radius"]
-    if "radius" not in table:
+    if "radius" not in table and STEP not in about.get("source", {}):
         report.add(Kind.NOTE, "the fingertip's radius is unknown")
     try:
         return build(Fingertip, table, f"{folder / TOML} [fingertip]")
@@ -190,14 +190,14 @@ def _measurements(
 ) -> tuple[Floats, NDArray[np.int64], dict[str, Floats]]:
     layout = Layout(sealed=True)
     header = read_header(path, layout)
-    channels = [name for name in header if name in CHANNELS]
+    channels = [name for name in header if name in RECORDED]
     if not channels:
         raise RecordingError(
-            f"{path}: none of the columns {', '.join(header)} is known ({', '.join(CHANNELS)}); "
+            f"{path}: none of the columns {', '.join(header)} is known ({', '.join(RECORDED)}); "
             "turn a foreign table into a recording with `vegrip import`"
         )
     for name in header:
-        if name not in CHANNELS and name not in ("t", "episode"):
+        if name not in RECORDED and name not in ("t", "episode"):
             report.add(Kind.COLUMN, name)
     episode = ["episode"] if "episode" in header else []
     table = read_table(path, ["t", *episode, *channels], [], layout, report, progress)

@@ -10,10 +10,21 @@ from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.errors import RecordingError, suggestion
-from vegrip.identification.recording.channels import CHANNELS, noise_name
-from vegrip.identification.recording.checks import report_doubts, stretches_of, usable_rows
-from vegrip.identification.recording.column_map import ColumnMap, header_units, own_columns, suspect_units
-from vegrip.identification.recording.data import Columns, Recording
+from vegrip.identification.recording.channels import IMPORTED, RECORDED, STEPS, noise_name
+from vegrip.identification.recording.checks import (
+    MIN_SAMPLE_PERIOD_S,
+    report_doubts,
+    stretches_of,
+    usable_rows,
+)
+from vegrip.identification.recording.column_map import (
+    ColumnMap,
+    header_units,
+    own_columns,
+    step_columns,
+    suspect_units,
+)
+from vegrip.identification.recording.data import STEP, Columns, Recording, join_recordings
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import Progress, Table, read_header, read_table
 from vegrip.identification.recording.table_form import find_layout
@@ -24,6 +35,11 @@ LOST_TRIALS = 0.1  # of the rows left out, from which it is looked for trials th
 REST_ROWS = 20  # at the start of a trial, before its press
 LEAST_TOUCH_ROWS = 10  # at rest, for the noise above which the force has risen
 LEAST_NOISE_ROWS = 300  # at rest, which tell the noise to 8 %; from fewer it is left to the fit
+LEAST_STEP_ROWS = 10
+STEP_STRAIN = 1e-5  # displacement [m] of the specimen at a step; all is linear in it
+PA_PER_MPA = 1e6
+EARLIEST, EARLY_ROWS = 1e-3, 12  # of the time of a creep's first row, from which it is continued backwards
+STEPS_HELD = {"modulus": "relaxation", "compliance": "creep"}
 TOUCH_SHARE = 0.01  # of the peak force
 
 
@@ -108,6 +124,7 @@ def import_csv(
     column_map: ColumnMap | None = None,
     *,
     radius: float = math.nan,
+    is_step: bool = False,
     progress: Progress = lambda _: None,
 ) -> Recording:
     """Read the table ``path`` as ``column_map`` says; nothing is resampled or filtered.
@@ -116,6 +133,7 @@ def import_csv(
         path: CSV or similar, plain or ``.gz``.
         column_map: where each channel comes from; without it the columns carry our names and SI units.
         radius: of the fingertip or probe [m]; overrides the map's.
+        is_step: the table holds a unit step: a modulus or a compliance against the time since.
         progress: called with the number of rows read so far, now and then.
 
     Raises:
@@ -129,7 +147,7 @@ def import_csv(
     if unusual:
         report.add(Kind.NOTE, f"found by itself: {unusual}")
     header = read_header(path, layout)
-    mapped, chart = chart, own_columns(chart, header)
+    mapped, chart = chart, own_columns(step_columns(chart, header) if is_step else chart, header)
     if taken := chart.channels.keys() - mapped.channels.keys() if mapped.channels else ():
         report.add(Kind.NOTE, f"taken by their names: {', '.join(sorted(taken))}")
     _check_mapped(path, chart, header)
@@ -159,6 +177,8 @@ def recording_of(
 
     """
     trial = _trials(table, chart)
+    if STEPS.keys() & chart.channels.keys():
+        return steps_of(path, table, trial, chart, report)
     t = _seconds(path, table, trial, chart, report)
     keep = usable_rows(t, table.lines, report)
     report.rows_kept = int(np.count_nonzero(keep))
@@ -191,9 +211,79 @@ def recording_of(
         report.add(Kind.NOTE, "the fingertip's radius is unknown; give --radius if it is known")
     report_doubts(t, trial, columns, fingertip.radius, lines, report)
     source = {"file": path.name, "map": chart.name or "command line"}
-    ordered = {key: columns[key] for key in CHANNELS if key in columns}
+    ordered = {key: columns[key] for key in RECORDED if key in columns}
     name = path.name.removesuffix(".gz").rsplit(".", 1)[0]
     return Recording(name, t, trial, ordered, fingertip, noise, source, start, report)
+
+
+def steps_of(
+    path: Path, table: Table, trial: NDArray[np.int64], chart: ColumnMap, report: LoadReport
+) -> Recording:
+    """Return the recording of unit steps, each trial one: the strain or the stress that is held from t = 0.
+
+    Of a specimen 1 m long and of 1 mm^2 in section: a displacement in m is a strain, a force in N a stress in
+    MPa. A table tells neither what was before the step nor at once after it: before, all is zero; a strain
+    that is held is there at once, and the compliance until its first row is the power of time that goes
+    through the rows after it.
+    """
+    found = STEPS.keys() & chart.channels.keys()
+    if len(found) > 1 or {"displacement", "normal_force"} & chart.channels.keys():
+        raise RecordingError(
+            f"{path}: a table of a step has a modulus or a compliance, and no force beside it"
+        )
+    kind = found.pop()
+    scale, offset = to_si(chart.time.unit, "s", f"{path}: time column {chart.time.column!r}")
+    since = table.numbers[chart.time.column] * scale + offset
+    columns = {
+        name: _converted(path, table.numbers[e.column], name, chart) for name, e in chart.channels.items()
+    }
+    steps = []
+    for rows in stretches_of(trial):
+        keep = usable_rows(np.where(since[rows] >= 0.0, since[rows], np.nan), table.lines[rows], report)
+        keep &= columns[kind][rows] > 0.0
+        report.rows_kept += int(np.count_nonzero(keep))
+        if np.count_nonzero(keep) < LEAST_STEP_ROWS:
+            raise RecordingError(
+                f"{path}: has fewer than {LEAST_STEP_ROWS} rows of a step with a {kind} above zero"
+            )
+        one = {name: values[rows][keep] for name, values in columns.items()}
+        steps.append(
+            step_recording(path.name.removesuffix(".gz").rsplit(".", 1)[0], since[rows][keep], one, kind)
+        )
+    source = {"file": path.name, "map": chart.name or "command line", STEP: steps[0].source[STEP]}
+    joined = join_recordings(steps, steps[0].name)
+    return dataclasses.replace(joined, source=source, report=report)
+
+
+def step_recording(name: str, since: Floats, columns: Columns, kind: str) -> Recording:
+    """Return the recording of one unit step: ``modulus`` [Pa] or ``compliance`` [1/Pa] and ``since`` [s] it.
+
+    The force of a creep is exact, and what its displacement is wrong by counts as force by the stiffness.
+    """
+    values, first = columns[kind], float(since[0])
+    early = np.zeros(0) if first == 0.0 else np.zeros(1)
+    if kind == "modulus":
+        t, strain = np.r_[early, since], np.full(early.size + since.size, STEP_STRAIN)
+        force = np.r_[np.full(early.size, np.nan), STEP_STRAIN * values / PA_PER_MPA]
+        noise = baseline_noise([force[early.size :]], LEAST_STEP_ROWS)
+    else:
+        some = slice(0, max(LEAST_STEP_ROWS, int(np.searchsorted(since, 3.0 * first))))
+        rise = np.polyfit(np.log(since[some]), np.log(values[some]), 1)[0] if first > 0.0 else 0.0
+        if first > 0.0:
+            early = np.r_[0.0, first * np.geomspace(EARLIEST, 1.0, EARLY_ROWS)[:-1]]
+        begun = values[0] * np.maximum(early / max(first, 1e-300), 0.1 * EARLIEST) ** min(max(rise, 0.0), 1.0)
+        t, strain = np.r_[early, since], np.r_[begun, values] * STEP_STRAIN / values[0]
+        force = np.r_[np.full(early.size, np.nan), np.full(since.size, STEP_STRAIN / values[0] / PA_PER_MPA)]
+        noise = baseline_noise([values], LEAST_STEP_ROWS) / values[0] * force[-1]
+    before = np.arange(early.size + 1) * 0
+    rest = {n: v[np.r_[before, np.arange(since.size)]] for n, v in columns.items() if n != kind}
+    at_rest = -min(MIN_SAMPLE_PERIOD_S, EARLIEST * EARLIEST * first) if first else -MIN_SAMPLE_PERIOD_S
+    measured = {"displacement": np.r_[0.0, strain], "normal_force": np.r_[0.0, force], **rest}
+    t = np.r_[at_rest, t] - at_rest
+    return Recording(
+        name, t, np.zeros(t.size, dtype=np.int64), measured,
+        sensors={"normal_force": noise} if noise > 0.0 else {}, source={STEP: STEPS_HELD[kind]},
+    )  # fmt: skip
 
 
 def _suspect_trials(t: Floats, report: LoadReport) -> None:
@@ -287,7 +377,7 @@ def _seconds(
 def _converted(path: Path, values: Floats, name: str, chart: ColumnMap) -> Floats:
     entry = chart.channels[name]
     what = f"{path}: column {entry.column!r} as {name}"
-    scale, offset = to_si(entry.unit, CHANNELS[name].unit, what)
+    scale, offset = to_si(entry.unit, IMPORTED[name].unit, what)
     return (values * scale + offset) * entry.scale + entry.offset
 
 
