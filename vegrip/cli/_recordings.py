@@ -12,9 +12,9 @@ from vegrip.identification.recording.channels import RECORDED, noise_name
 from vegrip.identification.sensors import LOAD_REMEDY, lacking
 
 OUT_OF_SIGHT = (
-    "a step without a contact tells stiffness and memory of the material; contact radius, friction, the "
-    "exponent of the stiffness and the zeros of sensors are out of sight"
+    "without a contact stiffness and memory of the material show; contact radius and friction do not"
 )
+OF_A_STEP = f"{OUT_OF_SIGHT}, nor in a step the exponent of the stiffness"
 
 
 def describe(recording: Recording) -> dict[str, Any]:
@@ -35,7 +35,9 @@ def describe(recording: Recording) -> dict[str, Any]:
             }
             for name, values in recording.columns.items()
         },
-        "lacking": [OUT_OF_SIGHT] if recording.is_material else lacking(recording.columns, LOAD_REMEDY),
+        "lacking": [OF_A_STEP if recording.is_step else OUT_OF_SIGHT]
+        if recording.is_material
+        else lacking(recording.columns, LOAD_REMEDY),
         "report": recording.report.as_dict(),
     }
 

@@ -77,7 +77,7 @@ def import_(
     A CAN log needs no map: vegrip sample press.blf && vegrip import press.blf -o log --fingers thumb
     """
     from vegrip.identification.recording import column_map
-    from vegrip.identification.recording.channels import STEPS
+    from vegrip.identification.recording.channels import STEPS, STRETCHES
     from vegrip.identification.recording.units import parse_length
 
     metres = parse_length(radius, "--radius") if radius else math.nan
@@ -111,8 +111,11 @@ def import_(
         if baseline is not None:
             chart = dataclasses.replace(chart, baseline=column_map.BaselineMap(baseline))
         has_own_zeros = any(entry.zero == "contact" for entry in chart.channels.values())
-        if (is_step := step or bool(STEPS.keys() & chart.channels.keys())) and (radius or zeros):
-            raise UsageError("a step without a contact has neither a radius nor zeros to be found")
+        is_step = step or bool(STEPS.keys() & chart.channels.keys())
+        if radius and (is_step or STRETCHES.keys() & chart.channels.keys()):
+            raise UsageError("--radius does not apply to a material without a contact")
+        if zeros and is_step:
+            raise UsageError("--zero does not apply to a step, whose zeros are known")
         found = _mapped(src, output, chart, metres, is_step=is_step)
     _print_result(found, has_own_zeros=has_own_zeros, as_json=as_json)
 

@@ -279,14 +279,21 @@ def paper_model(tip_radius: float, *, modulus: float = 3e5) -> ContactModel:
     )
 
 
-def material_model() -> ContactModel:
-    """Return the base model of a linear material in a unit step: stiffness and relaxation alone are unknown.
+def material_model(*, is_linear: bool, temperature: float = math.nan) -> ContactModel:
+    """Return the base model of a specimen without a contact, whose stiffness and relaxation are unknown.
 
-    The specimen is 1 m long and has a section of 1 mm^2, so K [N] is its modulus at once in MPa.
+    Its section is 1 mm^2, so K [N] is a stress in MPa: of a specimen 1 mm long that at a strain of 0.1, of
+    a linear material in a unit step, 1 m long, the modulus at once. ``temperature`` [degrees Celsius] is that
+    at which the values hold, when known.
     """
     model = dataclasses.replace(
-        paper_model(1.0), reference_depth=1.0, provenance={"origin": "prior of a material"}
+        paper_model(1.0 if is_linear else 1e-3), provenance={"origin": "prior of a material"}
     )
-    known = {symbol for name in BASE[:2] for symbol in (p.symbol for p in effect(name).parameters)} - {"p"}
+    known = {p.symbol for e in model.effects[:2] for p in e.parameters}
+    if is_linear:
+        known.discard("p")
+        model = dataclasses.replace(model.with_value("p", 1.0), reference_depth=1.0)
+    if math.isfinite(temperature):
+        model = dataclasses.replace(model, reference_temperature=temperature)
     values = {s: v if s in known else changed(v, std=0.0) for s, v in model.values.items()}
-    return dataclasses.replace(model, values=values).with_value("p", 1.0)
+    return dataclasses.replace(model, values=values)

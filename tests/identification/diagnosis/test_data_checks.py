@@ -55,6 +55,7 @@ def pressed(
     force = np.roll(np.maximum(displacement / depth, 0.0) ** 1.5, late)
     displacement[205 : 205 + still] = displacement[205]
     recording = SimpleNamespace(
+        is_step=False,
         t=k * step,
         episode=np.zeros(rows, dtype=np.int64),
         columns={"displacement": displacement, "normal_force": force},

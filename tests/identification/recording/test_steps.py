@@ -4,6 +4,7 @@ The creep that goes with a relaxation is found here by Volterra's equation, ``in
 by step, which shares nothing with the fit.
 """
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from vegrip.identification.diagnosis.error_ladder import add_effect
 from vegrip.identification.fit import fit, noise_of
 from vegrip.identification.fit.result import Fit
 from vegrip.identification.recording import Kind, Recording, read_recording, write_recording
+from vegrip.identification.recording.column_map import ColumnMap, with_columns
 from vegrip.identification.recording.data import join_recordings
 from vegrip.identification.recording.import_csv import import_csv
 from vegrip.types import Floats
@@ -136,7 +138,7 @@ def test_a_step_has_no_radius_and_no_zeros_and_is_read_as_it_was_written(tmp_pat
     recording = step(tmp_path, two_times, KINDS[0])
     write_recording(recording, tmp_path / "step")
     again = read_recording(tmp_path / "step")
-    assert again.is_material
+    assert again.is_step
     assert {finding.kind for finding in again.report.findings} == {
         Kind.MISSING
     }  # the force of the step itself
@@ -162,3 +164,18 @@ def test_a_step_and_a_contact_do_not_go_together(tmp_path: Path) -> None:
     contact = import_csv(table(tmp_path / "press.csv", "t,displacement,normal_force", T, 1e-3 * T, T))
     with pytest.raises(RecordingError, match="without a contact"):
         join_recordings([step(tmp_path, two_times, KINDS[0]), contact], "both")
+
+
+def test_tension_against_length_needs_no_radius(tmp_path: Path) -> None:
+    t = np.linspace(0.0, 20.0, 800)
+    strain = np.interp(t, [1.0, 3.0], [0.0, 0.2])
+    stress = 3e4 * (strain / 0.1) ** 2  # [Pa]
+    path = table(tmp_path / "stretch.csv", "s,length,kPa", t, 1.5 + strain, stress / 1e3)
+    chart = with_columns(ColumnMap(), ["t=s", "strain=length", "stress=kPa"], ["stress=kPa"])
+    strained = dataclasses.replace(chart.channels["strain"], offset=-1.5, noise=1e-5)
+    recording = import_csv(path, dataclasses.replace(chart, channels={**chart.channels, "strain": strained}))
+    assert recording.is_material
+    assert np.isnan(recording.fingertip.radius)
+    found = fit(recording).model
+    assert found.values["K"].value == pytest.approx(0.03, rel=0.01)  # [MPa] at a strain of a tenth
+    assert found.values["p"].value == pytest.approx(2.0, rel=0.01)

@@ -64,7 +64,7 @@ def check_before_search(problem: Problem) -> Iterator[Doubt]:
             "too little to distinguish effects",
             is_grave=True,
         )
-    if m.recording.is_material:  # which moves once, and has neither tip nor clocks
+    if m.recording.is_step:  # which moves once, and has neither tip nor clocks
         return
     missing = m.recording.source.get(MISSING)
     if isinstance(missing, int) and missing > 0:

@@ -168,7 +168,7 @@ def _variables(
         "tangential_force": f["tangential_force"],
         "contact": (problem.stiffness > 0.0).astype(np.float64),
     }
-    if problem.measured.recording.is_material:
+    if problem.measured.recording.is_step:
         del every["time"]  # steps are joined in any order
     every |= {name: f[name] for name, least in OUTER.items() if name in f and np.std(f[name]) > least}
     if channel == "tangential_force":

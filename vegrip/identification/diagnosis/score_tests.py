@@ -62,7 +62,7 @@ def candidates(model: ContactModel, measured: Measured) -> tuple[list[Candidate]
             continue
         one = effect(name)
         reason = why_unseen(one, measured)
-        if measured.recording.is_material and not is_of_material(one):
+        if measured.recording.is_step and not is_of_material(one):
             reason = "a step without a contact shows stiffness and memory alone"
         if not reason and (name not in BUILT_IN or any(share_a_name(one, e) for e in foreign)):
             reason = _unfit(model, one)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar, cast
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from vegrip.errors import RecordingError
@@ -90,7 +91,9 @@ def base_model(recording: Recording, model: ContactModel | None = None) -> Conta
 
     """
     if recording.is_material:
-        return material_model()
+        warm = recording.columns.get("temperature")
+        usual = float(np.nanmedian(warm)) if warm is not None else math.nan
+        return material_model(is_linear=recording.is_step, temperature=usual)
     radius = model.tip_radius if model is not None else recording.fingertip.radius
     if not math.isfinite(radius):
         raise RecordingError(

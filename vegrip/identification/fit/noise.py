@@ -305,7 +305,7 @@ def noise_of(recording: Recording) -> Noise:
     values: dict[str, float] = {}
     source: dict[str, str] = {}
     for channel in SERVED:
-        if channel not in recording.columns or (recording.is_material and channel == "displacement"):
+        if channel not in recording.columns or (recording.is_step and channel == "displacement"):
             continue  # a step is exact, or its noise is that of the force
         name, column = noise_name(channel), recording.columns[channel]
         stated = recording.sensors.get(name, math.nan)

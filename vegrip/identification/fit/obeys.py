@@ -26,7 +26,7 @@ MOVES = 0.05  # of the quickest speed, above which it moves
 def broken_by(model: ContactModel, problem: Problem) -> Iterator[str]:
     """Yield a sentence for each law that ``model`` breaks within what ``problem`` has recorded."""
     m = problem.measured
-    if m.recording.is_material or not (problem.stiffness > 0.0).any():
+    if m.recording.is_step or not (problem.stiffness > 0.0).any():
         return
     rate = np.abs(np.gradient(m.motion.displacement, m.recording.t))
     quick = float(np.quantile(rate[problem.stiffness > 0.0], 0.99))

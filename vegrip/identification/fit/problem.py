@@ -168,7 +168,7 @@ class Problem:
         declared = [known[s][1] for s in names]
         values = [self.model.values[s] for s in names]
         zeros, places = int(self._owner.max()) + 1, len(self._pressed)
-        kinds = () if self.measured.recording.is_material else ("zero_displacement", "zero_force")
+        kinds = () if self.measured.recording.is_step else ("zero_displacement", "zero_force")
         extra = [f"{kind}{i if zeros > 1 else ''}" for kind in kinds for i in range(zeros)]
         place = [self._places[s] for s in names]
 
@@ -217,7 +217,7 @@ class Problem:
             self.unknowns.log[inner], np.exp(np.where(self.unknowns.log[inner], raw, 0.0)), raw
         )
         n = int(self._owner.max()) + 1
-        is_known = self.measured.recording.is_material
+        is_known = self.measured.recording.is_step
         zero = np.zeros(2 * n) if is_known else u[~inner]
         return vector, (self.depth * zero[:n][self._owner], self.load * zero[n : 2 * n][self._owner])
 

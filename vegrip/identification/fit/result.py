@@ -409,14 +409,14 @@ def _about_misfit(fit: Fit, *, advise: bool) -> Iterator[str]:
 
 
 def _airless(fit: Fit) -> Iterator[str]:
-    is_contact = not fit.problem.measured.recording.is_material
+    is_contact = not fit.problem.measured.recording.is_step
     if is_contact and not np.any(fit.problem.table(fit.optimum.u)[:, AT["contact_radius"]] == 0.0):
         yield AIRLESS
 
 
 def _missing(fit: Fit) -> Iterator[str]:
     measured = fit.problem.measured
-    if measured.recording.is_material:
+    if measured.recording.is_step:
         return
     if not measured.sliding.size:
         yield "no row slides under a measured load: friction and pressure profile stay with the prior"

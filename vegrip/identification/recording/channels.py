@@ -37,7 +37,10 @@ RECORDED: Final = CHANNELS | {"age": Quantity("s", 0.0, 1e12)}
 STEPS: Final = {"modulus": Quantity("Pa", 0.0, 1e12), "compliance": Quantity("1/Pa", 0.0, 1e6)}
 """What a unit step shows: the stress of a strain that is held, the strain of a stress that is held."""
 
-IMPORTED: Final = RECORDED | STEPS
+STRETCHES: Final = {"strain": Quantity("1", -1.0, 100.0), "stress": Quantity("Pa", -1e12, 1e12)}
+"""What a specimen shows that is stretched or pressed as a whole: length and tension, over those at rest."""
+
+IMPORTED: Final = RECORDED | STEPS | STRETCHES
 """What a column of a table may be."""
 
 NOISE_NAMES: Final = (

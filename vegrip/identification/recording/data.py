@@ -18,7 +18,8 @@ from vegrip.types import Floats
 Columns = dict[str, Floats]
 PAUSE_BETWEEN_S = 60.0  # [s] put between two recordings: long enough for a contact to recover
 MAX_EPISODES = 100_000  # episodes in one range
-STEP = "step"  # key of [source]: what was held, of a recording of unit steps
+MATERIAL = "material"  # key of [source] of a recording without a contact: relaxation, creep or
+STRETCH = "stretch"  # tension against length
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +84,13 @@ class Recording:
 
     @property
     def is_material(self) -> bool:
-        """Whether it holds unit steps of a material: no contact, and zeros that are known."""
-        return STEP in self.source
+        """Whether it is of a specimen without a contact."""
+        return MATERIAL in self.source
+
+    @property
+    def is_step(self) -> bool:
+        """Whether it holds unit steps of a material, whose zeros are known and whose law is linear."""
+        return self.source.get(MATERIAL, STRETCH) != STRETCH
 
     @property
     def stamps(self) -> NDArray[np.int64]:
@@ -126,7 +132,7 @@ def join_recordings(recordings: Sequence[Recording], name: str) -> Recording:
             raise RecordingError(
                 f"{first.name} and {other.name} do not go together: only one has {', '.join(sorted(lacking))}"
             )
-        if other.is_material != first.is_material:
+        if (other.is_material, other.is_step) != (first.is_material, first.is_step):
             raise RecordingError(
                 f"{first.name} and {other.name} do not go together: only one is of a step without a contact"
             )
@@ -152,7 +158,7 @@ def join_recordings(recordings: Sequence[Recording], name: str) -> Recording:
         "files": ", ".join(str(one.source.get("file", one.name)) for one in recordings)
     }
     if first.is_material:
-        source[STEP] = ", ".join(dict.fromkeys(str(one.source[STEP]) for one in recordings))
+        source[MATERIAL] = ", ".join(dict.fromkeys(str(one.source[MATERIAL]) for one in recordings))
     if not all(one.source.get("recovered", True) for one in recordings):
         source["recovered"] = False
     return Recording(

@@ -16,7 +16,7 @@ from vegrip.config import build, read_toml, toml_value
 from vegrip.errors import ConfigError, RecordingError, suggestion
 from vegrip.identification.recording.channels import NOISE_NAMES, RECORDED
 from vegrip.identification.recording.checks import kept_rows
-from vegrip.identification.recording.data import STEP, Fingertip, Recording
+from vegrip.identification.recording.data import MATERIAL, Fingertip, Recording
 from vegrip.identification.recording.report import MISSING, Kind, LoadReport, told
 from vegrip.identification.recording.table import BLOCK_ROWS, Layout, Progress, read_header, read_table
 from vegrip.types import Floats
@@ -136,7 +136,7 @@ def _fingertip(folder: Path, about: Mapping[str, Any], report: LoadReport) -> Fi
         del table[key]
     if isinstance(table.get("radius"), float) and math.isnan(table["radius"]):
         del table["radius"]
-    if "radius" not in table and STEP not in about.get("source", {}):
+    if "radius" not in table and MATERIAL not in about.get("source", {}):
         report.add(Kind.NOTE, "the fingertip's radius is unknown")
     try:
         return build(Fingertip, table, f"{folder / TOML} [fingertip]")

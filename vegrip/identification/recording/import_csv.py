@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.errors import RecordingError, suggestion
-from vegrip.identification.recording.channels import IMPORTED, RECORDED, STEPS, noise_name
+from vegrip.identification.recording.channels import IMPORTED, RECORDED, STEPS, STRETCHES, noise_name
 from vegrip.identification.recording.checks import (
     MIN_SAMPLE_PERIOD_S,
     report_doubts,
@@ -24,7 +24,7 @@ from vegrip.identification.recording.column_map import (
     step_columns,
     suspect_units,
 )
-from vegrip.identification.recording.data import STEP, Columns, Recording, join_recordings
+from vegrip.identification.recording.data import MATERIAL, STRETCH, Columns, Recording, join_recordings
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import Progress, Table, read_header, read_table
 from vegrip.identification.recording.table_form import find_layout
@@ -38,6 +38,10 @@ LEAST_NOISE_ROWS = 300  # at rest, which tell the noise to 8 %; from fewer it is
 LEAST_STEP_ROWS = 10
 STEP_STRAIN = 1e-5  # displacement [m] of the specimen at a step; all is linear in it
 PA_PER_MPA = 1e6
+SPECIMEN = {
+    "strain": 1e-3,
+    "stress": 1.0 / PA_PER_MPA,
+}  # length [m] and section [m^2] of one that is stretched
 EARLIEST, EARLY_ROWS = 1e-3, 12  # of the time of a creep's first row, from which it is continued backwards
 STEPS_HELD = {"modulus": "relaxation", "compliance": "creep"}
 TOUCH_SHARE = 0.01  # of the peak force
@@ -179,6 +183,9 @@ def recording_of(
     trial = _trials(table, chart)
     if STEPS.keys() & chart.channels.keys():
         return steps_of(path, table, trial, chart, report)
+    is_stretch = bool(STRETCHES.keys() & chart.channels.keys())
+    if is_stretch:
+        chart = _of_specimen(path, chart)
     t = _seconds(path, table, trial, chart, report)
     keep = usable_rows(t, table.lines, report)
     report.rows_kept = int(np.count_nonzero(keep))
@@ -207,13 +214,37 @@ def recording_of(
         one = {name: values[rows] for name, values in columns.items()}  # views: corrected in place
         correct_trial(t[rows], one, rough.get("normal_force", 0.0), chart, report)
     fingertip = chart.fingertip if math.isnan(radius) else dataclasses.replace(chart.fingertip, radius=radius)
-    if math.isnan(fingertip.radius):
+    if math.isnan(fingertip.radius) and not is_stretch:
         report.add(Kind.NOTE, "the fingertip's radius is unknown; give --radius if it is known")
     report_doubts(t, trial, columns, fingertip.radius, lines, report)
     source = {"file": path.name, "map": chart.name or "command line"}
+    source |= {MATERIAL: STRETCH} if is_stretch else {}
     ordered = {key: columns[key] for key in RECORDED if key in columns}
     name = path.name.removesuffix(".gz").rsplit(".", 1)[0]
     return Recording(name, t, trial, ordered, fingertip, noise, source, start, report)
+
+
+def _of_specimen(path: Path, chart: ColumnMap) -> ColumnMap:
+    """Return ``chart`` with strain and stress as displacement and force of a specimen of 1 mm by 1 mm^2."""
+    channels = dict(chart.channels)
+    if channels.keys() & {"displacement", "normal_force"} or not channels.keys() >= STRETCHES.keys():
+        raise RecordingError(
+            f"{path}: tension against length has a strain and a stress, and nothing beside it"
+        )
+    for name, channel in (("strain", "displacement"), ("stress", "normal_force")):
+        entry = channels.pop(name)
+        unit, size = (
+            to_si(entry.unit, STRETCHES[name].unit, f"{path}: column {entry.column!r} as {name}")[0],
+            SPECIMEN[name],
+        )
+        channels[channel] = dataclasses.replace(
+            entry,
+            unit="",
+            scale=entry.scale * unit * size,
+            offset=entry.offset * size,
+            noise=entry.noise * size,
+        )
+    return dataclasses.replace(chart, channels=channels)
 
 
 def steps_of(
@@ -250,7 +281,7 @@ def steps_of(
         steps.append(
             step_recording(path.name.removesuffix(".gz").rsplit(".", 1)[0], since[rows][keep], one, kind)
         )
-    source = {"file": path.name, "map": chart.name or "command line", STEP: steps[0].source[STEP]}
+    source = {"file": path.name, "map": chart.name or "command line", MATERIAL: steps[0].source[MATERIAL]}
     joined = join_recordings(steps, steps[0].name)
     return dataclasses.replace(joined, source=source, report=report)
 
@@ -282,7 +313,7 @@ def step_recording(name: str, since: Floats, columns: Columns, kind: str) -> Rec
     t = np.r_[at_rest, t] - at_rest
     return Recording(
         name, t, np.zeros(t.size, dtype=np.int64), measured,
-        sensors={"normal_force": noise} if noise > 0.0 else {}, source={STEP: STEPS_HELD[kind]},
+        sensors={"normal_force": noise} if noise > 0.0 else {}, source={MATERIAL: STEPS_HELD[kind]},
     )  # fmt: skip
 
 
