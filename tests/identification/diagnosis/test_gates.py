@@ -225,7 +225,9 @@ def test_two_that_do_nothing_are_not_alike() -> None:
 
 def test_where_nothing_is_named_the_curve_is_that_of_the_first_model(monkeypatch) -> None:
     monkeypatch.setattr(
-        diagnosis, "find_discrepancy", lambda fitted, **_: SimpleNamespace(gain=50.0, of=fitted)
+        diagnosis,
+        "find_discrepancy",
+        lambda fitted, **_: SimpleNamespace(gain=50.0, of=fitted, variable="time"),
     )
     found = Found(ONE, misfit=1.6)
     assert Diagnosis(SimpleNamespace(), found).unexplained.of is found.first

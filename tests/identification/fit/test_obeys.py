@@ -136,7 +136,7 @@ def test_a_model_is_tried_at_the_quickest_and_a_slow_speed_of_what_touches(monke
     t = 5.0 + 0.01 * np.arange(1000)
     motion = SimpleNamespace(displacement=np.cumsum(0.01 * rates))
     measured, touching = (
-        SimpleNamespace(motion=motion, recording=SimpleNamespace(t=t)),
+        SimpleNamespace(motion=motion, recording=SimpleNamespace(t=t, is_step=False)),
         np.arange(1000) >= 402,
     )
     for stiffness in (0.0 * rates, 0.5 * touching):

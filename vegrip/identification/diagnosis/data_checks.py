@@ -179,6 +179,8 @@ def apart(base: CandidateFit) -> tuple[float, float]:
     From no shift, and from that at which the rates agree best.
     """
     m = base.problem.measured
+    if m.recording.is_step:
+        return 0.0, 0.0
     late = shift(m.recording.t, m.first, m.motion.displacement, m.force)
     problem = Shifted(base.problem)
     starts = [np.append(base.optimum.u, value) for value in {0.0, late}]

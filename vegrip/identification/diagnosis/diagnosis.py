@@ -193,7 +193,7 @@ class Diagnosis:
         """
         s, rest = self.search, self._rest
         if self.verdict == "unexplained" and (rest is None or rest.variable not in OUTER):
-            return find_discrepancy(s.first, with_changes=not self.start.problem.measured.recording.is_step)
+            return find_discrepancy(s.first, with_changes=True)
         return rest if s.misfit(s.last) > thresholds.MAX_NOISE_CHI2 else None
 
     @cached_property
@@ -414,12 +414,7 @@ def _diagnosed(start: Fit, most: int, threads: int, report: Report) -> Diagnosis
     found = search_effects(
         start.problem, start.optimum, most=0 if is_unreliable else most, threads=threads, report=report
     )
-    has_clocks = not start.problem.measured.recording.is_step
-    if (
-        has_clocks
-        and not is_unreliable
-        and (found.accepted or found.misfit(found.first) > thresholds.MAX_NOISE_CHI2)
-    ):
+    if not is_unreliable and (found.accepted or found.misfit(found.first) > thresholds.MAX_NOISE_CHI2):
         gains = [one.verdict.gain for one in found.steps[0].tried]
         doubts += check_clocks(found.first, max(gains, default=0.0))
     if any(doubt.is_grave for doubt in doubts):

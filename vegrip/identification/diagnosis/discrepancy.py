@@ -114,7 +114,8 @@ def find_discrepancy(fitted: CandidateFit, *, with_changes: bool = False) -> Dis
     best = max(found, key=lambda one: one.gain, default=None)
     if best is None or best.gain <= MIN_POINTING_NATS:
         return None
-    change = find_change(fitted, best.gain) if with_changes else None
+    is_step = problem.measured.recording.is_step  # which shows no place
+    change = find_change(fitted, best.gain) if with_changes and not is_step else None
     if change is not None and change.gain > best.gain:
         same = [one for one in found if (one.variable, one.channel) == (change.variable, "normal_force")]
         best = dataclasses.replace(max(same, key=lambda one: one.gain), gain=change.gain, change=change)

@@ -331,8 +331,9 @@ def fit_of(problem: Problem, optimum: Optimum) -> Fit:
 
 def _warnings(fit: Fit, *, advise: bool) -> Iterator[str]:
     yield from _about_data(fit)
-    yield from _missing(fit)
-    yield from _airless(fit)
+    if not fit.problem.measured.recording.is_step:
+        yield from _missing(fit)
+        yield from _airless(fit)
     for j, name in enumerate(fit.problem.unknowns.names):
         yield from _about_unknown(fit, j, name)
     for one, other, c in fit.correlations(ENTANGLED):
@@ -409,15 +410,12 @@ def _about_misfit(fit: Fit, *, advise: bool) -> Iterator[str]:
 
 
 def _airless(fit: Fit) -> Iterator[str]:
-    is_contact = not fit.problem.measured.recording.is_step
-    if is_contact and not np.any(fit.problem.table(fit.optimum.u)[:, AT["contact_radius"]] == 0.0):
+    if not np.any(fit.problem.table(fit.optimum.u)[:, AT["contact_radius"]] == 0.0):
         yield AIRLESS
 
 
 def _missing(fit: Fit) -> Iterator[str]:
     measured = fit.problem.measured
-    if measured.recording.is_step:
-        return
     if not measured.sliding.size:
         yield "no row slides under a measured load: friction and pressure profile stay with the prior"
     touching = np.count_nonzero(fit.problem.stiffness > 0.0)
