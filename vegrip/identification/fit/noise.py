@@ -354,7 +354,7 @@ def _contradicted(recording: Recording, values: dict[str, float], source: dict[s
 
     The force is seen better by :func:`_seen`.
     """
-    if not {"normal_force", "displacement"} <= recording.columns.keys():
+    if not {"normal_force", "displacement"} <= values.keys():
         return
     rest = at_rest(recording, np.ones(len(recording), dtype=bool), values["displacement"])
     for channel in SERVED[1:]:
