@@ -77,7 +77,7 @@ def import_(
     A CAN log needs no map: vegrip sample press.blf && vegrip import press.blf -o log --fingers thumb
     """
     from vegrip.identification.recording import column_map
-    from vegrip.identification.recording.channels import STEPS, STRETCHES
+    from vegrip.identification.recording.channels import STEP_QUANTITIES, STRETCHES
     from vegrip.identification.recording.units import parse_length
 
     metres = parse_length(radius, "--radius") if radius else math.nan
@@ -111,7 +111,7 @@ def import_(
         if baseline is not None:
             chart = dataclasses.replace(chart, baseline=column_map.BaselineMap(baseline))
         has_own_zeros = any(entry.zero == "contact" for entry in chart.channels.values())
-        is_step = step or bool(STEPS.keys() & chart.channels.keys())
+        is_step = step or bool(STEP_QUANTITIES.keys() & chart.channels.keys())
         if radius and (is_step or STRETCHES.keys() & chart.channels.keys()):
             raise UsageError("--radius does not apply to a material without a contact")
         if zeros and is_step:

@@ -34,13 +34,13 @@ CHANNELS: Final[dict[str, Quantity]] = {
 RECORDED: Final = CHANNELS | {"age": Quantity("s", 0.0, 1e12)}
 """What a recording may hold besides ``t`` [s] and ``episode``: also how old the material is."""
 
-STEPS: Final = {"modulus": Quantity("Pa", 0.0, 1e12), "compliance": Quantity("1/Pa", 0.0, 1e6)}
+STEP_QUANTITIES: Final = {"modulus": Quantity("Pa", 0.0, 1e12), "compliance": Quantity("1/Pa", 0.0, 1e6)}
 """What a unit step shows: the stress of a strain that is held, the strain of a stress that is held."""
 
 STRETCHES: Final = {"strain": Quantity("1", -1.0, 100.0), "stress": Quantity("Pa", -1e12, 1e12)}
 """What a specimen shows that is stretched or pressed as a whole: length and tension, over those at rest."""
 
-IMPORTED: Final = RECORDED | STEPS | STRETCHES
+IMPORTED: Final = RECORDED | STEP_QUANTITIES | STRETCHES
 """What a column of a table may be."""
 
 NOISE_NAMES: Final = (

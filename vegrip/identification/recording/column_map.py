@@ -36,7 +36,7 @@ from typing import Any
 
 from vegrip.config import build, parameter, read_toml, replace
 from vegrip.errors import ConfigError, RecordingError, UsageError, suggestion
-from vegrip.identification.recording.channels import IMPORTED, STEPS
+from vegrip.identification.recording.channels import IMPORTED, STEP_QUANTITIES
 from vegrip.identification.recording.data import Fingertip
 from vegrip.identification.recording.units import to_si
 
@@ -207,8 +207,8 @@ def step_columns(base: ColumnMap, header: Sequence[str]) -> ColumnMap:
     said = {base.time.column, *(entry.column for entry in base.channels.values())}
     for name in header:
         words = name.lower()
-        for step in STEPS:
-            if step in words and name not in said and not STEPS.keys() & base.channels.keys():
+        for step in STEP_QUANTITIES:
+            if step in words and name not in said and not STEP_QUANTITIES.keys() & base.channels.keys():
                 base = _changed(base, step, "column", name)
         if words.startswith("time") and base.time.column == "t" not in header:
             base = _changed(base, "t", "column", name)

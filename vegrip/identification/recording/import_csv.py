@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.errors import RecordingError, suggestion
-from vegrip.identification.recording.channels import IMPORTED, RECORDED, STEPS, STRETCHES, noise_name
+from vegrip.identification.recording.channels import (
+    IMPORTED,
+    RECORDED,
+    STEP_QUANTITIES,
+    STRETCHES,
+    noise_name,
+)
 from vegrip.identification.recording.checks import (
     MIN_SAMPLE_PERIOD_S,
     report_doubts,
@@ -181,7 +187,7 @@ def recording_of(
 
     """
     trial = _trials(table, chart)
-    if STEPS.keys() & chart.channels.keys():
+    if STEP_QUANTITIES.keys() & chart.channels.keys():
         return steps_of(path, table, trial, chart, report)
     is_stretch = bool(STRETCHES.keys() & chart.channels.keys())
     if is_stretch:
@@ -257,7 +263,7 @@ def steps_of(
     that is held is there at once, and the compliance until its first row is the power of time that goes
     through the rows after it.
     """
-    found = STEPS.keys() & chart.channels.keys()
+    found = STEP_QUANTITIES.keys() & chart.channels.keys()
     if len(found) > 1 or {"displacement", "normal_force"} & chart.channels.keys():
         raise RecordingError(
             f"{path}: a table of a step has a modulus or a compliance, and no force beside it"
