@@ -53,6 +53,23 @@ def test_branches_are_the_hereditary_integral(name, model_with):
     assert np.abs(model.simulate(T, delta).normal_force - direct).max() < 2e-4 * direct.max()
 
 
+@pytest.mark.parametrize(("amplitudes", "most"), [((0.05, 0.1, 0.02, 0.0, 0.1), 0.27), ((0.9,) * 5, 0.95)])
+def test_a_spectrum_is_the_hereditary_integral_over_its_five_times(amplitudes, most, model_with):
+    """Of a force that does not relax besides; a sum of more than 0.95 is scaled to that."""
+    model = model_with("relaxation_spectrum").with_value("c1", 0.0)
+    for i, c in enumerate(amplitudes, 1):
+        model = model.with_value(f"c_s{i}", c)
+    shares = most * np.array(amplitudes) / sum(amplitudes)
+    rates = model.values["nu_s"].value * 10.0 ** np.arange(5)
+    delta = never_lifted(T)
+    direct = hereditary(
+        T,
+        power_law(model, delta),
+        lambda t: 1.0 + np.tensordot(shares, np.expm1(-np.multiply.outer(rates, t)), 1),
+    )
+    assert np.abs(model.simulate(T, delta).normal_force - direct).max() < 2e-3 * direct.max()
+
+
 @pytest.mark.parametrize("alpha", [0.0, 0.1, 0.3])
 def test_log_spaced_branches_are_a_continuous_spectrum(alpha, model_with):
     """``g = 1 - c_P int nu^alpha (1 - exp(-nu t)) dln(nu) / int nu^alpha dln(nu)``, over the same decades."""

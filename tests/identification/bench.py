@@ -44,11 +44,12 @@ def recorded(
     seed: int,
     hidden: Mapping[str, Mapping[str, float]],
     protocol: Sequence[Episode] = PROTOCOL,
+    tip: FingertipSettings = TIP,
     **how: Any,
 ) -> Recording:
     """Return the recording of the bench in which effects (by name, with their parameters) are hidden."""
     trial = run_trial(
-        TIP, protocol, SENSORS, seed, hidden=hidden, step=2.5e-3, rings=8, spokes=16, truth=False, **how
+        tip, protocol, SENSORS, seed, hidden=hidden, step=2.5e-3, rings=8, spokes=16, truth=False, **how
     )
     columns = {k: v for k, v in trial.columns.items() if k not in ("t", "episode")}
     episode = trial.columns["episode"].astype(np.int64)

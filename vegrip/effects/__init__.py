@@ -36,6 +36,7 @@ BUILT_IN = (
     "relaxation",
     "second_relaxation",
     "power_law_relaxation",
+    "relaxation_spectrum",
     "rate_stiffening",
     "fast_damping",
     "adhesion",

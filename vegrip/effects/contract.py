@@ -110,6 +110,7 @@ class Effect:
         channels: measurements that can show it.
         confounded: effects whose signature resembles its own.
         experiment: the motion that tells them apart.
+        sought: a diagnosis looks for it; else it is added by hand alone.
         group: effects of one group cannot be told apart by force and displacement at all.
         kinked: its derivative where it is absent says little, so a fit is tried on half of the evidence.
         expensive: it slows a model down even where it is absent, so it is screened in a model of its own.
@@ -140,6 +141,7 @@ class Effect:
     channels: tuple[str, ...] = ("normal_force",)
     confounded: tuple[str, ...] = ()
     experiment: str = ""
+    sought: bool = True
     group: str = ""
     kinked: bool = False
     expensive: bool = False

@@ -58,9 +58,9 @@ def candidates(model: ContactModel, measured: Measured) -> tuple[list[Candidate]
     foreign = [e for e in model.effects if e.name not in BUILT_IN]
     found, out_of_sight = [], {}
     for name in names():
-        if name in BASE or name in present:
-            continue
         one = effect(name)
+        if name in BASE or name in present or not one.sought:
+            continue
         reason = why_unseen(one, measured)
         if measured.recording.is_step and not is_of_material(one):
             reason = "a step without a contact shows stiffness and memory alone"

@@ -71,7 +71,7 @@ def hypotheses_of(
     for name in wanted:
         if name != NO_EFFECT and effect(name).name in {one.name for one in problem.model.effects}:
             raise UsageError(f"the model has {name} already; it is no candidate any more")
-    possible, hidden = candidates(problem.model, problem.measured)
+    _, hidden = candidates(problem.model, problem.measured)
     groups = held_out_groups(problem)
     base = evaluate_candidate(problem, start.optimum, groups)
     models: dict[str, ContactModel] = {}
@@ -83,9 +83,8 @@ def hypotheses_of(
             continue
         if name in hidden and not _is_reachable(name, problem.measured):
             raise UsageError(f"no experiment with these sensors shows {name}: {hidden[name]}")
-        found, seen = None, [one for one in possible if one.name == name]
-        if effect(name).file:  # a draft, which no catalogue lists
-            seen = [candidate_of(effect(name), problem.model, problem.measured)]
+        found = None
+        seen = [candidate_of(effect(name), problem.model, problem.measured)] if name not in hidden else []
         if hints := screen_candidates(problem, start.optimum, seen):
             found = extend_problem(base, hints[0], groups)
         if found is not None and found.evidence - base.evidence > MIN_GAIN_NATS:
