@@ -10,9 +10,10 @@ import pytest
 from tests.export.firmware import run
 from vegrip.c99 import host
 from vegrip.cli import main
+from vegrip.effects import effect
 from vegrip.errors import InputError, UsageError
 from vegrip.estimator import ContactEstimator, SensorNoise
-from vegrip.export import Request
+from vegrip.export import Request, write_export
 from vegrip.export.estimator import FLAGS, record, simulated
 from vegrip.export.measure import deepest, stack_frames
 from vegrip.export.saved import learned_model, numbers_of, read_numbers, resumed
@@ -25,6 +26,18 @@ def test_the_sequence_shows_every_flag_both_ways() -> None:
     told = [frame.flags for frame in record(Request(paper_model(8e-3))).frames]
     for bit, name in enumerate(FLAGS):
         assert {flags >> bit & 1 for flags in told} == {0, 1}, name
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", ["adhesion", "relaxation_spectrum"])
+def test_an_added_effect_passes_its_self_test_wherever_an_infinite_number_is_saved(
+    name: str, host_alone: None, tmp_path: Path
+) -> None:
+    model = paper_model(8e-3).with_effect(effect(name))
+    test = write_export(Request(model, frames=200), tmp_path / "firmware").measured.host_run
+    assert test is not None
+    assert test.passed
+    assert test.equal == test.numbers
 
 
 CLOCKS = """
