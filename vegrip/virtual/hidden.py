@@ -426,7 +426,7 @@ class JkrAdhesion(Hidden, name="jkr_adhesion"):
 
     def _radius(self, x: float) -> float:
         """Return the radius of the contact [m] at ``x``, by halving; 0 where nothing sticks or touches."""
-        least = (math.pi * self.work * self.tip_radius**2 / (8.0 * self.modulus)) ** (1.0 / 3.0)
+        least = math.cbrt(math.pi * self.work * self.tip_radius**2 / (8.0 * self.modulus))
         if x < least**2 / self.tip_radius - self.back(least) or (x < 0.0 and not self._sticks):
             return 0.0
         low, high = least, least + math.sqrt(self.tip_radius * max(x, 0.0)) + 4.0 * least

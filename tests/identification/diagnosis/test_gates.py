@@ -107,7 +107,9 @@ def test_only_a_base_parameter_that_was_away_from_it_is_driven_onto_a_bound(
 
 def tried(name, gain, *, change=(1.0, 0.0), failed=()):
     return SimpleNamespace(
-        candidate=SimpleNamespace(name=name), verdict=Verdict(gain, gain, failed), change=np.array(change)
+        candidate=SimpleNamespace(name=name, effect=SimpleNamespace(group="")),
+        verdict=Verdict(gain, gain, failed),
+        change=np.array(change),
     )
 
 
@@ -132,7 +134,9 @@ class Found:
 
 
 def step(*given, taken=0):
-    return SimpleNamespace(tried=list(given), taken=given[taken] if given and taken is not None else None)
+    return SimpleNamespace(
+        base=None, tried=list(given), taken=given[taken] if given and taken is not None else None
+    )
 
 
 def verdict(steps, rest=None, **figures):
@@ -329,7 +333,9 @@ def test_clocks_are_looked_at_where_something_is_left_or_named_and_a_doubtful_re
     seen = []
     start = SimpleNamespace(
         problem=SimpleNamespace(
-            measured=None, model=SimpleNamespace(tip_radius=0.01), episodes=np.zeros(1, dtype=int)
+            measured=SimpleNamespace(recording=None),
+            model=SimpleNamespace(tip_radius=0.01),
+            episodes=np.zeros(1, dtype=int),
         ),
         optimum=None,
     )
@@ -349,8 +355,10 @@ def test_clocks_are_looked_at_where_something_is_left_or_named_and_a_doubtful_re
     )
     monkeypatch.setattr(diagnosis, "search_effects", search)
     monkeypatch.setattr(diagnosis, "unproven", lambda *_, **__: "")
+    monkeypatch.setattr(diagnosis, "find_discrepancy", lambda _: None)
+    monkeypatch.setattr(diagnosis, "find_jump", lambda *_: None)
     monkeypatch.setattr(diagnosis, "check_clocks", lambda _, best: seen.append(best) or [])
-    found = diagnosis.diagnose(None)
+    found = diagnosis.diagnose([])
     is_grave = True in doubts
     assert seen == [0 if is_grave else 4] + [30.0 if accepted else 20.0] * asked
     assert len(found.doubts) == len(doubts)

@@ -65,7 +65,7 @@ def test_every_parameter_whose_text_says_it_is_scaled_can_be_told_in_si() -> Non
             if parameter.of and (parameter.unit != "1" or parameter.of not in SCALES):
                 wrong.append(parameter.symbol)
     assert wrong == []
-    assert set(silent) <= {"g_v", "b_x", "beta_x"}  # rates of growth per x_ref: not a multiple of it
+    assert set(silent) <= {"g_v", "g_J", "b_x", "beta_x"}  # rates of growth per x_ref: not a multiple of it
 
 
 def test_a_share_of_the_force_at_the_reference_depth_is_newtons() -> None:

@@ -125,7 +125,7 @@ def test_values_in_a_wrong_unit_are_kept_and_doubted(row: str, what: str, tmp_pa
 
 
 def test_time_in_milliseconds_is_doubted(tmp_path: Path) -> None:
-    recording = read_recording(folder_with(tmp_path, "0,0,0,0\n100,0,0,0\n200,0,0,0\n"))
+    recording = read_recording(folder_with(tmp_path, "".join(f"{100 * i},0,0,0\n" for i in range(60))))
     assert "t advances by 100 s a row" in recording.report.summary()
 
 

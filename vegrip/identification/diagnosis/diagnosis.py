@@ -29,7 +29,7 @@ from vegrip.identification.diagnosis.discrepancy import OUTER, Discrepancy, find
 from vegrip.identification.diagnosis.motions import unproven
 from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects
 from vegrip.identification.diagnosis.zero_jump import Jump, find_jump
-from vegrip.identification.fit.fitting import fit, on_one_thread
+from vegrip.identification.fit.fitting import fit, on_one_thread, used_of
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import TooManyUnknownsError, Zeros
 from vegrip.identification.fit.result import Fit, fit_of
@@ -350,9 +350,12 @@ def diagnose(
             tip = model if model is None else replace(model, tip_radius=radius)
         return fit(of, tip, noise=noise, zeros=zeros, laws=laws, report=report)
 
+    recording = used_of(recording, zeros, laws)
     start = started(zeros, laws)
     refuse_unusable(recording, start.problem.measured)
     found = _diagnosed(start, most, threads, report)
+    if any(doubt.is_grave for doubt in found.doubts):
+        return found
     for _ in range(thresholds.MAX_JUMPS):
         if found.jump is None:
             break
@@ -368,7 +371,7 @@ def diagnose(
         own = _diagnosed(started(zeros, laws, found.other_radius), most, threads, report)
         found = found.or_of_radius(own)
     may_differ = laws == "recording" and start.problem.episodes.any()
-    if not may_differ or any(doubt.is_grave for doubt in found.doubts) or found.verdict != "unexplained":
+    if not may_differ or found.verdict != "unexplained":
         return found
 
     def gain_of(own: Fit) -> float:

@@ -73,14 +73,18 @@ def solve(
 
     The arguments are those of :func:`fit`; ``symbols``: parameters to fit, none for a model as it is.
     """
-    if not (isinstance(zeros, tuple) or isinstance(laws, tuple)):
-        recording = excerpt(recording)
+    recording = used_of(recording, zeros, laws)
     measured = preprocess(recording, noise or noise_of(recording))
     plain = Problem(base_model(recording, model), measured, zeros=zeros, laws=laws)
     if model is None:
         return plain, fit_problem(plain, report)
     problem = Problem(model, measured, zeros=zeros, laws=laws, symbols=symbols)
     return problem, fit_problem(problem, report, plain)
+
+
+def used_of(recording: Recording, *owners: Zeros) -> Recording:
+    """Return what of a recording is fitted: all of it where its episodes are in groups, else an excerpt."""
+    return recording if any(isinstance(one, tuple) for one in owners) else excerpt(recording)
 
 
 def base_model(recording: Recording, model: ContactModel | None = None) -> ContactModel:
