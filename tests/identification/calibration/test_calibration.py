@@ -226,7 +226,8 @@ def test_what_a_trial_lacks_is_said_with_the_remedy(done: Practised) -> None:
     flat = {"tangential_force_x": None, "tangential_force_y": None, "torque_z": None}
     assert "no tangential force" in check_trial("slide", _like(slide, **flat))[0]
     assert "no torque" in check_trial("twist", _like(twist, torque_z=np.zeros(len(twist))))[-1]
-    drowned = _like(twist, torque_z=1e-2 * twist.columns["torque_z"])
+    noise = 1e-4 * np.random.default_rng(0).standard_normal(len(twist))
+    drowned = _like(twist, torque_z=1e-2 * twist.columns["torque_z"] + noise)
     assert "its torque reaches" in check_trial("twist", drowned)[-1]
     touching = slide.columns["normal_force"] > 0.5 * slide.columns["normal_force"].max()
     late = slide.select(np.arange(len(slide)) >= int(np.argmax(touching)))

@@ -208,7 +208,7 @@ def test_over_which_variables_a_curve_is_looked_for(stiffness) -> None:
     t = np.arange(6.0)
     depth = np.array([-1e-4, 1e-4, 3e-4, 3e-4, 1e-4, -1e-4])
     problem = SimpleNamespace(
-        measured=SimpleNamespace(recording=SimpleNamespace(t=t, columns={})),
+        measured=SimpleNamespace(recording=SimpleNamespace(t=t, is_step=False, columns={})),
         stiffness=np.where(depth > 0.0, stiffness, 0.0),
         episodes=np.zeros(6),
         depth=1e-4,
@@ -623,7 +623,11 @@ def test_the_variable_with_most_evidence_is_told_and_a_change_where_it_has_more(
 
     residual = np.repeat([0.0, 1.0, 2.0], [100, 20, 19])
     fitted = SimpleNamespace(
-        problem=SimpleNamespace(table=lambda _: None, unknowns=SimpleNamespace(std=np.ones(1), prior=0.0)),
+        problem=SimpleNamespace(
+            table=lambda _: None,
+            unknowns=SimpleNamespace(std=np.ones(1), prior=0.0),
+            measured=SimpleNamespace(recording=SimpleNamespace(is_step=False)),
+        ),
         optimum=SimpleNamespace(u=np.zeros(1), residual=residual, jacobian=np.ones((139, 1))),
     )
     monkeypatch.setattr(
@@ -677,7 +681,7 @@ def test_a_curve_over_temperature_and_those_of_slip_are_looked_for_where_they_ar
     warm = 20.0 + scatter * np.tile([1.0, -1.0], 3)
     slip = np.array([0.0, 1e-4, -1e-3, np.nan, 0.0, 0.0])
     problem = SimpleNamespace(
-        measured=SimpleNamespace(recording=SimpleNamespace(t=t, columns={"slip_speed": slip})),
+        measured=SimpleNamespace(recording=SimpleNamespace(t=t, is_step=False, columns={"slip_speed": slip})),
         stiffness=ones, episodes=np.zeros(6), depth=1e-3,
     )  # fmt: skip
     values = dict.fromkeys(("normal_force", "time_in_contact", "time", "tangential_force"), ones)

@@ -107,7 +107,7 @@ def test_only_a_base_parameter_that_was_away_from_it_is_driven_onto_a_bound(
 
 def tried(name, gain, *, change=(1.0, 0.0), failed=()):
     return SimpleNamespace(
-        candidate=SimpleNamespace(name=name, effect=SimpleNamespace(group="")),
+        candidate=SimpleNamespace(name=name, effect=SimpleNamespace(group="", hooks=())),
         verdict=Verdict(gain, gain, failed),
         change=np.array(change),
     )

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from validation.diagnosis_trials import procedures
+from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS
 from validation.diagnosis_trials.procedures import KEPT, PROCEDURES
 from vegrip.cli import run
 from vegrip.identification.blind import Answer, Truth, read_answers
@@ -47,7 +48,7 @@ def test_what_a_procedure_says_is_read_as_answers_and_not_asked_twice(blind, tmp
     assert run(procedures.procedures, arguments, "procedures", KEPT) == 0
     truths = dict.fromkeys(SAID, Truth((), (), "none"))
     effects = json.loads((tmp_path / "answers/everything.json").read_text())["001"]["named"]
-    assert len(effects) == 25
+    assert set(effects) == CATALOGUE_AMOUNTS.keys()
     told = read_answers(tmp_path / "answers/BIC.json", truths, effects)
     assert [(one.named, one.sets) for one in told.values()] == [
         (one.named, one.sets) for one in SAID.values()

@@ -38,10 +38,13 @@ from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
 from vegrip.types import Floats
 
-RADIUS_LIKE = {"contact_radius_law", "pressure_profile"}
-
-
+OF_CIRCLE = {"area", "profile"}  # stages of laws of the contact circle, as whose another radius shows
 TIMING = "timing"  # the group of effects of a force that is late
+
+
+def is_of_circle(one: Tried) -> bool:
+    """Whether a candidate is a law of the contact circle."""
+    return bool(OF_CIRCLE & {hook.stage for hook in one.candidate.effect.hooks})
 
 
 def are_alike(one: Tried, other: Tried) -> bool:
@@ -105,7 +108,7 @@ class Diagnosis:
         """Radius of the tip [m] that explains as much as an effect of the contact circle that was taken."""
         for step in self.search.steps:
             taken = step.taken
-            if taken is not None and taken.candidate.name in RADIUS_LIKE:
+            if taken is not None and is_of_circle(taken):
                 radius, gain = other_radius(step.base)
                 if gain >= taken.verdict.gain - self.search.within(taken.verdict.gain):
                     return radius
@@ -113,7 +116,7 @@ class Diagnosis:
 
     def or_of_radius(self, own: "Diagnosis") -> "Diagnosis":
         """Return ``own``, of another radius, where with that nothing of the contact circle is missing."""
-        if own.verdict == "unexplained" or RADIUS_LIKE & {one.candidate.name for one in own.search.accepted}:
+        if own.verdict == "unexplained" or any(map(is_of_circle, own.search.accepted)):
             return self
         stated, found = (1e3 * one.start.problem.model.tip_radius for one in (self, own))
         said = (
