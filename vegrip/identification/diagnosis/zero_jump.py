@@ -80,6 +80,8 @@ def find_jump(base: CandidateFit, least: float) -> Jump | None:
     for step in STEPS:  # for the derivative above is that of a zero which was never another
         row = min((row + step * i for i in range(-AROUND, AROUND + 1)), key=misfit)
     row = _snapped(base.problem.measured.recording, channel, row)
+    if any(one.begin - NEAR <= row <= one.end + NEAR for one in base.problem.measured.events):
+        return None  # the contact slipped or tore there, which is told by itself
     problem = Jumped(base.problem, channel, row)
     best = refine_optimum(problem, u, EVALUATIONS)
     gain = base.optimum.cost - best.cost
