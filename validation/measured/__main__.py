@@ -186,7 +186,9 @@ HEAD = (f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|")
 def row(case: Case, one: Verdict) -> str:
     """Return a case as a row of Markdown."""
     sets = [" or ".join(names) for names in one.sets]
-    said = ", ".join([*one.named, *sets]) or ("" if not one.accepted else f"tried: {', '.join(one.accepted)}")
+    others = [name for name in one.accepted if name not in one.named and not any(name in s for s in one.sets)]
+    tried = f"tried: {', '.join(others)}" if others else ""
+    said = ", ".join(filter(None, [*one.named, *sets, tried]))
     errors = [f"{100.0 * one.heldout[way]:.1f} %" if way in one.heldout else "" for way in WAYS]
     errors = [
         f"{said} {', '.join(one.others.get(way, ()))}".strip() for way, said in zip(WAYS, errors, strict=True)

@@ -146,6 +146,8 @@ def _print(found: "Diagnosis", draws: int) -> None:
         table.add_row(str(one["round"]), one["name"], *cells, one["outcome"])
     console.print(table)
     added = ", ".join(one.candidate.name for one in found.search.accepted)
+    if found.suggested:
+        console.print(f"a suggestion: {', '.join(found.suggested)}")
     if found.unproven:
         console.print(f"a suggestion: {added} leaves {error['after']:.3f} times the noise")
     elif added and told["verdict"] == "unexplained":

@@ -72,16 +72,15 @@ def test_an_effect_is_contradicted_by_a_motion_that_it_makes_worse(linear, secon
 
     base, new = fitted(firm), fitted(np.column_stack([firm, x]))
     assert is_contradicted(base, new, number) == is_so
-    assert ("explained worse" in unproven(real, {"lag": (base, new)}, is_named=True)) == is_so
+    assert ("explained worse" in unproven(real, {"lag": (base, new)})) == is_so
 
 
 def test_one_motion_proves_nothing_within_a_tolerance_and_two_do() -> None:
     one, other = press(1e-3, 2e-3), press(1e-3, 2e-2)
 
-    def said(presses, tolerance: float, *, is_named: bool = True) -> str:
-        return unproven(rig(presses, tolerance=tolerance), {}, is_named=is_named)
+    def said(presses, tolerance: float) -> str:
+        return unproven(rig(presses, tolerance=tolerance), {})
 
     assert "press to another depth" in said([one, one, one], 0.02)
     assert said([one, one, one], 0.0) == ""
-    assert said([one, one, one], 0.02, is_named=False) == ""
     assert said([one, other], 0.02) == ""

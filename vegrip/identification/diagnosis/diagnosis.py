@@ -26,7 +26,7 @@ from vegrip.identification.diagnosis.data_checks import (
     refuse_unusable,
 )
 from vegrip.identification.diagnosis.discrepancy import OUTER, Discrepancy, find_discrepancy
-from vegrip.identification.diagnosis.motions import unproven
+from vegrip.identification.diagnosis.motions import ONE_MOTION, unproven
 from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects
 from vegrip.identification.diagnosis.zero_jump import Jump, find_jump
 from vegrip.identification.fit.fitting import fit, on_one_thread, used_of
@@ -79,6 +79,7 @@ class Diagnosis:
     # what is wrong with the recording; a grave one forbids names
     doubts: list[Doubt] = field(default_factory=list)
     unproven: str = ""  # why what was accepted is no more than a suggestion
+    has_one_motion: bool = False  # of which one thing may be told apart from another, and nothing be proven
 
     def or_by_episode(self, own: "Diagnosis") -> "Diagnosis":
         """Return ``own``, in which each episode has its law, where it names what explains this recording.
@@ -128,6 +129,15 @@ class Diagnosis:
     @property
     def named(self) -> list[str]:
         """Effects that explain the misfit and that nothing else could stand for."""
+        return self._outright if not self.has_one_motion else []
+
+    @property
+    def suggested(self) -> list[str]:
+        """The same where the recording shows one motion, which is no proof of what it does not separate."""
+        return self._outright if self.has_one_motion else []
+
+    @property
+    def _outright(self) -> list[str]:
         if self.verdict not in ("named", "ambiguous"):
             return []
         unsure = {name for group in self.indistinguishable for name in group}
@@ -281,8 +291,9 @@ class Diagnosis:
         if one is step.taken:
             if one.candidate.name in self.search.dropped:
                 return "taken, and not needed beside the others"
-            why = "a suggestion" if self.unproven else "not enough"
-            return f"taken, {why}" if self.verdict == "unexplained" else "taken"
+            why = "a suggestion" if self.unproven or one.candidate.name in self.suggested else "not enough"
+            is_sure = self.verdict != "unexplained" and one.candidate.name not in self.suggested
+            return "taken" if is_sure else f"taken, {why}"
         if step.taken is not None:
             return f"passes, {step.taken.candidate.name} gains more"
         if any(doubt.is_grave for doubt in self.doubts):
@@ -434,5 +445,7 @@ def _diagnosed(start: Fit, most: int, threads: int, report: Report) -> Diagnosis
     if not found.accepted or said.verdict == "unexplained":
         return said
     contests = {name: (one.base, one.tried[0].fitted) for name, one in found.contests.items()}
-    why = unproven(start.problem, contests, is_named=said.verdict == "named")
+    why = unproven(start.problem, contests)
+    if why == ONE_MOTION and said.verdict == "ambiguous":
+        return replace(said, doubts=[*doubts, Doubt(why)], has_one_motion=True)
     return replace(said, unproven=why) if why else said  # which knows what is left

@@ -92,17 +92,14 @@ def is_contradicted(base: CandidateFit, new: CandidateFit, motions: NDArray[np.i
     return down > thresholds.MAX_LOST_SHARE * up + thresholds.CHANCE_NATS
 
 
-def unproven(
-    problem: Problem, contests: Mapping[str, tuple[CandidateFit, CandidateFit]], *, is_named: bool
-) -> str:
+def unproven(problem: Problem, contests: Mapping[str, tuple[CandidateFit, CandidateFit]]) -> str:
     """Return why accepted effects are no more than a suggestion; empty where they are not.
 
-    ``contests``: the model without each, and with it; ``is_named``: whether nothing else could stand for one.
+    ``contests``: the model without each, and with it.
     """
     motions = motions_of(problem)
     if not motions.any():
-        is_exact = not problem.measured.noise.tolerance
-        return "" if is_exact or not is_named else ONE_MOTION
+        return ONE_MOTION if problem.measured.noise.tolerance else ""
     for name, (base, new) in contests.items():
         if is_contradicted(base, new, motions[problem.rows]):
             return f"with {name}, some motions are explained worse than without it"
