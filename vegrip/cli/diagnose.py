@@ -146,10 +146,8 @@ def _print(found: "Diagnosis", draws: int) -> None:
         table.add_row(str(one["round"]), one["name"], *cells, one["outcome"])
     console.print(table)
     added = ", ".join(one.candidate.name for one in found.search.accepted)
-    if found.suggested:
-        console.print(f"a suggestion: {', '.join(found.suggested)}")
-    if found.unproven:
-        console.print(f"a suggestion: {added} leaves {error['after']:.3f} times the noise")
+    if suggested := ", ".join(found.suggested) or (added if found.unproven else ""):
+        console.print(f"a suggestion: {suggested}, with {error['after']:.3f} times the noise left")
     elif added and told["verdict"] == "unexplained":
         misfit = told["misfit"]
         console.print(
