@@ -10,7 +10,7 @@ from vegrip.effects import BUILT_IN, effect
 RULE = {
     "channels": ("normal_force",), "group": "", "kinked": False, "expensive": False, "shifts_time": False,
     "in_air": False, "companions": (), "min_gain": 0.0, "min_amounts": (), "min_displacement_noises": (),
-    "beyond_simpler": (0, ()), "trial_sizes": (1.0,), "trial_shapes": (), "sought": True,
+    "beyond_simpler": (0, ()), "trial_sizes": (1.0,), "trial_shapes": (), "generalises": (),
 }  # fmt: skip
 FRICTION = {"channels": ("tangential_force", "torque_z")}
 LATE = {"shifts_time": True, "trial_sizes": (1.0, 10.0)}
@@ -32,7 +32,10 @@ SEARCHED = {
         "trial_shapes": (("nu2", (0.02, 0.06, 0.2, 0.6, 2.0, 8.0, 40.0)),),
     },
     "power_law_relaxation": {"expensive": True, "companions": ("second_relaxation",)},
-    "relaxation_spectrum": {"sought": False, "expensive": True, "trial_shapes": (("nu_s", (0.01,)),)},
+    "relaxation_spectrum": {
+        "generalises": ("second_relaxation", "power_law_relaxation"), "expensive": True,
+        "trial_shapes": (("nu_s", (0.01,)),),
+    },
     "fast_damping": {"shifts_time": True, "companions": ("displacement_lag",)},
     "layer_over_core": {"trial_shapes": (("x_c", (0.75, 1.5)),)},
     "second_contact": {"trial_shapes": (("x_2", (1.2,)),)},

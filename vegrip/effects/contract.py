@@ -110,7 +110,8 @@ class Effect:
         channels: measurements that can show it.
         confounded: effects whose signature resembles its own.
         experiment: the motion that tells them apart.
-        sought: a diagnosis looks for it; else it is added by hand alone.
+        generalises: effects that it can be; a diagnosis tries it where one of them leaves more than noise,
+            in that one's place, and nowhere else.
         group: effects of one group cannot be told apart by force and displacement at all.
         kinked: its derivative where it is absent says little, so a fit is tried on half of the evidence.
         expensive: it slows a model down even where it is absent, so it is screened in a model of its own.
@@ -141,7 +142,7 @@ class Effect:
     channels: tuple[str, ...] = ("normal_force",)
     confounded: tuple[str, ...] = ()
     experiment: str = ""
-    sought: bool = True
+    generalises: tuple[str, ...] = ()
     group: str = ""
     kinked: bool = False
     expensive: bool = False

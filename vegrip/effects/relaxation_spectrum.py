@@ -63,7 +63,7 @@ EFFECT = Effect(
     hooks=(hook(force),),
     confounded=("second_relaxation", "power_law_relaxation"),
     experiment="hold over three decades of time, and sines of 1 and 10 Hz",
-    sought=False,  # its evidence does not tell it from a power law yet
+    generalises=("second_relaxation", "power_law_relaxation"),
     expensive=True,
     trial_shapes=(("nu_s", (0.01,)),),
 )

@@ -100,6 +100,7 @@ def scripted(monkeypatch):
         monkeypatch.setattr(search, "regime_map", lambda *_: np.zeros(0))
         monkeypatch.setattr(search, "evaluate_candidate", lambda *_: start)
         monkeypatch.setattr(search, "drop_unneeded", lambda fitted, _: fitted)
+        monkeypatch.setattr(search, "take_general", lambda *_: False)
         monkeypatch.setattr(
             search, "_step", lambda base, *_: Step(base, ["some"], left.pop(0) if left else [])
         )

@@ -117,7 +117,7 @@ class Found:
     """Stands for a search: its figures are given."""
 
     def __init__(self, steps, *, misfit=1.0, error=1.0, first_error=2.0, gained=100.0):
-        self.steps, self.dropped = steps, []
+        self.steps, self.dropped, self.general = steps, [], {}
         self.contests = {one.taken.candidate.name: one for one in steps if one.taken is not None}
         self.first = SimpleNamespace(error=first_error, evidence=0.0)
         self.last = SimpleNamespace(error=error, evidence=gained)
@@ -131,6 +131,7 @@ class Found:
         return self._misfit
 
     within = Search.within
+    is_rough = Search.is_rough
 
 
 def step(*given, taken=0):

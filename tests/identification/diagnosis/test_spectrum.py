@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from tests.identification.bench import CLEAR, SENSORS, TIP, recorded
-from vegrip.effects import BUILT_IN
-from vegrip.identification.diagnosis import diagnose
+from vegrip.identification.diagnosis import Diagnosis, diagnose
 from vegrip.identification.diagnosis.error_ladder import add_effect
-from vegrip.identification.diagnosis.score_tests import candidates
 from vegrip.identification.experiment.hypotheses import hypotheses_of
 from vegrip.identification.fit import Fit, fit
-from vegrip.model import BASE, predict
+from vegrip.model import predict
 from vegrip.virtual.bench.protocol import hold, sine, triangles
 from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.history import prony
@@ -25,6 +23,16 @@ HOLDS = [
     for episode in (hold(1e-3, 20.0), hold(6e-4, 5.0), hold(1.5e-3, 5.0), triangles(1.3e-3, 8e-3, 2))
 ]
 SINES = [sine(1e-3, 3e-4, frequency, 6) for frequency in (1.0, 3.0, 10.0)]
+LONG = [
+    (CLEAR, *episode[1:], CLEAR)
+    for episode in (
+        hold(1e-3, 30.0),
+        hold(6e-4, 15.0),
+        hold(1.5e-3, 5.0),
+        sine(1e-3, 3e-4, 8.0, 16),
+        triangles(1.3e-3, 8e-3, 1),
+    )
+]
 QUIET = replace(SENSORS, normal_force=0.0, displacement=0.0, force_bias=0.0, displacement_bias=0.0)
 
 
@@ -52,14 +60,36 @@ def test_a_spectrum_added_by_hand_has_the_modulus_and_predicts_sines_that_no_fit
     assert sines < 0.5 * sines_of_two
 
 
-def test_a_diagnosis_looks_for_every_effect_but_a_spectrum(start) -> None:
-    possible, out_of_sight = candidates(start.problem.model, start.problem.measured)
-    missing = {*BUILT_IN} - {*BASE, *out_of_sight, *(one.name for one in possible)}
-    assert missing == {"relaxation_spectrum"}
-    search = diagnose(start.problem.measured.recording).search
-    screened = {hint.candidate.name for step in search.steps for hint in step.hints}
-    assert "power_law_relaxation" in screened
-    assert "relaxation_spectrum" not in screened
+def diagnosed(hidden: dict, tip, protocol) -> Diagnosis:
+    return diagnose(recorded("relaxing", 0, hidden, protocol, tip))
+
+
+def test_three_times_are_named_a_spectrum_with_the_amplitudes_that_are_there() -> None:
+    """Those a decade from others; 40 1/s lies between two of the spectrum's, and 3.1 1/s is the base's."""
+    found = diagnosed({}, THREE_TIMES, LONG)
+    assert (found.verdict, found.named) == ("named", ["relaxation_spectrum"])
+    best = found.search.last
+    c = [best.value(f"c_s{i}") for i in range(1, 6)]
+    assert best.value("nu_s") == pytest.approx(0.01, rel=0.05)
+    assert c[1] == pytest.approx(0.1, abs=0.01)
+    assert c[0] == pytest.approx(0.0, abs=1e-3)
+    assert c[2] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_spectrum_and_the_two_laws_that_imitate_it_stand_beside_each_other() -> None:
+    found = diagnosed({}, THREE_TIMES, [*HOLDS, sine(1e-3, 3e-4, 8.0, 16)])
+    assert found.verdict == "ambiguous"
+    assert found.named == []
+    assert found.indistinguishable == [
+        ["power_law_relaxation", "relaxation_spectrum"],
+        ["second_relaxation", "relaxation_spectrum"],
+    ]
+
+
+def test_a_power_law_that_leaves_noise_is_no_spectrum() -> None:
+    found = diagnosed({"power_law_relaxation": {"amplitude": 0.3}}, TIP, LONG)
+    assert (found.verdict, found.named) == ("named", ["power_law_relaxation"])
+    assert "relaxation_spectrum" not in {hint.candidate.name for s in found.search.steps for hint in s.hints}
 
 
 def test_a_model_that_has_a_spectrum_lacks_nothing(start) -> None:

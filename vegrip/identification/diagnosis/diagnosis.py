@@ -181,7 +181,7 @@ class Diagnosis:
     @cached_property
     def indistinguishable(self) -> list[list[str]]:
         """Sets of effects that explain the same equally well."""
-        sets = []
+        sets = [[name, general] for general, names in self.search.general.items() for name in names]
         for name, contest in self.search.contests.items():
             own, *others = contest.tried
             close = [

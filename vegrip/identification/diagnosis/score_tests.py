@@ -53,13 +53,16 @@ class Candidate:
 
 
 def candidates(model: ContactModel, measured: Measured) -> tuple[list[Candidate], dict[str, str]]:
-    """Return what could be added to ``model``, and the effects that cannot show, each with the reason."""
+    """Return what could be added to ``model``, and the effects that cannot show, each with the reason.
+
+    Not what is tried in the place of another one, see :func:`generals`.
+    """
     present = {e.name for e in model.effects}
     foreign = [e for e in model.effects if e.name not in BUILT_IN]
     found, out_of_sight = [], {}
     for name in names():
         one = effect(name)
-        if name in BASE or name in present or not one.sought:
+        if name in BASE or name in present or one.generalises:
             continue
         reason = why_unseen(one, measured)
         if measured.recording.is_step and not is_of_material(one):
@@ -71,6 +74,13 @@ def candidates(model: ContactModel, measured: Measured) -> tuple[list[Candidate]
         else:
             found.append(candidate_of(one, model, measured))
     return found, out_of_sight
+
+
+def generals(model: ContactModel, measured: Measured) -> list[Candidate]:
+    """Return what effects of ``model`` may be cases of, as candidates for their place."""
+    present = {one.name for one in model.effects}
+    every = [one for one in map(effect, names()) if one.name not in present and not why_unseen(one, measured)]
+    return [candidate_of(one, model, measured) for one in every if present & set(one.generalises)]
 
 
 def candidate_of(one: Effect, model: ContactModel, measured: Measured) -> Candidate:

@@ -30,6 +30,7 @@ from vegrip.identification.diagnosis.score_tests import (
     Hint,
     candidates,
     carrier,
+    generals,
     screen_candidates,
 )
 from vegrip.identification.fit.problem import Problem
@@ -110,6 +111,8 @@ class Search:
     dropped: list[str] = field(default_factory=list)
     # accepted effect -> the last model without it, and what was refitted in its place, itself the first
     contests: dict[str, Step] = field(default_factory=dict)
+    # an effect that explains as much as all of these, which are cases of it
+    general: dict[str, list[str]] = field(default_factory=dict)
 
     @property
     def first(self) -> CandidateFit:
@@ -129,11 +132,15 @@ class Search:
         first = self.steps[0]
         return Search([Step(first.base, first.hints, first.tried)], self.out_of_sight, self.regimes)
 
+    @property
+    def is_rough(self) -> bool:
+        """Whether the forms of the laws leave more than noise."""
+        misfit, error = self.misfit(self.last), self.last.error
+        return misfit > thresholds.MAX_NOISE_CHI2 or error > thresholds.MAX_EXACT_ERROR
+
     def within(self, gain: float) -> float:
         """Return by how much [nats] two that gain about so much may differ and not be told apart."""
-        is_rough = self.misfit(self.last) > thresholds.MAX_NOISE_CHI2
-        is_rough = is_rough or self.last.error > thresholds.MAX_EXACT_ERROR
-        share = thresholds.ROUGH_SHARE if is_rough else thresholds.INDISTINGUISHABLE_SHARE
+        share = thresholds.ROUGH_SHARE if self.is_rough else thresholds.INDISTINGUISHABLE_SHARE
         return max(thresholds.INDISTINGUISHABLE_NATS, share * gain)
 
     def misfit(self, fitted: CandidateFit) -> float:
@@ -157,7 +164,8 @@ def search_effects(
         step = found.steps[-1]
         passed = [one for one in step.tried if one.verdict.is_passed]
         is_taking = bool(passed) and len(found.accepted) < most
-        if not is_taking and (found.contests or not found.accepted):
+        is_done = not is_taking and (found.contests or not found.accepted)
+        if is_done and not take_general(found, groups, threads, report):
             return found
         if is_taking:
             step.taken = max(passed, key=lambda one: one.verdict.gain)
@@ -235,6 +243,40 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
     passed = [each for each in rivals if each.verdict.is_passed]
     wins = bool(passed) and passed[0].verdict.gain > own.verdict.gain + found.within(own.verdict.gain)
     return Step(rest, hints, [own, *rivals], passed[0] if wins else own)
+
+
+def take_general(found: Search, groups: Floats, threads: int, report: Report) -> bool:
+    """Put what holds accepted effects as cases in their place, where it explains more; return whether it did.
+
+    It is asked where they leave more than noise and tolerance, or where it takes two of them to imitate it.
+    """
+    last = found.last
+    for general in generals(last.problem.model, last.problem.measured):
+        kin = [one for one in found.accepted if one.candidate.name in general.effect.generalises]
+        names = [one.candidate.name for one in kin]
+        if not kin or (len(kin) == 1 and not (found.is_rough and last.error > 1.0)):
+            continue
+        report(f"refits {general.name} for {', '.join(names)}")
+        problem = _without(last, *(one.candidate for one in kin))
+        rest = evaluate_candidate(
+            problem, refine_optimum(problem, _shared(last, problem), EVALUATIONS), groups
+        )
+        hints = screen_candidates(problem, rest.optimum, [general], threads)
+        misfit, gain = found.misfit(rest), last.evidence - rest.evidence
+        for new in _refitted(rest, hints, groups, threads):
+            verdict = judge_candidate(general, rest, new, (misfit, found.misfit(new)), left=left(rest))
+            if not verdict.is_passed:
+                continue
+            if verdict.gain > gain + found.within(gain):
+                report(f"takes {general.name}")
+                taken = Tried(general, new, verdict, rest.whitened(new) - rest.optimum.residual)
+                found.steps[-1] = Step(rest, hints, [taken], taken)
+                found.steps.append(Step(drop_unneeded(new, groups), [], []))
+                found.dropped += names
+                return True
+            if len(kin) > 1 and verdict.gain >= gain - found.within(gain):
+                found.general[general.name] = names
+    return False
 
 
 def _at(fitted: CandidateFit, u: Floats) -> CandidateFit:
@@ -320,10 +362,11 @@ def drop_unneeded(fitted: CandidateFit, groups: Floats) -> CandidateFit:
     return evaluate_candidate(problem, best, groups)
 
 
-def _without(fitted: CandidateFit, candidate: Candidate) -> Problem:
+def _without(fitted: CandidateFit, *some: Candidate) -> Problem:
     problem = fitted.problem
-    own = {p.symbol for p in candidate.effect.parameters}
-    effects = tuple(one for one in problem.model.effects if one.name != candidate.name)
+    own = {p.symbol for one in some for p in one.effect.parameters}
+    names = [one.name for one in some]
+    effects = tuple(one for one in problem.model.effects if one.name not in names)
     values = {symbol: value for symbol, value in problem.model.values.items() if symbol not in own}
     model = dataclasses.replace(problem.model, effects=effects, values=values)
     symbols = tuple(s for s in problem.symbols if s not in own)
