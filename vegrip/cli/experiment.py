@@ -131,17 +131,15 @@ def _contest(
     if names:
         return hypotheses_of(fit(recording, model, report=report), names, report)
     found = diagnose(recording, model, report=report)
-    if found.verdict != "ambiguous":
-        return {"verdict": found.verdict, "named": found.named}
-    contest = hypotheses_after(found)
-    assert contest is not None  # noqa: S101
-    return contest
+    contest = hypotheses_after(found) if found.verdict == "ambiguous" else None
+    return {"verdict": found.verdict, "named": found.named} if contest is None else contest
 
 
 def _nothing_to_do(told: dict[str, Any], as_json: bool) -> None:
     reasons = {
         "adequate": "nothing is missing that this recording shows",
         "named": "the recording already shows: " + ", ".join(told["named"]),
+        "ambiguous": "record air before and after every trial, which distinguishes a drift from a jump",
         "unexplained": "no effect of the catalogue explains it, so there are no candidates to separate",
     }
     sentence = f"{reasons[told['verdict']]}; give --candidates to plan an experiment anyway"

@@ -28,7 +28,7 @@ from vegrip.identification.diagnosis.data_checks import (
 from vegrip.identification.diagnosis.discrepancy import OUTER, Discrepancy, find_discrepancy
 from vegrip.identification.diagnosis.motions import ONE_MOTION, unproven
 from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects
-from vegrip.identification.diagnosis.zero_jump import Jump, find_jump
+from vegrip.identification.diagnosis.zero_jump import ZERO_JUMP, Jump, find_jump
 from vegrip.identification.fit.fitting import fit, on_one_thread, used_of
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import TooManyUnknownsError, Zeros
@@ -40,6 +40,8 @@ from vegrip.types import Floats
 
 OF_CIRCLE = {"area", "profile"}  # stages of laws of the contact circle, as whose another radius shows
 TIMING = "timing"  # the group of effects of a force that is late
+TAKEN_OFF = "{}, which is no effect of the pad; what is said holds with the jump taken off"
+AS_WELL = "instead of {} it may be that {}: record air before and after every trial"
 
 
 def is_of_circle(one: Tried) -> bool:
@@ -80,6 +82,9 @@ class Diagnosis:
     doubts: list[Doubt] = field(default_factory=list)
     unproven: str = ""  # why what was accepted is no more than a suggestion
     has_one_motion: bool = False  # of which one thing may be told apart from another, and nothing be proven
+    jumps: tuple[Jump, ...] = ()  # of a zero, which were taken off the recording
+    # accepted effect -> the jump that fits better in its place, beside all others
+    rival_jumps: Mapping[str, Jump] = field(default_factory=dict)
 
     def or_by_episode(self, own: "Diagnosis") -> "Diagnosis":
         """Return ``own``, in which each episode has its law, where it names what explains this recording.
@@ -94,13 +99,20 @@ class Diagnosis:
 
     @cached_property
     def jump(self) -> Jump | None:
-        """The jump of a zero that explains more than the effect that was taken instead, or what is left."""
+        """The jump of a zero that explains more than the effect that was taken instead, or what is left.
+
+        It pays for its place; another size of a jump that was taken off does not.
+        """
         for step in self.search.steps if self.verdict != "adequate" else ():
             gain = step.taken.verdict.gain if step.taken is not None else 0.0
             if step.taken is None and self.verdict != "unexplained":
                 continue
-            least = gain + max(thresholds.MIN_SHIFT_NATS, self.search.within(gain))
-            if (jump := find_jump(step.base, least)) is not None:
+            least = gain + self.search.within(gain)
+            if (jump := find_jump(step.base, least)) is None:
+                continue
+            if known := [one for one in self.jumps if one.is_at(jump)]:
+                return replace(known[0], size=jump.size, gain=jump.gain)
+            if jump.gain > max(gain + thresholds.MIN_SHIFT_NATS, least):
                 return jump
         return None
 
@@ -192,7 +204,7 @@ class Diagnosis:
                     own.verdict.gain - one.verdict.gain <= self.search.within(own.verdict.gain)
                     or are_alike(own, one)
                 )
-            ]
+            ] + [ZERO_JUMP] * (name in self.rival_jumps)
             if close:
                 sets.append([name, *close])
         return sets
@@ -364,25 +376,31 @@ def diagnose(
             tip = model if model is None else replace(model, tip_radius=radius)
         return fit(of, tip, noise=noise, zeros=zeros, laws=laws, report=report)
 
+    jumps: tuple[Jump, ...] = ()
+
+    def diagnosed(start: Fit) -> Diagnosis:
+        return _diagnosed(start, most, threads, report, jumps)
+
     recording = used_of(recording, zeros, laws)
     start = started(zeros, laws)
     refuse_unusable(recording, start.problem.measured)
-    found = _diagnosed(start, most, threads, report)
+    found = diagnosed(start)
     if any(doubt.is_grave for doubt in found.doubts):
         return found
     for _ in range(thresholds.MAX_JUMPS):
-        if found.jump is None:
+        if (jump := found.jump) is None:
             break
         report("tries a jump of a zero")
-        stated, recording = recording, found.jump.removed(recording)
-        own = _diagnosed(started(zeros, laws), most, threads, report)
+        before = recording, jumps
+        recording, jumps = jump.removed(recording), jump.joined_to(jumps)
+        own = diagnosed(started(zeros, laws))
         if own.verdict == "unexplained":
-            recording = stated
+            recording, jumps = before
             break
-        found = replace(own, doubts=[*own.doubts, Doubt(found.jump.told(recording))])
+        found = own
     if found.other_radius is not None:
         report("tries another radius of the tip")
-        own = _diagnosed(started(zeros, laws, found.other_radius), most, threads, report)
+        own = diagnosed(started(zeros, laws, found.other_radius))
         found = found.or_of_radius(own)
     may_differ = laws == "recording" and start.problem.episodes.any()
     if not may_differ or found.verdict != "unexplained":
@@ -400,13 +418,13 @@ def diagnose(
     gain = gain_of(by_law)
     if zeros == "recording" and gain_of(by_zero := started("episode", laws)) > thresholds.MIN_LATER_GAIN_NATS:
         report("tries zeros of each episode")
-        own = _diagnosed(by_zero, most, threads, report)
+        own = diagnosed(by_zero)
         if own.verdict != "unexplained" and own.search.last.evidence - found.search.first.evidence > gain:
             return replace(own, doubts=[*own.doubts, Doubt(by_zero.zeros_note)])
     if gain < thresholds.MIN_LATER_GAIN_NATS:
         return found
     report("tries a law of each episode")
-    return found.or_by_episode(_diagnosed(by_law, most, threads, report))
+    return found.or_by_episode(diagnosed(by_law))
 
 
 def doubt_timing(found: Search) -> list[Doubt]:
@@ -425,8 +443,8 @@ def doubt_timing(found: Search) -> list[Doubt]:
     ]
 
 
-def _diagnosed(start: Fit, most: int, threads: int, report: Report) -> Diagnosis:
-    doubts = list(check_before_search(start.problem))
+def _diagnosed(start: Fit, most: int, threads: int, report: Report, jumps: tuple[Jump, ...]) -> Diagnosis:
+    doubts = [*check_before_search(start.problem), *(Doubt(TAKEN_OFF.format(one)) for one in jumps)]
     is_unreliable = any(doubt.is_grave for doubt in doubts)
     found = search_effects(
         start.problem, start.optimum, most=0 if is_unreliable else most, threads=threads, report=report
@@ -441,10 +459,15 @@ def _diagnosed(start: Fit, most: int, threads: int, report: Report) -> Diagnosis
     doubts += check_lookalikes(names, values, start.problem.model.tip_radius)
     if found.accepted:
         doubts += doubt_timing(found)
-    said = Diagnosis(start, found, doubts)
+    said = Diagnosis(start, found, doubts, jumps=jumps)
     if not found.accepted or said.verdict == "unexplained":
         return said
     contests = {name: (one.base, one.tried[0].fitted) for name, one in found.contests.items()}
+    instead = {name: find_jump(one.base, one.tried[0].verdict.gain) for name, one in found.contests.items()}
+    rivals = {name: jump for name, jump in instead.items() if jump is not None}
+    doubts += [Doubt(AS_WELL.format(name, jump)) for name, jump in rivals.items()]
+    if rivals:
+        said = replace(said, rival_jumps=rivals)  # anew, for the old one knows its verdict
     why = unproven(start.problem, contests)
     if why == ONE_MOTION and said.verdict == "ambiguous":
         return replace(said, doubts=[*doubts, Doubt(why)], has_one_motion=True)

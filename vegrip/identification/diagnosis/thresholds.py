@@ -97,8 +97,8 @@ MAX_DEPTH_RADII = 0.9
 """Of the radius, beyond which the indentation cannot be one (origin: rule)."""
 RADIUS_TOLERANCE = 0.1
 """Of the stated radius of the tip, by which it may be wrong before a law of the contact is (origin: rule)."""
-MAX_JUMPS = 2
-"""Jumps of a zero that are taken off a recording (origin: speed)."""
+MAX_JUMPS = 3
+"""Jumps of a zero that are taken off a recording, another size of one counted anew (origin: speed)."""
 
 # What is one motion, and what another
 

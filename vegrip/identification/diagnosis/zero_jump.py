@@ -18,6 +18,7 @@ from vegrip.identification.fit.solve import refine_optimum
 from vegrip.identification.recording import Recording
 from vegrip.types import Floats
 
+ZERO_JUMP = "zero_jump"  # in a set of what cannot be told apart
 LEAST_ROWS = 100  # before and after a jump
 LEAST_OWN_SHARE = 1e-4  # of a jump's derivative, for which nothing else can make up
 STEPS = (10, 1)  # rows by which the moment is looked for, and how many of them to either side
@@ -32,6 +33,7 @@ class Jump:
 
     channel: str
     row: int
+    at: float  # [s], of that row
     size: float
     gain: float
 
@@ -40,12 +42,18 @@ class Jump:
         column = recording.columns[self.channel] - self.size * later
         return replace(recording, columns={**recording.columns, self.channel: column})
 
-    def told(self, recording: Recording) -> str:
+    def is_at(self, other: "Jump") -> bool:
+        return self.channel == other.channel and abs(self.row - other.row) <= NEAR
+
+    def joined_to(self, jumps: "tuple[Jump, ...]") -> "tuple[Jump, ...]":
+        """Return ``jumps`` with this one; where one is at its place, that is so much larger."""
+        there = [one for one in jumps if self.is_at(one)]
+        whole = replace(self, size=self.size + sum(one.size for one in there))
+        return (*(one for one in jumps if one not in there), whole)
+
+    def __str__(self) -> str:
         name, unit = ("force", "N") if self.channel == "normal_force" else ("displacement", "m")
-        return (
-            f"the zero of the {name} jumps by {self.size:.2g} {unit} at {recording.t[self.row]:.4g} s, which "
-            "is no effect of the pad; what is said holds with the jump taken off"
-        )
+        return f"the zero of the {name} jumps by {self.size:.2g} {unit} at {self.at:.4g} s"
 
 
 class Jumped(Problem):
@@ -85,7 +93,8 @@ def find_jump(base: CandidateFit, least: float) -> Jump | None:
     problem = Jumped(base.problem, channel, row)
     best = refine_optimum(problem, u, EVALUATIONS)
     gain = base.optimum.cost - best.cost
-    return Jump(channel, row, float(best.u[-1]) * problem.scale, gain) if gain > least else None
+    at, size = float(base.problem.measured.recording.t[row]), float(best.u[-1]) * problem.scale
+    return Jump(channel, row, at, size, gain) if gain > least else None
 
 
 def _best(base: CandidateFit, zero: str) -> tuple[float, int]:

@@ -11,6 +11,7 @@ import numpy as np
 from vegrip.effects import effect
 from vegrip.errors import UsageError
 from vegrip.identification.diagnosis.diagnosis import Diagnosis
+from vegrip.identification.diagnosis.zero_jump import ZERO_JUMP
 from vegrip.identification.experiment import hypotheses
 from vegrip.identification.experiment.design_space import (
     MENU,
@@ -283,10 +284,11 @@ def _often(planned: Planned, limits: RigLimits) -> Planned:
 
 
 def hypotheses_after(found: Diagnosis) -> hypotheses.Hypotheses | None:
-    """Return the first set that ``found`` could not tell apart; None where there is none."""
-    if not found.indistinguishable:
+    """Return the first set of effects that ``found`` could not tell apart; None where there is none."""
+    sets = [[name for name in names if name != ZERO_JUMP] for names in found.indistinguishable]
+    names = next((names for names in sets if len(names) > 1), None)
+    if names is None:
         return None
-    names = found.indistinguishable[0]
     fits = {one.candidate.name: one.fitted for one in found.search.contests[names[0]].tried}
     models = {name: fit_of(fits[name].problem, fits[name].optimum).model for name in names}
     measured = found.start.problem.measured

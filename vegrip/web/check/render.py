@@ -357,8 +357,8 @@ def _rivals(rung: Rung) -> list[str]:
     told = rung.diagnosis
     if told is None:
         return []
-    if told["indistinguishable"]:
-        return list(told["indistinguishable"][0])
+    if told["experiment"]:
+        return list(told["experiment"]["between"])
     return [one["name"] for one in told["effects"][:2]]
 
 
