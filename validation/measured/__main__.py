@@ -56,6 +56,7 @@ class Verdict:
     after: float
     heldout: Mapping[str, float]
     others: Mapping[str, list[str]]  # what other procedures name
+    left: str  # what the rest depends on; empty where nothing is left
 
 
 def judge(case: Case, data: Path) -> Verdict:
@@ -98,16 +99,17 @@ def judge(case: Case, data: Path) -> Verdict:
         errors["after"],
         heldout,
         {name: list(names) for name, (names, last) in selected.items() if last},
+        found.unexplained.variable if found.unexplained else "",
     )
 
 
 def read(case: Case, data: Path, which: int) -> Recording:
     """Return the recording that is fitted, 0, or held out, 1."""
-    chart = read_column_map(MAPS / f"{case.column_map}.toml")
+    chart = read_column_map(MAPS / f"{case.column_map}.toml") if case.column_map else None
     radius = parse_length(case.radius, "radius") if case.radius else float("nan")
     with tempfile.TemporaryDirectory() as scratch:
         paths = tables(case, data, Path(scratch) / "rows", which)
-        parts = [import_csv(path, chart, radius=radius) for path in paths]
+        parts = [import_csv(path, chart, radius=radius, is_step=chart is None) for path in paths]
     whole = parts[0] if len(parts) == 1 else join_recordings(parts, case.name)
     return select_episodes(whole, only=case.episodes[which])
 

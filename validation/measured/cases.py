@@ -16,7 +16,7 @@ class Case:
     Attributes:
         name: of its table and picture.
         title: of the picture.
-        column_map: file in examples/maps.
+        column_map: file in examples/maps; empty for unit steps of a material, which need none.
         train: tables to fit, relative to the data folder.
         heldout: tables that no fit sees.
         radius: of the probe; empty takes the map's.
@@ -32,6 +32,7 @@ class Case:
         licence: of the recordings.
         episodes: of the tables, that are fitted and held out; empty takes all.
         known: what a publication, a header or the maker says is there.
+        beside: channel of which only the tables' names state the value, as a pattern's first group.
 
     """
 
@@ -53,6 +54,7 @@ class Case:
     licence: str = ""
     episodes: tuple[str, str] = ("", "")
     known: str = ""
+    beside: tuple[str, str] = ("", "")
 
 
 def _silicone(*names: str) -> tuple[str, ...]:
@@ -125,6 +127,11 @@ def _muscle(*names: str) -> tuple[str, ...]:
     return tuple(f"muscle-stretch/{name}s.csv" for name in names)
 
 
+RHEOJAX = "imewei/rheojax b79e79e, from the examples of pyRheo"
+PYRHEO = "MIT the repository, none stated of the tables"
+RELAXATION = "rheojax/examples/data/relaxation"
+FISH = f"{RELAXATION}/biological/stressrelaxation_fishmuscle_data.csv"
+STEP = ("--tolerance", "0.01")
 MUSCLE = "../../vegrip/identification/samples/muscle/map"
 TITIN = "beards-lab/TitinViscoelasticity 6cdda21"
 # those of no worked example
@@ -147,6 +154,31 @@ FURTHER = (
         source="RenatoC322/Biomomentum-functions ed1b31a", licence="MIT", episodes=("0,1", "2"),
         known="the force is 16 ms late: a filter of order 3 at 20 Hz, stated in the file",
     ),
+    Case(
+        "laponite", "laponite aged 10, 30 and 60 minutes fitted, 20 and 40 minutes held out", "",
+        tuple(f"{RELAXATION}/clays/rel_lapo_{age}.csv" for age in (600, 1800, 3600)),
+        tuple(f"{RELAXATION}/clays/rel_lapo_{age}.csv" for age in (1200, 2400)),
+        options=STEP, beside=("age", r"lapo_(\d+)"), source=RHEOJAX, licence=PYRHEO,
+        known="a clay that ages: firmer and slower with its age",
+    ),
+    Case(
+        "fish", "fish muscle, a stretch held: 100 s fitted, 100 to 981 s held out", "",
+        (FISH,), (FISH,), rows=(r"^Time|^\d\d?\.", r"^Time|^\d{3}\."), options=STEP,
+        source=RHEOJAX, licence=PYRHEO, known="a power law over decades (fractional models are fitted to it)",
+    ),
+    Case(
+        "polystyrene", "polystyrene at 145, 160 and 190 degC fitted, at 175 degC held out", "",
+        tuple(f"{RELAXATION}/polymers/stressrelaxation_ps{T}_data.csv" for T in (145, 160, 190)),
+        (f"{RELAXATION}/polymers/stressrelaxation_ps175_data.csv",), options=STEP,
+        beside=("temperature", r"ps(\d+)_"), source=RHEOJAX, licence=PYRHEO,
+        known="a melt: flows at last; time and temperature shift alike",
+    ),
+    Case(
+        "polystyrene-creep", "polystyrene at 160 degC, relaxation fitted, creep held out", "",
+        (f"{RELAXATION}/polymers/stressrelaxation_ps160_data.csv",),
+        ("rheojax/examples/data/creep/polymers/creep_ps160_data.csv",), options=STEP,
+        source=RHEOJAX, licence=PYRHEO, known="one material: relaxation and creep agree",
+    ),
 )  # fmt: skip
 
 
@@ -156,13 +188,15 @@ def data_folder(given: str = "") -> Path:
 
 
 def tables(case: Case, data: Path, folder: Path, which: int) -> list[Path]:
-    """Return the tables of a case; where only some rows count, copies with these."""
-    names, pattern = (case.train, case.heldout)[which], case.rows[which]
-    if not pattern:
+    """Return the tables of a case; where only some rows count, or a column is missing, copies of them."""
+    names, pattern, (channel, stated) = (case.train, case.heldout)[which], case.rows[which], case.beside
+    if not (pattern or channel):
         return [data / name for name in names]
     folder.mkdir(exist_ok=True)
     for name in names:
-        lines = (data / name).read_text(encoding="utf-8").splitlines(keepends=True)
-        kept = [line for line in lines if re.search(pattern, line)]
+        lines = (data / name).read_text(encoding="utf-8").splitlines()
+        if value := channel and re.search(stated, name):
+            lines = [f"{line}\t{value[1] if i else channel}" for i, line in enumerate(lines)]
+        kept = [f"{line}\n" for line in lines if re.search(pattern, line)]
         (folder / Path(name).name).write_text("".join(kept), encoding="utf-8")
     return [folder / Path(name).name for name in names]

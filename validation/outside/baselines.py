@@ -106,8 +106,9 @@ def gaussian_process(X: Floats, left: Floats, _episodes: Floats) -> Callable[[Fl
     """Return a Gaussian process with a length of its own for each input, those of the greatest evidence."""
     rng = np.random.default_rng(0)
     rows = rng.permutation(left.size)[:GP_ROWS]
-    scale = np.maximum(np.std(X, axis=0), 1e-12)
-    Z, y = X[rows] / scale, left[rows]
+    middle, largest = np.mean(X, axis=0), np.max(np.abs(X), axis=0)
+    scale = np.maximum(np.std(X, axis=0), 1e-6 * largest + 1e-12)  # what hardly varies is rounding
+    Z, y = (X[rows] - middle) / scale, left[rows]
     var = max(float(np.var(y)), 1e-12)
 
     def kernel(A: Floats, B: Floats, lengths: Floats) -> Floats:
@@ -132,7 +133,7 @@ def gaussian_process(X: Floats, left: Floats, _episodes: Floats) -> Callable[[Fl
     h = np.asarray(found.x)
     K = math.exp(h[-2]) * kernel(Z, Z, np.exp(h[:-2])) + (math.exp(h[-1]) + 1e-6) * np.eye(y.size)
     weights = cho_solve(cho_factor(K, lower=True), y)
-    return lambda now: math.exp(h[-2]) * kernel(now / scale, Z, np.exp(h[:-2])) @ weights
+    return lambda now: math.exp(h[-2]) * kernel((now - middle) / scale, Z, np.exp(h[:-2])) @ weights
 
 
 def regressions(problem: Problem, table: Floats) -> dict[str, Callable[[Problem, Floats], Floats]]:

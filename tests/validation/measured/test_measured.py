@@ -1,11 +1,13 @@
 """The table of measured recordings: what was found foretells what no fit has seen."""
 
 import math
+from pathlib import Path
 
+import numpy as np
 import pytest
 
-from validation.measured.__main__ import HEAD, WAYS, judge, row
-from validation.measured.cases import CASES, FURTHER, data_folder
+from validation.measured.__main__ import HEAD, WAYS, judge, read, row
+from validation.measured.cases import CASES, FURTHER, Case, data_folder
 
 KNOWN = {case.name: case for case in (*CASES, *FURTHER)}
 
@@ -26,3 +28,19 @@ def test_each_case_says_where_it_is_from_and_what_is_known_of_it() -> None:
         assert all((case.source, case.licence, case.known)), case.name
         if {*case.train} & {*case.heldout}:  # other rows or episodes of the same file
             assert (case.rows[0], case.episodes[0]) != (case.rows[1], case.episodes[1])
+
+
+def test_a_step_of_which_part_is_fitted_and_part_is_held_out_begins_at_one_instant(tmp_path: Path) -> None:
+    t = np.geomspace(0.1, 99.0, 200)
+    rows = "\n".join(f"{at:.6f}\t{2e5 * at**-0.1:.6f}" for at in t)
+    (tmp_path / "clay_1800.csv").write_text(f"Time\tRelaxation Modulus\n{rows}\n", encoding="utf-8")
+    case = Case(
+        "clay", "clay", "", ("clay_1800.csv",), ("clay_1800.csv",),
+        rows=(r"^Time|^\d\.", r"^Time|^\d\d\."), beside=("age", r"_(\d+)"),
+    )  # fmt: skip
+    early, late = (read(case, tmp_path, which) for which in (0, 1))
+    np.testing.assert_allclose(np.r_[early.t[2:], late.t[2:]], t, atol=2e-5)
+    for one in (early, late):
+        assert one.is_step
+        assert np.unique(one.columns["age"]).tolist() == [1800.0]
+        assert one.columns["displacement"][2] == one.columns["displacement"][-1] > 0.0
