@@ -191,12 +191,13 @@ def row(case: Case, one: Verdict) -> str:
     others = [name for name in one.accepted if name not in one.named and not any(name in s for s in one.sets)]
     tried = f"tried: {', '.join(others)}" if others else ""
     said = ", ".join(filter(None, [*one.named, *sets, tried]))
+    over = f" over {one.left.replace('_', ' ')}" if one.left else ""
     errors = [f"{100.0 * one.heldout[way]:.1f} %" if way in one.heldout else "" for way in WAYS]
     errors = [
         f"{said} {', '.join(one.others.get(way, ()))}".strip() for way, said in zip(WAYS, errors, strict=True)
     ]
     cells = (
-        f"{case.title}; {case.source}, {case.licence}", case.known, f"**{one.verdict}** {said}".strip(),
+        f"{case.title}; {case.source}, {case.licence}", case.known, f"**{one.verdict}**{over} {said}".strip(),
         f"{one.before:.2f} -> {one.after:.2f}", *errors,
     )  # fmt: skip
     return f"| {' | '.join(cells)} |"
