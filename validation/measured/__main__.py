@@ -51,6 +51,7 @@ class Verdict:
     named: list[str]
     sets: list[list[str]]
     accepted: list[str]
+    suggested: list[str]  # what explains the recording, and is proven by nothing in it
     doubts: list[str]
     before: float  # error over what was asked, of the recording that was fitted
     after: float
@@ -88,12 +89,14 @@ def judge(case: Case, data: Path) -> Verdict:
         for name, more in regressions(start.problem, start.problem.table(start.optimum.u)).items():
             heldout[name] = error(problem, table[:, AT["normal_force"]] + more(problem, table))
     errors = found.error
+    accepted = [one.candidate.name for one in found.search.accepted]
     return Verdict(
         case.name,
         found.verdict,
         found.named,
         found.indistinguishable,
-        [one.candidate.name for one in found.search.accepted],
+        accepted,
+        accepted if found.unproven else found.suggested,
         [doubt.text for doubt in found.doubts],
         errors["before"],
         errors["after"],
@@ -188,10 +191,12 @@ HEAD = (f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|")
 def row(case: Case, one: Verdict) -> str:
     """Return a case as a row of Markdown."""
     sets = [" or ".join(names) for names in one.sets]
-    others = [name for name in one.accepted if name not in one.named and not any(name in s for s in one.sets)]
-    tried = f"tried: {', '.join(others)}" if others else ""
-    said = ", ".join(filter(None, [*one.named, *sets, tried]))
-    over = f" over {one.left.replace('_', ' ')}" if one.left else ""
+    if one.suggested:
+        sets.append(f"suggested: {', '.join(one.suggested)}")
+    elif one.verdict == "unexplained" and one.accepted:
+        sets.append(f"tried: {', '.join(one.accepted)}")
+    said = ", ".join([*one.named, *sets])
+    over = f" over {one.left.replace('_', ' ')}" if one.left and one.verdict == "unexplained" else ""
     errors = [f"{100.0 * one.heldout[way]:.1f} %" if way in one.heldout else "" for way in WAYS]
     errors = [
         f"{said} {', '.join(one.others.get(way, ()))}".strip() for way, said in zip(WAYS, errors, strict=True)
