@@ -253,6 +253,15 @@ def test_of_a_long_recording_stretches_spread_over_all_of_it_tell_the_noise(
     assert found.slow == 0.0
 
 
+def test_a_long_recording_that_is_in_the_air_only_at_its_end_tells_the_noise() -> None:
+    n = 2 * MAX_ROWS
+    y = np.full(n, np.nan)
+    y[-1000:] = 0.02 * np.random.default_rng(0).standard_normal(1000)
+    first, drift = np.r_[1.0, np.zeros(n - 1)], np.linspace(-0.5, 0.5, n)
+    found = estimate_ou_noise(0.01 * np.arange(n), first, y, np.column_stack([np.ones(n), drift]), 0.03)
+    assert found.white == pytest.approx(0.02, rel=0.05)
+
+
 def test_of_many_stretches_the_first_and_the_last_are_looked_at() -> None:
     first: Floats = np.tile(np.r_[1.0, np.zeros(9)], 100).astype(np.float64)
     rows = spread_rows(first, 50)

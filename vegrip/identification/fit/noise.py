@@ -70,11 +70,14 @@ def estimate_ou_noise(t: Floats, first: Floats, y: Floats, X: Floats, rough: flo
     believed when the likelihood pays for its two parameters.
 
     ``first`` is 1 where a stretch begins that does not know of the one before; ``rough``: a guess of the
-    white std, same unit as y. Of more than MAX_ROWS rows, stretches spread evenly over them count.
+    white std, same unit as y. Of more than MAX_ROWS rows, stretches spread evenly over those that count are
+    taken.
     """
     if t.size > MAX_ROWS:
-        some = spread_rows(first)
-        t, first, y, X = t[some], first[some], y[some], X[some]
+        counted = np.flatnonzero(np.isfinite(y))
+        begins = np.diff(np.cumsum(first > 0.0)[counted], prepend=0).astype(np.float64)
+        some = spread_rows(begins)
+        t, first, y, X = t[counted[some]], begins[some], y[counted[some]], X[counted[some]]
         X = X[:, np.any(X != 0.0, axis=0)]
     used = np.isfinite(y).astype(np.float64)
     columns = np.nan_to_num(np.column_stack([y, X]))
