@@ -164,6 +164,10 @@ def measured(
     folder = data_folder(data)
     if not folder.is_dir():
         raise InputError(f"there are no measured recordings in {folder}; set VEGRIP_DATA")
+    for case in (known[name] for name in only or known):
+        for path in (folder / file for file in (*case.train, *case.heldout)):
+            if not path.exists():
+                raise InputError(f"{case.name}: there is no file {path}, of {case.source}")
     lines = output.read_text(encoding="utf-8").splitlines() if output is not None and output.exists() else []
     done = {one.case: one for one in (Verdict(**json.loads(line)) for line in lines)}
     with progress("measured") as report:
@@ -190,13 +194,14 @@ HEAD = (f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|")
 
 def row(case: Case, one: Verdict) -> str:
     """Return a case as a row of Markdown."""
-    sets = [" or ".join(names) for names in one.sets]
+    is_unexplained = one.verdict == "unexplained"
+    parts = [*one.named, *([] if is_unexplained else [" or ".join(names) for names in one.sets])]
     if one.suggested:
-        sets.append(f"suggested: {', '.join(one.suggested)}")
-    elif one.verdict == "unexplained" and one.accepted:
-        sets.append(f"tried: {', '.join(one.accepted)}")
-    said = ", ".join([*one.named, *sets])
-    over = f" over {one.left.replace('_', ' ')}" if one.left and one.verdict == "unexplained" else ""
+        parts.append(f"suggested: {', '.join(one.suggested)}")
+    elif is_unexplained and one.accepted:
+        parts.append(f"tried: {', '.join(one.accepted)}")
+    said = ", ".join(parts)
+    over = f" over {one.left.replace('_', ' ')}" if is_unexplained and one.left else ""
     errors = [f"{100.0 * one.heldout[way]:.1f} %" if way in one.heldout else "" for way in WAYS]
     errors = [
         f"{said} {', '.join(one.others.get(way, ()))}".strip() for way, said in zip(WAYS, errors, strict=True)
