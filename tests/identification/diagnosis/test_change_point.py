@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from validation.diagnosis_trials import Case, make_recording
 from vegrip.identification.diagnosis import change_point, diagnose
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit, evaluate_candidate, held_out_groups
 from vegrip.identification.diagnosis.change_point import Change, Changed, find_change, relaxed
@@ -77,6 +78,26 @@ def test_a_diagnosis_says_when_and_by_how_much(tip) -> None:
     assert found.holds.variable == "time"
     assert {one["round"] for one in told["rounds"]} == {1}
     assert all(one["outcome"].startswith(("fails: ", "passes, ")) for one in told["rounds"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "hidden"), [(6, ()), (5, ("cross_talk",))])  # which slips show in the force
+def test_in_use_a_tear_is_a_sudden_change_and_no_slip_is(seed, hidden) -> None:
+    slipping = make_recording(Case(hidden, "strong", seed, style="use"))
+    t, force = slipping.t, slipping.columns["normal_force"]
+    slips = (force > 0.2 * force.max()) & (slipping.columns["slip_speed"] > 1e-3)
+    assert np.count_nonzero(slips) >= 50
+    found = find_discrepancy(fitted(slipping), with_changes=True)
+    assert (found.variable if found is not None else "") == ("tangential_force" if hidden else "")
+    assert found is None or found.change is None
+    pressed = np.flatnonzero(force > 0.5 * force.max())
+    row = pressed[pressed.size // 2]
+    torn = {"normal_force": force * np.where(np.arange(t.size) >= row, 0.95, 1.0)}
+    found = find_discrepancy(
+        fitted(dataclasses.replace(slipping, columns=slipping.columns | torn)), with_changes=True
+    )
+    assert found.change.interval[0] <= t[row] <= found.change.interval[1] < t[row] + 0.05
+    assert found.change.change == pytest.approx(-0.05, abs=0.002)
 
 
 TOUCHES = ("hold", "ramp")

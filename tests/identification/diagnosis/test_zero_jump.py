@@ -9,7 +9,7 @@ import pytest
 from vegrip.identification.diagnosis import diagnose, diagnosis
 from vegrip.identification.diagnosis.candidate_fit import evaluate_candidate, held_out_groups
 from vegrip.identification.diagnosis.diagnosis import Diagnosis
-from vegrip.identification.diagnosis.zero_jump import NEAR, Jump, find_jump
+from vegrip.identification.diagnosis.zero_jump import Jump, find_jump
 from vegrip.identification.experiment.design import next_experiment
 from vegrip.identification.fit import fit, noise_of
 
@@ -73,12 +73,6 @@ def test_a_jump_pays_for_its_place_and_another_size_of_a_known_one_does_not(
     monkeypatch.setattr(diagnosis, "find_jump", lambda _, least: jump(303, 0.1) if gain > least else None)
     taken = SimpleNamespace(verdict=SimpleNamespace(gain=50.0))
     search = SimpleNamespace(steps=[SimpleNamespace(base=None, taken=taken)], within=lambda _: 5.0)
-    one = Diagnosis(SimpleNamespace(), search, jumps=tuple(jump(row, 0.5) for row in known))
+    one = Diagnosis(SimpleNamespace(), search, jumps={("normal_force", row): jump(row, 0.5) for row in known})
     monkeypatch.setattr(Diagnosis, "verdict", "named")
-    assert one.jump == (jump(*known or (303,), 0.1) if is_taken else None)
-
-
-def test_a_jump_at_the_place_of_another_adds_to_its_size() -> None:
-    one, more, other = (Jump("normal_force", row, 0.01 * row, 0.25, 9.0) for row in (300, 300 + NEAR, 400))
-    assert [each.size for each in more.joined_to((one, other))] == [0.25, 0.5]
-    assert other.joined_to((one,)) == (one, other)
+    assert one.jump == (replace(jump(303, 0.1), row=(*known, 303)[0]) if is_taken else None)

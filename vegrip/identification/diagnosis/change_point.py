@@ -19,6 +19,7 @@ import numpy as np
 from vegrip.compiled import njit
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.diagnosis.thresholds import CONTENDER_SHARE, MAX_ERROR, MIN_POINTING_NATS
+from vegrip.identification.diagnosis.zero_jump import best_step
 from vegrip.identification.fit.problem import AT, Problem
 from vegrip.identification.fit.result import overall_error
 from vegrip.identification.fit.solve import refine_optimum
@@ -146,9 +147,14 @@ class Changed(Problem):
             return gain
 
         low, high = 0, self.inner.size - 1
-        places, gains = np.zeros(0), np.zeros(0)
+        places, gains, likely = np.zeros(0), np.zeros(0), low
+        if self.variable == "time":  # a peak may be narrower than the places of the first pass are apart
+            always = self.whitener(self.term(u, table, self.along[:1], amount))[:, 0]
+            left = w - J @ np.linalg.solve(A, J.T @ w)
+            row = best_step(self, np.r_[always, np.zeros(w.size - n)], left, J, A)[1]
+            likely = min(int(np.searchsorted(self.inner, self.along[row])), high)
         for _ in range(PASSES):
-            rows = np.unique(np.linspace(low, high, PLACES).astype(int))
+            rows = np.unique(np.r_[likely, np.linspace(low, high, PLACES)].astype(int))
             new = np.setdiff1d(self.inner[rows], places)
             if not new.size:
                 break

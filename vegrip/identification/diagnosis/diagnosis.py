@@ -28,7 +28,7 @@ from vegrip.identification.diagnosis.data_checks import (
 from vegrip.identification.diagnosis.discrepancy import OUTER, Discrepancy, find_discrepancy
 from vegrip.identification.diagnosis.motions import ONE_MOTION, unproven
 from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects
-from vegrip.identification.diagnosis.zero_jump import ZERO_JUMP, Jump, find_jump
+from vegrip.identification.diagnosis.zero_jump import NEAR, ZERO_JUMP, Jump, find_jump
 from vegrip.identification.fit.fitting import fit, on_one_thread, used_of
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import TooManyUnknownsError, Zeros
@@ -42,6 +42,7 @@ OF_CIRCLE = {"area", "profile"}  # stages of laws of the contact circle, as whos
 TIMING = "timing"  # the group of effects of a force that is late
 TAKEN_OFF = "{}, which is no effect of the pad; what is said holds with the jump taken off"
 AS_WELL = "instead of {} it may be that {}: record air before and after every trial"
+Jumps = Mapping[tuple[str, int], Jump]  # by channel and row
 
 
 def is_of_circle(one: Tried) -> bool:
@@ -82,7 +83,7 @@ class Diagnosis:
     doubts: list[Doubt] = field(default_factory=list)
     unproven: str = ""  # why what was accepted is no more than a suggestion
     has_one_motion: bool = False  # of which one thing may be told apart from another, and nothing be proven
-    jumps: tuple[Jump, ...] = ()  # of a zero, which were taken off the recording
+    jumps: Jumps = field(default_factory=dict)  # which were taken off the recording
     # accepted effect -> the jump that fits better in its place, beside all others
     rival_jumps: Mapping[str, Jump] = field(default_factory=dict)
 
@@ -110,8 +111,8 @@ class Diagnosis:
             least = gain + self.search.within(gain)
             if (jump := find_jump(step.base, least)) is None:
                 continue
-            if known := [one for one in self.jumps if one.is_at(jump)]:
-                return replace(known[0], size=jump.size, gain=jump.gain)
+            if near := [k for k in self.jumps if k[0] == jump.channel and abs(k[1] - jump.row) <= NEAR]:
+                return replace(jump, row=near[0][1])
             if jump.gain > max(gain + thresholds.MIN_SHIFT_NATS, least):
                 return jump
         return None
@@ -376,7 +377,7 @@ def diagnose(
             tip = model if model is None else replace(model, tip_radius=radius)
         return fit(of, tip, noise=noise, zeros=zeros, laws=laws, report=report)
 
-    jumps: tuple[Jump, ...] = ()
+    jumps: Jumps = {}
 
     def diagnosed(start: Fit) -> Diagnosis:
         return _diagnosed(start, most, threads, report, jumps)
@@ -392,7 +393,9 @@ def diagnose(
             break
         report("tries a jump of a zero")
         before = recording, jumps
-        recording, jumps = jump.removed(recording), jump.joined_to(jumps)
+        at = jump.channel, jump.row
+        size = jump.size + (jumps[at].size if at in jumps else 0.0)
+        recording, jumps = jump.removed(recording), {**jumps, at: replace(jump, size=size)}
         own = diagnosed(started(zeros, laws))
         if own.verdict == "unexplained":
             recording, jumps = before
@@ -443,8 +446,8 @@ def doubt_timing(found: Search) -> list[Doubt]:
     ]
 
 
-def _diagnosed(start: Fit, most: int, threads: int, report: Report, jumps: tuple[Jump, ...]) -> Diagnosis:
-    doubts = [*check_before_search(start.problem), *(Doubt(TAKEN_OFF.format(one)) for one in jumps)]
+def _diagnosed(start: Fit, most: int, threads: int, report: Report, jumps: Jumps) -> Diagnosis:
+    doubts = [*check_before_search(start.problem), *(Doubt(TAKEN_OFF.format(one)) for one in jumps.values())]
     is_unreliable = any(doubt.is_grave for doubt in doubts)
     found = search_effects(
         start.problem, start.optimum, most=0 if is_unreliable else most, threads=threads, report=report

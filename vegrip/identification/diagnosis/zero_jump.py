@@ -42,15 +42,6 @@ class Jump:
         column = recording.columns[self.channel] - self.size * later
         return replace(recording, columns={**recording.columns, self.channel: column})
 
-    def is_at(self, other: "Jump") -> bool:
-        return self.channel == other.channel and abs(self.row - other.row) <= NEAR
-
-    def joined_to(self, jumps: "tuple[Jump, ...]") -> "tuple[Jump, ...]":
-        """Return ``jumps`` with this one; where one is at its place, that is so much larger."""
-        there = [one for one in jumps if self.is_at(one)]
-        whole = replace(self, size=self.size + sum(one.size for one in there))
-        return (*(one for one in jumps if one not in there), whole)
-
     def __str__(self) -> str:
         name, unit = ("force", "N") if self.channel == "normal_force" else ("displacement", "m")
         return f"the zero of the {name} jumps by {self.size:.2g} {unit} at {self.at:.4g} s"
@@ -76,17 +67,17 @@ class Jumped(Problem):
 def find_jump(base: CandidateFit, least: float) -> Jump | None:
     """Return the jump of a zero that explains most of what ``base`` leaves, if it gains ``least`` [nats]."""
     channels = {"displacement": "zero_displacement", "normal_force": "zero_force"}
-    gain, row, channel = max((*_best(base, zero), channel) for channel, zero in channels.items())
+    names, J, r = base.problem.unknowns.names, base.optimum.jacobian, base.optimum.residual
+    A = J.T @ J + np.diag(base.problem.unknowns.std**-2.0)
+    own = {channel: [name.startswith(zero) for name in names] for channel, zero in channels.items()}
+    gain, row, channel = max((*best_step(base.problem, J[:, own[c]].sum(axis=1), r, J, A), c) for c in own)
     if gain <= least:
         return None
     start = np.append(base.optimum.u, 0.0)
     u = refine_optimum(Jumped(base.problem, channel, row), start, EVALUATIONS).u
-
-    def misfit(at: int) -> float:
-        return float(np.sum(Jumped(base.problem, channel, at).residual(u) ** 2))
-
     for step in STEPS:  # for the derivative above is that of a zero which was never another
-        row = min((row + step * i for i in range(-AROUND, AROUND + 1)), key=misfit)
+        near = (row + step * i for i in range(-AROUND, AROUND + 1))
+        row = min(near, key=lambda at: float(np.sum(Jumped(base.problem, channel, at).residual(u) ** 2)))
     row = _snapped(base.problem.measured.recording, channel, row)
     if any(one.begin - NEAR <= row <= one.end + NEAR for one in base.problem.measured.events):
         return None  # the contact slipped or tore there, which is told by itself
@@ -97,19 +88,17 @@ def find_jump(base: CandidateFit, least: float) -> Jump | None:
     return Jump(channel, row, at, size, gain) if gain > least else None
 
 
-def _best(base: CandidateFit, zero: str) -> tuple[float, int]:
-    """Return the gain [nats] and the row of the best jump of a ``zero``."""
-    problem, r, J = base.problem, base.optimum.residual, base.optimum.jacobian
-    own = [name.startswith(zero) for name in problem.unknowns.names]
+def best_step(problem: Problem, z: Floats, r: Floats, J: Floats, A: Floats) -> tuple[float, int]:
+    """Return the most that ``z`` (rows,) gains [nats] from one row on, and that row."""
     order = np.argsort(problem.rows, kind="stable")
-    rows, z = problem.rows[order], J[:, own].sum(axis=1)[order]
+    rows, z = problem.rows[order], z[order]
 
     def later(values: Floats) -> Floats:
         return np.cumsum(values[::-1], axis=0)[::-1]
 
     power = later(z * z)
     left = power.copy()
-    for along in np.linalg.inv(np.linalg.cholesky(J.T @ J + np.diag(problem.unknowns.std**-2.0))):
+    for along in np.linalg.inv(np.linalg.cholesky(A)):
         left -= later(z * (J @ along)[order]) ** 2  # one at a time: all take as much memory as J
     is_possible = (left > LEAST_OWN_SHARE * power[0]) & (rows >= LEAST_ROWS)
     is_possible &= rows < problem.episodes.size - LEAST_ROWS
