@@ -26,7 +26,7 @@ from vegrip.contact.limit_surface.fast import gauge as gauge
 from vegrip.contact.limit_surface.fast import radius_gradient_towards as radius_gradient_towards
 from vegrip.contact.limit_surface.fast import torsion_gradient as torsion_gradient
 from vegrip.grip.grasp_memory import GraspMemory as GraspMemory
-from vegrip.model.generated import advance as advance, readout as readout
+from vegrip.model.generated import advance as advance, read_radius as read_radius, readout as readout
 Bytes = NDArray[np.uint8]
 """
 Section = tuple[str, tuple[str, ...], int]

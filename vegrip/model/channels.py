@@ -64,8 +64,8 @@ class Predictor:
             episode is taken linear. ``either``: the displacement where there is one, else the normal force.
         load: what presses in the friction channels: the model's force corrected by what the sensor shows
             beyond it (so that an error of the normal force is not counted twice), or the model's force alone.
-        asked: (n,) what is wanted of each row: 2 all quantities, 1 those before the friction channels,
-            0 those before the radius; the others are NaN. All when not given.
+        asked: (n,) what is wanted of each row: 2 all quantities, 1 those up to the radius, 0 those
+            before the radius; the others are NaN. All when not given.
         plain: run as uncompiled Python, for debugging.
 
     """

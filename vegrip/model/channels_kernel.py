@@ -3,7 +3,16 @@
 import math
 
 from vegrip.contact.limit_surface.fast import gauge, torsion_limit
-from vegrip.model.generated import N_GEOMETRY, N_OUTSIDE, N_STATES, N_VALUES, Floats, advance, readout
+from vegrip.model.generated import (
+    N_GEOMETRY,
+    N_OUTSIDE,
+    N_STATES,
+    N_VALUES,
+    Floats,
+    advance,
+    read_radius,
+    readout,
+)
 
 ROUNDS = 60  # of the search for an indentation; the Illinois rule needs about eight
 GIVEN = N_VALUES + N_GEOMETRY  # places in the room for one step: values, outside, states, states on trial
@@ -34,7 +43,7 @@ def channels(
         motion: (n, 2) indentation [m] and speed [m/s].
         normal: (n,) measured normal force [N]; NaN takes that of the model.
         outside: (n, N_OUTSIDE), :data:`vegrip.effects.contract.OUTSIDE`.
-        asked: (n,) 2 for all quantities, 1 for none of the friction channels, 0 for none of the patch either.
+        asked: (n,) 2 for all quantities, 1 for none after the contact radius, 0 for that neither.
         out: receives the quantities; NaN where they are not asked for.
         m: room for one step.
         n: number of rows.
@@ -52,8 +61,10 @@ def channels(
         if not math.isnan(normal[i]):
             load = max(force + normal[i] - sensed, 0.0)
         a = k = mu = math.nan
-        if asked[i] > 0.5:
+        if asked[i] > 1.5:
             a, k, mu = readout(m, 0, NOW, delta, speed, GIVEN, x, elastic_force, load)
+        elif asked[i] > 0.5:
+            a = read_radius(m, 0, NOW, delta, speed, GIVEN, x, elastic_force, load)
         if force == 0.0:
             a = 0.0  # lifted off, though the imposed indentation may lie above zero
         row = COLUMNS * i

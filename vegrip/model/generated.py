@@ -2,7 +2,7 @@
 
 The kernels (``simulate_kernel.py`` here, those of the estimator) are ordinary files that import from this
 one, so that they can be read, linted and typed. In a generated module their text stands below the real
-``advance`` and ``readout``, without the imports.
+``advance``, ``readout`` and ``read_radius``, without the imports.
 """
 
 import numpy as np
@@ -60,4 +60,19 @@ def readout(
     force: float,
 ) -> tuple[float, float, float]:
     """Return contact radius [m], pressure exponent and friction coefficient of the present states."""
+    raise NotImplementedError
+
+
+def read_radius(
+    m: Floats,
+    values: int,
+    states: int,
+    delta: float,
+    speed: float,
+    exogenous: int,
+    x: float,
+    elastic_force: float,
+    force: float,
+) -> float:
+    """Return the contact radius of :func:`readout` alone."""
     raise NotImplementedError

@@ -1,4 +1,4 @@
-"""Writes the generated module: hooks, ``advance`` and ``readout`` as straight-line scalar code, kernels.
+"""Writes the generated module: hooks, ``advance`` and what reads it as straight-line scalar code, kernels.
 
 Names of the model stand in the code as they are in the effects; names of the machinery end in ``_``.
 """
@@ -7,7 +7,7 @@ import ast
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
-from vegrip.effects.contract import FACTORS, GEOMETRY, OUTSIDE, STAGES, STARTS
+from vegrip.effects.contract import FACTORS, GEOMETRY, OUTSIDE, READING, STAGES, STARTS
 from vegrip.errors import ModelError
 from vegrip.model.composer import Call, Plan
 from vegrip.python_text import parsed
@@ -39,6 +39,7 @@ PREFIX = {"report": "REP", "friction": "FRI", "counts": "COUNT"}
 """Section -> what the constants of its numbers begin with, where that is another word."""
 
 ADVANCE = "m_, values_, states_, delta, speed, exogenous_, elastic_before, dt, new_states_"
+MOVING = tuple(stage for stage in STAGES if stage not in READING)
 READOUT = "m_, values_, states_, delta, speed, exogenous_, x, elastic_force, force"
 KEPT_TEXTS = 256
 SLOPE_STEP = 1e-5  # relative; truncation 1e-5, rounding 1e-11
@@ -65,7 +66,8 @@ def write(
         _stage_function(plan, "force"),
         *([_pressed(plan), _mounted(plan)] if _yields(plan) else []),
         _advance(plan),
-        _readout(plan),
+        _readout(plan, "readout", READING),
+        _readout(plan, "read_radius", READING[:1]),
     ]
     refuse_shared_names([*parts, *kernels])
     marked = frozenset(entries)
@@ -116,7 +118,7 @@ def _stage_function(plan: Plan, stage: str) -> str:
 
 
 def _advance(plan: Plan) -> str:
-    lines = [f"def advance({ADVANCE}):", *_unpack(plan, _everything(plan, reading=False))]
+    lines = [f"def advance({ADVANCE}):", *_unpack(plan, _everything(plan, MOVING) | set(plan.states))]
     lines += [*_starting_lines("tip"), *(_call(call) for call in plan.calls["tip"])]
     if _yields(plan):
         lines.append(f"x = mounted_(x, compliance, {', '.join(_pressing(plan))})")
@@ -193,11 +195,11 @@ def mounted_(rigid_, compliance, {rest}):
 """
 
 
-def _readout(plan: Plan) -> str:
-    lines = [f"def readout({READOUT}):", *_unpack(plan, _everything(plan, reading=True))]
-    lines += _slopes(plan, ("area", "profile", "friction"), lifted=True)
-    lines += [_call(call) for stage in ("area", "profile", "friction") for call in plan.calls[stage]]
-    return _indent([*lines, "return contact_radius, exponent, friction"])
+def _readout(plan: Plan, function: str, stages: Sequence[str]) -> str:
+    lines = [f"def {function}({READOUT}):", *_unpack(plan, _everything(plan, stages))]
+    lines += _slopes(plan, stages, lifted=True)
+    lines += [_call(call) for stage in stages for call in plan.calls[stage]]
+    return _indent([*lines, f"return {', '.join(STAGES[stage] for stage in stages)}"])
 
 
 def _slopes(plan: Plan, stages: Sequence[str], *, lifted: bool = False) -> list[str]:
@@ -224,12 +226,11 @@ def _slopes(plan: Plan, stages: Sequence[str], *, lifted: bool = False) -> list[
     ]
 
 
-def _everything(plan: Plan, *, reading: bool) -> set[str]:
-    stages = ("area", "profile", "friction") if reading else ("tip", "elastic", "force", "sense")
+def _everything(plan: Plan, stages: Sequence[str]) -> set[str]:
     names = {name for stage in stages for call in plan.calls[stage] for name in call.takes}
-    if reading and {"stiffness", "elastic_exponent"} & names:
+    if {"stiffness", "elastic_exponent"} & names:
         names |= {name for call in plan.calls["elastic"] for name in call.takes}
-    return names if reading else names | set(plan.states)
+    return names
 
 
 def _unpack(plan: Plan, used: set[str]) -> list[str]:
@@ -354,4 +355,4 @@ def _decorated(tree: ast.Module, entries: frozenset[str]) -> str:
             node.returns = None
             for argument in node.args.args:
                 argument.annotation = None
-    return ast.unparse(ast.fix_missing_locations(tree))
+    return ast.unparse(tree)

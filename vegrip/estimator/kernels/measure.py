@@ -215,4 +215,4 @@ def measure_radius(m: Floats, value: float) -> None:
 def radius_of(m: Floats, y: int) -> float:
     """Contact radius of the state ``y``."""
     x, elastic_force, force, _ = contact(m, y)
-    return readout(m, VALUES0, TRIAL0, m[y + DELTA], m[y + SPEED], EXOGENOUS0, x, elastic_force, force)[0]
+    return read_radius(m, VALUES0, TRIAL0, m[y + DELTA], m[y + SPEED], EXOGENOUS0, x, elastic_force, force)
