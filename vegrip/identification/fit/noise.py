@@ -58,39 +58,44 @@ class OuNoise:
     beyond: bool = False
 
 
-def estimate_ou_noise(t: Floats, first: Floats, y: Floats, X: Floats, rough: float) -> OuNoise:
+def estimate_ou_noise(
+    t: Floats, first: Floats, y: Floats, X: Floats, rough: float, owner: Floats | None = None
+) -> OuNoise:
     """Estimate the noise of ``y`` (n,), NaN where it does not count, beside ``X`` (n, m): white and slow.
 
         ``y = X b + w + e``,   ``w+ = w exp(-dt / tau) + noise``,   ``e ~ N(0, white^2)``
 
     an Ornstein-Uhlenbeck process by maximum likelihood, in stretches where nothing else acts: clear of the
     surface, or in the difference of two episodes with the same motion. X holds what is no noise there (a
-    constant, a drift, another gain); its coefficients b are integrated out (restricted likelihood
-    [PattersonThompson1971]_: profiled out, they take a third of the slow part along). The slow part is
-    believed when the likelihood pays for its two parameters.
+    constant, a drift, another gain); its coefficients b, of each ``owner`` (n,) of rows, are integrated out
+    (restricted likelihood [PattersonThompson1971]_: profiled out, they take a third of the slow part along).
+    The slow part is believed when the likelihood pays for its two parameters.
 
     ``first`` is 1 where a stretch begins that does not know of the one before; ``rough``: a guess of the
     white std, same unit as y. Of more than MAX_ROWS rows, stretches spread evenly over those that count are
     taken.
     """
+    owner = np.zeros(t.size) if owner is None else owner
     if t.size > MAX_ROWS:
         counted = np.flatnonzero(np.isfinite(y))
         begins = np.diff(np.cumsum(first > 0.0)[counted], prepend=0).astype(np.float64)
         some = spread_rows(begins)
-        t, first, y, X = t[counted[some]], begins[some], y[counted[some]], X[counted[some]]
-        X = X[:, np.any(X != 0.0, axis=0)]
+        rows = counted[some]
+        t, first, y, X, owner = t[rows], begins[some], y[rows], X[rows], owner[rows]
+    ends = np.flatnonzero(np.diff(owner)) + 1
     used = np.isfinite(y).astype(np.float64)
     columns = np.nan_to_num(np.column_stack([y, X]))
     longest = max((t[-1] - t[0]) / 3.0, 1e-9)
 
     def cost(white: float, slow: float, time: float) -> float:
-        errors, scale = innovations(t, first, white**2, slow**2, time, used, columns)
-        G = errors.T @ errors
-        if G.shape[0] == 1:
-            return 0.5 * float(G[0, 0]) + scale
-        L = np.linalg.cholesky(G[1:, 1:] + 1e-12 * np.diag(np.diag(G)[1:]))
-        along = np.linalg.solve(L, G[1:, 0])
-        return 0.5 * float(G[0, 0] - along @ along) + scale + float(np.sum(np.log(np.diag(L))))
+        errors, total = innovations(t, first, white**2, slow**2, time, used, columns)
+        for own in np.split(errors, ends):
+            G = own.T @ own
+            power = np.diag(G)[1:]
+            L = np.linalg.cholesky(G[1:, 1:] + np.diag(np.where(power > 0.0, 1e-12 * power, 1.0)))
+            along = np.linalg.solve(L, G[1:, 0])
+            total += 0.5 * float(G[0, 0] - along @ along) + float(np.sum(np.log(np.diag(L))))
+        return total
 
     def alone(p: Floats) -> float:
         return cost(rough * float(np.exp(np.clip(p[0], -5.0, 5.0))), 0.0, 2.0)
@@ -248,14 +253,9 @@ def noise_of_pairs(recording: Recording, found: list[Pair], white: float) -> OuN
         first.append(np.r_[1.0, np.zeros(t.size - 1)])
         y.append((force[pair.one] - force[pair.other]) / np.sqrt(2.0))
         columns.append(np.column_stack(list(_beside(0.5 * (force[pair.one] + force[pair.other]), white))))
-    m = columns[0].shape[1]
-    X = np.zeros((sum(one.size for one in y), m * len(found)))
-    row = 0
-    for i, block in enumerate(columns):
-        X[row : row + len(block), m * i : m * (i + 1)] = block
-        row += len(block)
-    X = X[:, np.any(X != 0.0, axis=0)]
-    return estimate_ou_noise(np.concatenate(times), np.concatenate(first), np.concatenate(y), X, white)
+    owner = np.repeat(np.arange(float(len(found))), [one.size for one in y])
+    t, begins, apart, X = (np.concatenate(one) for one in (times, first, y, columns))
+    return estimate_ou_noise(t, begins, apart, X, white, owner)
 
 
 def _some(found: list[Pair]) -> list[Pair]:
