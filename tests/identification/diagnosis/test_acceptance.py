@@ -652,17 +652,29 @@ def test_the_variable_with_most_evidence_is_told_and_a_change_where_it_has_more(
 
 
 @pytest.mark.parametrize(
-    ("plain", "expensive", "carried"),
-    [(True, False, False), (True, True, False), (False, True, False), (False, False, True)],
+    ("plain", "expensive", "mode", "rows", "carried"),
+    [
+        (True, False, "c", 20_000, False),
+        (True, True, "c", 20_000, False),
+        (False, True, "c", 20_000, False),
+        (False, False, "c", 20_000, True),
+        (False, False, "c", 20_001, False),
+        (False, False, "numba", 20_001, True),
+    ],
 )
 def test_a_candidate_runs_in_the_model_that_has_everything_beside_others_alone(
-    monkeypatch, plain, expensive, carried
+    monkeypatch, plain, expensive, mode, rows, carried
 ) -> None:
-    """What slows that down, or stands beside the plain model, runs in a model of its own."""
+    """What slows that down, or stands beside the plain model, runs in a model of its own.
+
+    So does what has many rows to run, where a model is compiled quickly.
+    """
     model = paper_model(8e-3) if plain else paper_model(8e-3).with_effect(effect("inertia"))
     one = dataclasses.replace(effect("adhesion"), expensive=expensive)
-    problem = SimpleNamespace(model=model, measured=None, zeros="recording", symbols=("K", "p"))
+    measured = SimpleNamespace(recording=range(rows))
+    problem = SimpleNamespace(model=model, measured=measured, zeros="recording", symbols=("K", "p"))
     monkeypatch.setattr(candidate_fit, "carrier", lambda *_: "carrier")
+    monkeypatch.setattr(candidate_fit, "kernel_mode", lambda: mode)
     monkeypatch.setattr(
         candidate_fit, "Problem", lambda model, _, **given: SimpleNamespace(model=model, **given)
     )

@@ -19,7 +19,8 @@ from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.result import rms
 from vegrip.identification.fit.solve import Optimum, refine_optimum, scaled
 from vegrip.identification.fit.whitening import has_play
-from vegrip.model import BASE
+from vegrip.model import BASE, ContactModel
+from vegrip.model.native import kernel_mode
 from vegrip.parameters import coordinate
 from vegrip.types import Floats
 
@@ -38,6 +39,7 @@ SLOPPY = 1e-4  # of what the screen expects of it, before it is known to contend
 FAR_NATS = 100.0  # [nats] from the base, beyond which the last steps are taken with derivatives made anew
 ASTRAY = 0.05  # [x_ref] of the zero of the displacement, from which the base is far from what there is
 BOUND_DISTANCE = 1e-3  # of the range, from a bound at which derivatives vanish
+MANY_ROWS = 20_000  # of a recording, from which on a model of its own pays
 DEPTH_REGIMES = 4
 CONTACT_TIMES_S = (0.3, 1.5)  # [s] in contact
 
@@ -200,8 +202,7 @@ def finished(base: CandidateFit, problem: Problem, rough: Optimum) -> Optimum:
 def _problem(base: CandidateFit, candidate: Candidate) -> Problem:
     """Return the problem with the candidate.
 
-    Beside the plain model it is compiled by itself, once and for all; beside accepted effects it runs in the
-    model that has everything, which is slower than one of its own but there already.
+    Beside the plain model it is compiled by itself, once and for all.
     """
     p = base.problem
     model = with_candidates(p.model, [candidate])
@@ -211,8 +212,17 @@ def _problem(base: CandidateFit, candidate: Candidate) -> Problem:
         if s in p.symbols or s in [one.symbol for one in candidate.effect.parameters if one.std > 0.0]
     )
     is_plain = {one.name for one in p.model.effects} <= set(BASE)
-    within = None if is_plain or candidate.effect.expensive else carrier(p.model, [candidate])
+    within = None if is_plain or candidate.effect.expensive else compiled_already(p, model)
     return Problem(model, p.measured, symbols=ordered, like=p, within=within)
+
+
+def compiled_already(problem: Problem, model: ContactModel) -> ContactModel | None:
+    """Return the model that has everything, in which ``model`` runs three times slower, but is there already.
+
+    None where one of its own is compiled in less than that: a second by C, half a minute by numba.
+    """
+    is_quick = kernel_mode() == "c" and len(problem.measured.recording) > MANY_ROWS
+    return None if is_quick else carrier(model, [])
 
 
 def _is_astray(base: CandidateFit) -> bool:

@@ -19,6 +19,7 @@ from vegrip.identification.diagnosis.acceptance import Verdict, judge_candidate,
 from vegrip.identification.diagnosis.candidate_fit import (
     EVALUATIONS,
     CandidateFit,
+    compiled_already,
     evaluate_candidate,
     extend_problem,
     finish_fit,
@@ -29,7 +30,6 @@ from vegrip.identification.diagnosis.score_tests import (
     Candidate,
     Hint,
     candidates,
-    carrier,
     generals,
     screen_candidates,
 )
@@ -370,7 +370,7 @@ def _without(fitted: CandidateFit, *some: Candidate) -> Problem:
     values = {symbol: value for symbol, value in problem.model.values.items() if symbol not in own}
     model = dataclasses.replace(problem.model, effects=effects, values=values)
     symbols = tuple(s for s in problem.symbols if s not in own)
-    within = carrier(model, [])
+    within = compiled_already(problem, model)
     return Problem(model, problem.measured, symbols=symbols, like=problem, within=within)
 
 
