@@ -111,6 +111,8 @@ def test_derivatives_of_all_places_at_once_are_those_of_each(two_places) -> None
         moved[j] += 1e-4 * k.std[j]
         apart = (problem.residual(moved) - problem.residual(u)) / (1e-4 * k.std[j])
         np.testing.assert_allclose(told[:, j], apart, atol=1e-6 * np.abs(apart).max(), err_msg=name)
+    problem.threads = 2
+    np.testing.assert_array_equal(problem.jacobian(u), told)
 
 
 def test_one_law_for_all_is_the_model_without_places(tip) -> None:

@@ -447,6 +447,7 @@ def doubt_timing(found: Search) -> list[Doubt]:
 
 
 def _diagnosed(start: Fit, most: int, threads: int, report: Report, jumps: Jumps) -> Diagnosis:
+    start.problem.threads = threads
     doubts = [*check_before_search(start.problem), *(Doubt(TAKEN_OFF.format(one)) for one in jumps.values())]
     is_unreliable = any(doubt.is_grave for doubt in doubts)
     found = search_effects(

@@ -8,6 +8,7 @@ own, how far its parameters lie from the common ones.
 
 import math
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Literal
 
@@ -94,6 +95,7 @@ class Problem:
     """
 
     _pressed: Sequence[slice | NDArray[np.int64]] = (slice(None),)  # rows of each place
+    threads = 1  # that find derivatives
     zeros: Zeros
     laws: Zeros
     doubtful: NDArray[np.bool_]
@@ -145,6 +147,7 @@ class Problem:
             self.freeze(self.unknowns.start)
         else:
             self.doubtful, self.stiffness, self.whitener = like.doubtful, like.stiffness, like.whitener
+            self.threads = like.threads
             self.force_std, self.radius_std = like.force_std, like.radius_std
             self.slip_std, self.slip_bias = like.slip_std, like.slip_bias
 
@@ -219,7 +222,7 @@ class Problem:
         n = int(self._owner.max()) + 1
         is_known = self.measured.recording.is_step
         zero = np.zeros(2 * n) if is_known else u[~inner]
-        return vector, (self.depth * zero[:n][self._owner], self.load * zero[n : 2 * n][self._owner])
+        return vector, ((self.depth * zero[:n])[self._owner], (self.load * zero[n : 2 * n])[self._owner])
 
     def depth_at_rest(self, u: Floats) -> Floats:
         """Return how deep the unloaded surface would lie (n,) [m]: the displacement without its zero."""
@@ -422,11 +425,12 @@ class Problem:
         base = self.residual(u) if residual is None else residual
         out = np.empty((base.size, u.size))
         k = self.unknowns
-        for together in self._columns_at_once:
+
+        def derive(together: list[int]) -> None:
             j = together[0]
             if known is not None and k.names[j] in known:
                 out[:, together] = np.stack([known[k.names[i]] for i in together], axis=1)
-                continue
+                return
             h = DERIVATIVE_STEP * k.std[j]
             h = -h if (u[together] + h > k.high[together]).any() else h
             moved = u.copy()
@@ -437,6 +441,9 @@ class Problem:
             else:  # each place has rows of its own
                 at = self.places[self.rows]
                 out[:, together] = np.where(at[:, None] == np.arange(len(together)), change[:, None], 0.0)
+
+        with ThreadPoolExecutor(self.threads) as pool:
+            list(pool.map(derive, self._columns_at_once))
         return out
 
     @property
