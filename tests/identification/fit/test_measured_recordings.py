@@ -43,12 +43,14 @@ def test_one_deep_press_into_silicone_suggests_the_stiffening_and_more_times_of_
 ):
     """What its README says: the exponent rises with depth, and one relaxation time is not enough.
 
-    A power law and a second time gain the same within 3 nats: one hold does not separate them. One press
-    proves no law of the depth either, within a tolerance.
+    A power law and a second time gain the same within 4 nats: one hold does not separate them. And one press
+    proves no law of the depth within a tolerance.
     """
     deep = read("silicone-indent/relax_P002-laser-1.csv", "silicone_hold", 40e-3)
     found = diagnose(deep, noise=noise_of(deep).tolerant(0.005))
-    assert (found.verdict, found.suggested, found.named) == ("ambiguous", ["layer_over_core"], [])
+    assert (found.verdict, found.named) == ("unexplained", [])
+    assert "one motion" in found.unproven
+    assert "layer_over_core" in {one.candidate.name for one in found.search.accepted}
     assert list(map(set, found.indistinguishable)) == [{"power_law_relaxation", "second_relaxation"}]
     assert found.error["after"] < found.error["noise_floor"] < 0.5 * found.error["before"]
     best = found.search.accepted[-1].fitted

@@ -473,6 +473,7 @@ def _diagnosed(start: Fit, most: int, threads: int, report: Report, jumps: Jumps
     if rivals:
         said = replace(said, rival_jumps=rivals)  # anew, for the old one knows its verdict
     why = unproven(start.problem, contests)
-    if why == ONE_MOTION and said.verdict == "ambiguous":
+    gains_of = {name: one.tried[0].verdict.gain for name, one in found.contests.items()}
+    if why == ONE_MOTION and max(gains_of, key=gains_of.__getitem__) not in said.named:  # a set stands
         return replace(said, doubts=[*doubts, Doubt(why)], has_one_motion=True)
     return replace(said, unproven=why) if why else said  # which knows what is left
