@@ -63,16 +63,6 @@ def readout(
     raise NotImplementedError
 
 
-def read_radius(
-    m: Floats,
-    values: int,
-    states: int,
-    delta: float,
-    speed: float,
-    exogenous: int,
-    x: float,
-    elastic_force: float,
-    force: float,
-) -> float:
-    """Return the contact radius of :func:`readout` alone."""
+def read_radius(m: Floats, values: int, states: int, *at: float) -> float:
+    """Return the contact radius alone, of the arguments of :func:`readout`."""
     raise NotImplementedError
