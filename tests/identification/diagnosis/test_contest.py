@@ -93,7 +93,7 @@ def tried(name, gain, failed=()):
 def scripted(monkeypatch):
     """Let the steps and contests of a search be those of a list; give what it reports."""
 
-    def run(steps, contests=(), most=4):
+    def run(steps, contests=(), most=4, misfit=1.0):
         left, said, contested = list(steps), [], list(contests)
         start = SimpleNamespace(evidence=0.0, name="start")
         monkeypatch.setattr(search, "held_out_groups", lambda _: None)
@@ -101,6 +101,7 @@ def scripted(monkeypatch):
         monkeypatch.setattr(search, "evaluate_candidate", lambda *_: start)
         monkeypatch.setattr(search, "drop_unneeded", lambda fitted, _: fitted)
         monkeypatch.setattr(search, "take_general", lambda *_: False)
+        monkeypatch.setattr(search.Search, "misfit", lambda *_: misfit)
         monkeypatch.setattr(
             search, "_step", lambda base, *_: Step(base, ["some"], left.pop(0) if left else [])
         )
@@ -169,6 +170,14 @@ def test_an_effect_that_is_not_needed_beside_the_others_is_dropped_and_one_that_
     # not for ever: three exchanges at most
     found, said = scripted(steps, [better] * 9)
     assert said.count("drops rolling") + said.count("drops sensor_lag") + said.count("drops inertia") == 3
+
+
+@pytest.mark.parametrize(("misfit", "is_held"), [(1.4, True), (1.6, False)])
+def test_of_four_effects_that_leave_a_misfit_none_is_contested(scripted, misfit, is_held) -> None:
+    steps = [[tried(name, 60.0)] for name in ("rolling", "sensor_lag", "adhesion", "inertia")]
+    found, _ = scripted(steps, misfit=misfit)
+    assert len(found.accepted) == 4
+    assert bool(found.contests) == is_held
 
 
 def test_the_only_effect_is_kept_however_little_it_gains(monkeypatch) -> None:

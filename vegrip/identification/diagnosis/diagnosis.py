@@ -27,7 +27,7 @@ from vegrip.identification.diagnosis.data_checks import (
 )
 from vegrip.identification.diagnosis.discrepancy import OUTER, Discrepancy, find_discrepancy
 from vegrip.identification.diagnosis.motions import ONE_MOTION, unproven
-from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects
+from vegrip.identification.diagnosis.search import Search, Step, Tried, left, search_effects
 from vegrip.identification.diagnosis.zero_jump import NEAR, ZERO_JUMP, Jump, find_jump
 from vegrip.identification.fit.fitting import fit, on_one_thread, used_of
 from vegrip.identification.fit.noise import Noise
@@ -100,7 +100,7 @@ class Diagnosis:
 
     @cached_property
     def jump(self) -> Jump | None:
-        """The jump of a zero that explains more than the effect that was taken instead, or what is left.
+        """The jump of a zero that explains more than the effect that was taken, or most of what is left.
 
         It pays for its place; another size of a jump that was taken off does not.
         """
@@ -108,7 +108,8 @@ class Diagnosis:
             gain = step.taken.verdict.gain if step.taken is not None else 0.0
             if step.taken is None and self.verdict != "unexplained":
                 continue
-            least = gain + self.search.within(gain)
+            rest = left(step.base) if step.taken is None else 0.0
+            least = gain + self.search.within(gain) + thresholds.MOST_OF_LEFT_SHARE * rest
             if (jump := find_jump(step.base, least)) is None:
                 continue
             if near := [k for k in self.jumps if k[0] == jump.channel and abs(k[1] - jump.row) <= NEAR]:
@@ -160,8 +161,8 @@ class Diagnosis:
     def verdict(self) -> str:
         """adequate, named, ambiguous or unexplained."""
         s = self.search
-        left = Left(s.misfit(s.last), s.first.error, s.last.error)
-        return self.verdict_of(len(s.accepted), left, is_ambiguous=bool(self.indistinguishable))
+        rest = Left(s.misfit(s.last), s.first.error, s.last.error)
+        return self.verdict_of(len(s.accepted), rest, is_ambiguous=bool(self.indistinguishable))
 
     def verdict_of(self, count: int, left: "Left", *, is_ambiguous: bool) -> str:
         """Return the verdict where so many effects leave that much."""
@@ -418,13 +419,14 @@ def diagnose(
         by_law = started(zeros, "episode")
     except TooManyUnknownsError:
         return found
-    gain = gain_of(by_law)
-    if zeros == "recording" and gain_of(by_zero := started("episode", laws)) > thresholds.MIN_LATER_GAIN_NATS:
+    gain, least = gain_of(by_law), thresholds.MOST_OF_LEFT_SHARE * left(found.search.last)
+    least = max(thresholds.MIN_LATER_GAIN_NATS, least)
+    if zeros == "recording" and gain_of(by_zero := started("episode", laws)) > least:
         report("tries zeros of each episode")
         own = diagnosed(by_zero)
         if own.verdict != "unexplained" and own.search.last.evidence - found.search.first.evidence > gain:
             return replace(own, doubts=[*own.doubts, Doubt(by_zero.zeros_note)])
-    if gain < thresholds.MIN_LATER_GAIN_NATS:
+    if gain < least:
         return found
     report("tries a law of each episode")
     return found.or_by_episode(diagnosed(by_law))

@@ -133,6 +133,12 @@ class Search:
         return Search([Step(first.base, first.hints, first.tried)], self.out_of_sight, self.regimes)
 
     @property
+    def is_patchwork(self) -> bool:
+        """Whether more effects than are believed leave what no noise does: no exchange makes them right."""
+        count, misfit = len(self.accepted), self.misfit(self.last)
+        return count > thresholds.PATCHWORK_EFFECTS and misfit > thresholds.MAX_NOISE_CHI2
+
+    @property
     def is_rough(self) -> bool:
         """Whether the forms of the laws leave more than noise."""
         misfit, error = self.misfit(self.last), self.last.error
@@ -164,7 +170,7 @@ def search_effects(
         step = found.steps[-1]
         passed = [one for one in step.tried if one.verdict.is_passed]
         is_taking = bool(passed) and len(found.accepted) < most
-        is_done = not is_taking and (found.contests or not found.accepted)
+        is_done = not is_taking and (found.contests or not found.accepted or found.is_patchwork)
         if is_done and not take_general(found, groups, threads, report):
             return found
         if is_taking:
@@ -173,7 +179,7 @@ def search_effects(
             found.steps.append(Step(drop_unneeded(step.taken.fitted, groups), [], []))
             found.contests = {}
         # the rivals of the first effect were refitted in its place just now
-        if not is_taking or len(found.accepted) > 1:
+        if (not is_taking or len(found.accepted) > 1) and not found.is_patchwork:
             hold_contests(found, groups, threads, report)
         if not found.steps[-1].hints:
             found.steps[-1] = _step(found.last, groups, found, threads, report)
