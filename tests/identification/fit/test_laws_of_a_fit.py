@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from vegrip.identification.fit import fit
+from vegrip.identification.fit.problem import AT
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.model import paper_model
 from vegrip.parameters import coordinate
@@ -74,6 +75,18 @@ def test_a_wrong_radius_moves_no_relaxation_and_scales_the_stiffness() -> None:
         assert wrong.model.values[name].value == pytest.approx(right.model.values[name].value, rel=0.01)
     deeper = (0.02 / 0.01) ** right.model.values["p"].value  # K is the force at a tenth of the radius
     assert wrong.model.values["K"].value / right.model.values["K"].value == pytest.approx(deeper, rel=0.02)
+
+
+@pytest.mark.parametrize(("since", "does_begin_pressed"), [(0.0, False), (0.8, True)])
+def test_what_begins_pressed_is_known_by_the_sensor_even_if_a_zero_makes_a_preload_of_the_air(
+    since: float, does_begin_pressed: bool
+) -> None:
+    whole = press(1)
+    problem = fit(whole.select((whole.episode == 0) & (whole.t >= since))).problem
+    u = problem.unknowns.start.copy()
+    u[problem.unknowns.names.index("zero_displacement")] = -1.0
+    assert problem.table(u)[0, AT["indentation"]] > 0.0
+    assert problem.doubted(u)[:20].any() == does_begin_pressed
 
 
 @pytest.mark.slow

@@ -347,13 +347,15 @@ class Problem:
         if not self.measured.recovered:
             return rows
         out = self.table(u)
-        vector, _ = self.parts(u)
+        vector, (_, zero_force) = self.parts(u)
         dented = (out[:, AT["indentation"]] > 0.0) & (out[:, AT["contact_radius"]] == 0.0)
         rates = [vector[self._places["nu1"]]] if "nu1" in self._places else []
         memory = min(FORGOTTEN / max(rates[0], 1e-9), LONGEST_GAP_S) if rates else LONGEST_GAP_S
         t, since = self.measured.recording.t, -math.inf
         rising = np.gradient(self.measured.motion.displacement, t) > 0.0
-        begun = out[:, AT["normal_force"]] - self.parts(u)[1][1] > FIRM * self.force_std
+        pressing = out[:, AT["normal_force"]] - zero_force
+        # zeros that are far off make a preload of the air, so the sensor has to read a load as well
+        begun = np.fmin(self.measured.force, pressing) > FIRM * self.force_std
         concerned = (out[:, AT["indentation"]] > 0.0) & (rising | ~dented)
         for i in range(t.size):
             if self.measured.first[i] > 0.0:
