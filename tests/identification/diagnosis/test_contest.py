@@ -180,6 +180,17 @@ def test_of_four_effects_that_leave_a_misfit_none_is_contested(scripted, misfit,
     assert bool(found.contests) == is_held
 
 
+@pytest.mark.parametrize(("error", "tolerance", "count"), [(0.9, 0.01, 2), (0.9, 0.0, 3), (1.1, 0.01, 3)])
+def test_what_is_as_exact_as_was_asked_becomes_no_patchwork(scripted, error, tolerance, count) -> None:
+    steps = [[tried(name, 60.0)] for name in ("rolling", "sensor_lag", "adhesion")]
+    for (one,) in steps:
+        one.fitted.error = error
+        one.fitted.problem = SimpleNamespace(
+            measured=SimpleNamespace(noise=SimpleNamespace(tolerance=tolerance))
+        )
+    assert len(scripted(steps)[0].accepted) == count
+
+
 def test_the_only_effect_is_kept_however_little_it_gains(monkeypatch) -> None:
     one = tried("rolling", 5.0)
     found = Search([Step(SimpleNamespace(name="start"), [], [one], one)])

@@ -139,6 +139,12 @@ class Search:
         return count > thresholds.PATCHWORK_EFFECTS and misfit > thresholds.MAX_NOISE_CHI2
 
     @property
+    def is_within_tolerance(self) -> bool:
+        """Whether one effect more would make a patchwork of what is as exact as was asked already."""
+        is_last = len(self.accepted) == thresholds.PATCHWORK_EFFECTS - 1
+        return is_last and self.last.error < 1.0 and self.last.problem.measured.noise.tolerance > 0.0
+
+    @property
     def is_rough(self) -> bool:
         """Whether the forms of the laws leave more than noise."""
         misfit, error = self.misfit(self.last), self.last.error
@@ -169,7 +175,7 @@ def search_effects(
     while True:
         step = found.steps[-1]
         passed = [one for one in step.tried if one.verdict.is_passed]
-        is_taking = bool(passed) and len(found.accepted) < most
+        is_taking = bool(passed) and len(found.accepted) < most and not found.is_within_tolerance
         is_done = not is_taking and (found.contests or not found.accepted or found.is_patchwork)
         if is_done and not take_general(found, groups, threads, report):
             return found
