@@ -60,13 +60,17 @@ def test_noise_that_is_more_than_is_stated_is_measured(factor: float) -> None:
     assert len(found.doubts) == (len(found.source) - 1) * (factor < 1.0)
 
 
+IN_USE = Case(("exponential_stiffness",), "strong", 431_200_007, style="use")
+
+
 @pytest.mark.long
-@pytest.mark.parametrize("stated", [0.93, 1.08])
-def test_a_radius_that_is_stated_wrongly_is_doubted_and_no_effect_is_named(stated: float) -> None:
-    case = of(radius_stated=stated)
-    recording = make_recording(case)
+@pytest.mark.parametrize(("case", "stated"), [(PLAIN, 0.93), (PLAIN, 1.08), (IN_USE, 1.08)])
+def test_a_radius_that_is_stated_wrongly_is_doubted_and_not_named_an_effect(
+    case: Case, stated: float
+) -> None:
+    recording = make_recording(replace(case, faults=Faults(radius_stated=stated)))
     found = diagnose(recording, threads=1)
-    assert found.verdict == "adequate"
+    assert (found.verdict, found.named) == ("named" if case.hidden else "adequate", list(case.hidden))
     assert found.model.tip_radius == pytest.approx(recording.fingertip.radius / stated, rel=0.01)
     assert any("the radius of the tip is stated as" in doubt.text for doubt in found.doubts)
 

@@ -120,8 +120,11 @@ class Diagnosis:
 
     @cached_property
     def other_radius(self) -> float | None:
-        """Radius of the tip [m] that explains as much as an effect of the contact circle that was taken."""
-        for step in self.search.steps:
+        """Radius of the tip [m] that explains as much as an effect of the contact circle that was taken.
+
+        Beside what was accepted, or else where it was taken.
+        """
+        for step in (*self.search.contests.values(), *self.search.steps):
             taken = step.taken
             if taken is not None and is_of_circle(taken):
                 radius, gain = other_radius(step.base)
