@@ -382,9 +382,10 @@ class Problem:
         s_q = np.nan_to_num(noise.torque_z) / torsion / root
         load = noise.normal_force / np.maximum(here[rows, AT["contact_force"]], noise.normal_force) / root
         u2 = np.maximum(f * f + q * q, 1e-12)
-        along = ((f * s_f) ** 2 + (q * s_q) ** 2) / u2**2
-        std = np.sqrt(along + load**2)
-        bias = (2.0 * s_f**2 + s_q**2) / (2.0 * u2) - along + 0.5 * load**2
+        with np.errstate(over="ignore", invalid="ignore"):  # nothing is sure where the model does not touch
+            along = ((f * s_f) ** 2 + (q * s_q) ** 2) / u2**2
+            std = np.sqrt(along + load**2)
+            bias = (2.0 * s_f**2 + s_q**2) / (2.0 * u2) - along + 0.5 * load**2
         sure = (std < UNSURE) & (bias < UNSURE)
         return np.where(sure, std, np.inf), np.where(sure, bias, 0.0)
 
