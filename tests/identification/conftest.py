@@ -24,6 +24,10 @@ def moved(kind: str, rng: np.random.Generator) -> tuple[Floats, Floats]:
     elif kind == "ramp":
         lasts = 1.6 / rng.uniform(0.5, 4.0)
         way += [(t + lasts, 1.3), (t + 2.0 * lasts, AIR), (t + 2.0 * lasts + 0.6, AIR)]
+    elif kind == "wander":
+        for until in np.arange(t + 0.25, 6.0, 0.25):
+            way.append((until, rng.uniform(0.4, 1.4)))
+        way += [(6.2, AIR), (7.0, AIR)]
     else:  # taps: the contact is lost while the tip is dented, and made again
         for _ in range(5):
             deep = rng.uniform(0.5, 1.4)

@@ -74,12 +74,15 @@ def test_rows_that_do_not_count_leave_the_likelihood_of_the_others() -> None:
     assert not white[~keep].any()
 
 
-def test_speed_and_play_are_in_the_covariance() -> None:
-    """Against the dense matrix of ``k tip + h (speed before + speed after) / 2``, the tip held in places."""
+def test_speed_play_and_what_gaps_hide_are_in_the_covariance() -> None:
+    """Against the dense matrix of ``k tip + h (speed before + speed after) / 2 + m s``, the tip held."""
     h, moving = np.linspace(5.0, 0.0, N), np.ones(N, dtype=bool)
     moving[20:35] = moving[50:] = False
     bend = 1e-3 * RNG.uniform(0.0, 1.0, N)
-    whitener = Whitener(T, FIRST, MOTION, Sensitivity(STIFFNESS, h, moving, bend), NOISE, np.ones(N))
+    memory, gaps = 0.02 * RNG.uniform(-1.0, 1.0, N), np.array([12, 40])
+    memory[: gaps[0]] = 0.0
+    sensitivity = Sensitivity(STIFFNESS, h, moving, bend, memory, gaps)
+    whitener = Whitener(T, FIRST, MOTION, sensitivity, NOISE, np.ones(N))
     error, after = np.zeros((N, 2 + N)), np.zeros((N, 2 + N))  # in terms of 2 + N independent numbers
     dd, dv, vv = MOTION.start[0]
     root = np.linalg.cholesky(np.array([[dd, dv], [dv, vv]]))
@@ -93,7 +96,9 @@ def test_speed_and_play_are_in_the_covariance() -> None:
         tip[i] = error[i] if moving[i] else tip[i - 1]
     makes = STIFFNESS[:, None] * tip + 0.5 * h[:, None] * (before + after)
     slow = NOISE.slow**2 * np.exp(-np.abs(T[:, None] - T) / NOISE.time)
-    covariance = makes @ makes.T + slow + np.diag(NOISE.white**2 + bend**2)
+    gap = np.searchsorted(gaps, np.arange(N), side="right")
+    hidden = np.where(gap[:, None] == gap, np.outer(memory, memory), 0.0)
+    covariance = makes @ makes.T + slow + hidden + np.diag(NOISE.white**2 + bend**2)
     residual = 0.02 * RNG.standard_normal(N)
     white = whitener(residual)
     assert white @ white == pytest.approx(residual @ np.linalg.solve(covariance, residual), rel=1e-9)
@@ -138,8 +143,15 @@ def test_compiled_gains_are_those_of_plain_python_which_would_complain_of_a_row_
     first, follow = FIRST.copy(), np.ones(N)
     first[20], follow[30:35] = 1.0, 0.0
     given = (
-        *(T, first, MOTION.pull, np.stack([STIFFNESS, np.linspace(5.0, 0.0, N)], axis=1), follow),
-        *(NOISE.time, MOTION.push, np.tile(MOTION.start[0], (N, 1)), np.full(N, NOISE.white**2)),
+        *(T, first, MOTION.pull, np.stack([STIFFNESS, np.linspace(5.0, 0.0, N), 0.02 * follow], axis=1)),
+        *(
+            follow,
+            (np.arange(N) != 40).astype(float),
+            NOISE.time,
+            MOTION.push,
+            np.tile(MOTION.start[0], (N, 1)),
+            np.full(N, NOISE.white**2),
+        ),
         *(NOISE.slow**2, np.r_[0.0, np.ones(N - 1)]),
     )
     for ours, plain in zip(gains(*given), gains.py_func(*given), strict=True):

@@ -3,13 +3,13 @@
 What the model leaves is noise of the force sensor, white and slow, and what the error of the smoothed motion
 does to the modelled force,
 
-    ``residual = k tip + h speed + b + e``,   ``b+ = b exp(-dt / tau) + noise``
+    ``residual = k tip + h speed + b + m s + e``,   ``b+ = b exp(-dt / tau) + noise``
 
-with the tip where the motion is or where a play has left it (:class:`Sensitivity`), a
-state-space model whose one-step prediction errors, over their standard deviations, are independent
-[DurbinKoopman2012]_. Its gains do not depend on the residual, so it is a matrix: the same for the
-derivatives. This is the likelihood of a filter that carries the displacement as a noisy state, linear in the
-force.
+with the tip where the motion is or where a play has left it and a number ``s ~ N(0, 1)`` for each gap of the
+recording (:class:`Sensitivity`), a state-space model whose one-step prediction errors, over their standard
+deviations, are independent [DurbinKoopman2012]_. Its gains do not depend on the residual, so it is a matrix:
+the same for the derivatives. This is the likelihood of a filter that carries the displacement as a noisy
+state, linear in the force.
 """
 
 from collections.abc import Callable
@@ -34,13 +34,14 @@ Answer = Callable[[Floats], Floats]
 class Sensitivity:
     """The error of the force that an error of the motion makes.
 
-    It reaches the force by three ways:
+    It reaches the force by four ways:
 
     * by position, times the stiffness;
     * by speed, where a model has drag or damping, and the more where the motion bends: when between two
       samples it does is not known;
     * behind backlash, where the tip rests until the gap is crossed, it stays what it was when the tip last
-      moved.
+      moved;
+    * by memory, of what moved while rows were lost (:mod:`vegrip.identification.fit.gaps`).
     """
 
     position: Floats  # (n,) [N/m]; 0 in air
@@ -48,12 +49,15 @@ class Sensitivity:
     # (n,) whether the tip moves with the drive; where not, the error of its position stays
     follows: NDArray[np.bool_]
     bend: Floats  # (n,) [N] std of what is not known because the motion bends between samples
+    memory: Floats  # (n,) [N] what one standard deviation of the motion in the gap before leaves
+    after_gaps: NDArray[np.int64]  # the first row after each gap
 
 
 def by_position(stiffness: Floats) -> Sensitivity:
     """Return the sensitivity (n,) of a force without effect of speed or backlash; ``stiffness`` [N/m]."""
     none = np.zeros(stiffness.size)
-    return Sensitivity(stiffness, none, np.ones(stiffness.size, dtype=bool), none)
+    ever = np.ones(stiffness.size, dtype=bool)
+    return Sensitivity(stiffness, none, ever, none, none, np.zeros(0, dtype=np.int64))
 
 
 def feels_speed(model: ContactModel) -> bool:
@@ -163,8 +167,10 @@ class Whitener:
         used: Floats,
     ) -> None:
         s = sensitivity
-        seen = np.stack([s.position, 0.5 * s.speed], axis=1)
-        self._beside = (t, first, motion.pull, seen, s.follows.astype(np.float64), noise.time)
+        seen = np.stack([s.position, 0.5 * s.speed, s.memory], axis=1)
+        same_gap = np.ones(t.size)
+        same_gap[s.after_gaps] = 0.0
+        self._beside = (t, first, motion.pull, seen, s.follows.astype(np.float64), same_gap, noise.time)
         white = np.square(noise.white) + np.square(s.bend)
         self._chain = (*self._beside, motion.push, motion.start, white, noise.slow**2)
         self._gain, self._scale = gains(*self._chain, used)
@@ -188,37 +194,39 @@ class Whitener:
 
 
 @njit
-def transition(dt: float, pull: Floats, follows: float, decay: float, A: Floats) -> None:
-    """Write the step of (error, speed after, speed before, tip, b) into A (5, 5)."""
+def transition(dt: float, pull: Floats, follows: float, decay: float, same: float, A: Floats) -> None:
+    """Write the step of (error, speed after, speed before, tip, b, s) into A (6, 6)."""
     A[:, :] = 0.0
     A[0, 0], A[0, 1] = 1.0, dt
     A[1, 0], A[1, 1] = -dt * pull[0], 1.0 - dt * pull[1]
     A[2, 1] = 1.0
     A[3, 0], A[3, 1], A[3, 3] = follows, follows * dt, 1.0 - follows
     A[4, 4] = decay
+    A[5, 5] = same
 
 
 @njit
 def begun(start: Floats, S_b: float, P: Floats) -> None:
-    """Write the covariance at the beginning of an episode into P (5, 5): the tip is where the motion is."""
+    """Write the covariance at the beginning of an episode into P (6, 6): the tip is where the motion is."""
     P[:, :] = 0.0
     P[0, 0] = P[0, 3] = P[3, 0] = P[3, 3] = start[0]
     for a in (1, 2):
         P[a, 0] = P[0, a] = P[a, 3] = P[3, a] = start[1]
         P[a, 1] = P[a, 2] = start[2]
     P[4, 4] = S_b
+    P[5, 5] = 1.0
 
 
 @njit
 def moved(A: Floats, P: Floats) -> Floats:
     """Return ``A P A'``, most of A being zero."""
-    B, out = np.zeros((5, 5)), np.zeros((5, 5))
-    for a in range(5):
-        for c in range(5):
+    B, out = np.zeros((6, 6)), np.zeros((6, 6))
+    for a in range(6):
+        for c in range(6):
             if A[a, c] != 0.0:
                 B[a] += A[a, c] * P[c]
-    for b in range(5):
-        for c in range(5):
+    for b in range(6):
+        for c in range(6):
             if A[b, c] != 0.0:
                 out[:, b] += B[:, c] * A[b, c]
     return out
@@ -231,6 +239,7 @@ def gains(
     pull: Floats,
     seen: Floats,
     follows: Floats,
+    same_gap: Floats,
     time: float,
     push: Floats,
     start: Floats,
@@ -238,33 +247,34 @@ def gains(
     S_b: float,
     used: Floats,
 ) -> tuple[Floats, Floats]:
-    """Return the Kalman gains (n, 5), and one over the std of the innovation (n,).
+    """Return the Kalman gains (n, 6), and one over the std of the innovation (n,).
 
     Rows that are not ``used`` have no gain; where none is, one over the std of every row by itself.
     """
     n = t.shape[0]
-    gain, scale = np.zeros((n, 5)), np.zeros(n)
-    P, A = np.zeros((5, 5)), np.zeros((5, 5))
+    gain, scale = np.zeros((n, 6)), np.zeros(n)
+    P, A = np.zeros((6, 6)), np.zeros((6, 6))
     none = not used.any()
     for i in range(n):
         if first[i] > 0.0:
             begun(start[i], S_b, P)
-        k, h = seen[i, 0], seen[i, 1]
-        g = h * (P[:, 1] + P[:, 2]) + k * P[:, 3] + P[:, 4]
-        S = h * (g[1] + g[2]) + k * g[3] + g[4] + white[i]
+        k, h, m = seen[i, 0], seen[i, 1], seen[i, 2]
+        g = h * (P[:, 1] + P[:, 2]) + k * P[:, 3] + P[:, 4] + m * P[:, 5]
+        S = h * (g[1] + g[2]) + k * g[3] + g[4] + m * g[5] + white[i]
         if used[i] > 0.0 or none:
             scale[i] = 1.0 / np.sqrt(S)
         if used[i] > 0.0:
             gain[i] = g / S
-            for a in range(5):
+            for a in range(6):
                 P[a] -= g[a] * gain[i]
         if i + 1 < n and first[i + 1] == 0.0:
             dt = t[i + 1] - t[i]
             decay = np.exp(-dt / time)
-            transition(dt, pull[i], follows[i + 1], decay, A)
+            transition(dt, pull[i], follows[i + 1], decay, same_gap[i + 1], A)
             P = moved(A, P)
             P[1, 1] += (push[i] * dt) ** 2
             P[4, 4] += S_b * (1.0 - decay * decay)
+            P[5, 5] += 1.0 - same_gap[i + 1]
     return gain, scale
 
 
@@ -275,6 +285,7 @@ def whiten(
     pull: Floats,
     seen: Floats,
     follows: Floats,
+    same_gap: Floats,
     time: float,
     gain: Floats,
     scale: Floats,
@@ -283,7 +294,7 @@ def whiten(
     """Return the innovations of ``columns`` (n, m) over their standard deviations."""
     n, m = columns.shape
     out = np.zeros((n, m))
-    x = np.zeros((m, 5))
+    x = np.zeros((m, 6))
     for i in range(n):
         if first[i] > 0.0:
             x[:, :] = 0.0
@@ -298,11 +309,12 @@ def whiten(
                 x[c, 2] = speed
                 x[c, 3] += f * (x[c, 0] - x[c, 3])
                 x[c, 4] *= e
+                x[c, 5] *= same_gap[i]
         if scale[i] > 0.0:
-            k, h = seen[i, 0], seen[i, 1]
+            k, h, memory = seen[i, 0], seen[i, 1], seen[i, 2]
             for c in range(m):
-                v = columns[i, c] - h * (x[c, 1] + x[c, 2]) - k * x[c, 3] - x[c, 4]
-                for j in range(5):
+                v = columns[i, c] - h * (x[c, 1] + x[c, 2]) - k * x[c, 3] - x[c, 4] - memory * x[c, 5]
+                for j in range(6):
                     x[c, j] += gain[i, j] * v
                 out[i, c] = v * scale[i]
     return out
