@@ -1,4 +1,4 @@
-"""What a contact went through while rows were lost: a motion that nobody saw, which its memory keeps.
+"""What a contact went through while rows were lost: a motion in no row, which its memory keeps.
 
 Between the rows beside a gap the motion is taken as straight. The mean of the true one over the gap differs
 from that by as much as it does in other stretches of the recording that are as long. A memory that lasts much
