@@ -320,16 +320,17 @@ def test_what_became_of_a_candidate_that_passes_is_told() -> None:
 
 
 @pytest.mark.parametrize(
-    ("doubts", "accepted", "misfit", "asked", "named"),
+    ("doubts", "accepted", "group", "misfit", "asked", "named"),
     [
-        ([False], ["adhesion"], 1.0, True, True),
-        ([], [], 1.6, True, False),
-        ([], [], 1.5, False, False),
-        ([True], ["adhesion"], 9.0, False, False),
+        ([False], ["adhesion"], "", 1.0, [30.0], True),
+        ([False], ["adhesion"], diagnosis.TIMING, 1.0, [70.0], True),  # beside the others, in its place
+        ([], [], "", 1.6, [20.0], False),
+        ([], [], "", 1.5, [], False),
+        ([True], ["adhesion"], "", 9.0, [], False),
     ],
 )
 def test_clocks_are_looked_at_where_something_is_left_or_named_and_a_doubtful_recording_names_nothing(
-    monkeypatch, doubts, accepted, misfit, asked, named
+    monkeypatch, doubts, accepted, group, misfit, asked, named
 ) -> None:
     seen = []
     start = SimpleNamespace(
@@ -346,7 +347,9 @@ def test_clocks_are_looked_at_where_something_is_left_or_named_and_a_doubtful_re
         seen.append(most)
         found = Found(steps, misfit=misfit)
         found.last.problem, found.untaken = SimpleNamespace(symbols=()), Found([])
-        found.contests = {}
+        own = tried("own", 70.0)
+        own.candidate.effect.group, own.fitted = group, None
+        found.contests = {name: step(own) for name in accepted}
         return found
 
     monkeypatch.setattr(diagnosis, "fit", lambda *_, **__: start)
@@ -361,6 +364,6 @@ def test_clocks_are_looked_at_where_something_is_left_or_named_and_a_doubtful_re
     monkeypatch.setattr(diagnosis, "check_clocks", lambda _, best: seen.append(best) or [])
     found = diagnosis.diagnose([])
     is_grave = True in doubts
-    assert seen == [0 if is_grave else 4] + [30.0 if accepted else 20.0] * asked
+    assert seen == [0 if is_grave else 4, *asked]
     assert len(found.doubts) == len(doubts)
     assert [one.candidate.name for one in found.search.accepted] == (accepted if named else [])

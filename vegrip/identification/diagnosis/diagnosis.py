@@ -459,8 +459,9 @@ def _diagnosed(start: Fit, most: int, threads: int, report: Report, jumps: Jumps
         start.problem, start.optimum, most=0 if is_unreliable else most, threads=threads, report=report
     )
     if not is_unreliable and (found.accepted or found.misfit(found.first) > thresholds.MAX_NOISE_CHI2):
-        gains = [one.verdict.gain for one in found.steps[0].tried]
-        doubts += check_clocks(found.first, max(gains, default=0.0))
+        late = (one for one in found.contests.values() if one.tried[0].candidate.effect.group == TIMING)
+        timed = next(late, found.steps[0])  # which the clocks have to beat beside the others
+        doubts += check_clocks(timed.base, max((one.verdict.gain for one in timed.tried), default=0.0))
     if any(doubt.is_grave for doubt in doubts):
         return Diagnosis(start, found.untaken, doubts)
     names = [one.candidate.name for one in found.accepted]
