@@ -10,7 +10,7 @@ from scipy.stats import multivariate_normal
 from vegrip.effects import BUILT_IN, Effect, effect
 from vegrip.identification.diagnosis import candidate_fit, diagnose, discrepancy, score_tests, search
 from vegrip.identification.diagnosis.acceptance import Verdict, amount_std, is_resolved, misfit_by_regime
-from vegrip.identification.diagnosis.candidate_fit import HELD_OUT, _is_astray, scores
+from vegrip.identification.diagnosis.candidate_fit import HELD_OUT, CandidateFit, _is_astray, scores
 from vegrip.identification.diagnosis.diagnosis import doubt_timing
 from vegrip.identification.diagnosis.discrepancy import (
     LENGTHS,
@@ -31,9 +31,10 @@ from vegrip.identification.diagnosis.score_tests import (
     trials,
     why_unseen,
 )
-from vegrip.identification.diagnosis.search import EvidenceThreshold, shortlist
+from vegrip.identification.diagnosis.search import EvidenceThreshold, required_evidence, shortlist
 from vegrip.identification.fit import fit
 from vegrip.identification.fit.problem import AT
+from vegrip.identification.fit.solve import Optimum
 from vegrip.model import BASE, paper_model
 from vegrip.parameters import Parameter
 
@@ -160,15 +161,39 @@ def test_tents_interpolate() -> None:
 
 def test_a_further_effect_pays_more_than_the_first_and_form_pays_most() -> None:
     adhesion, damping = effect("adhesion"), effect("fast_damping")
-    assert EvidenceThreshold(0.0, 900.0, 9.0, ()).of(adhesion) == 8.0
-    lag = (effect("sensor_lag"),)
-    calm, rough = EvidenceThreshold(1000.0, 0.0, 1.0, lag), EvidenceThreshold(1000.0, 100.0, 3.0, lag)
-    assert calm.of(adhesion) == 20.0  # nothing stands out any more
-    assert rough.of(adhesion) == 15.0  # of 100 nats that are left, and of 1000 that were gained
-    assert rough.of(damping) == 100.0  # damping beside a lag
-    assert (
-        EvidenceThreshold(1000.0, 900.0, 3.0, lag).of(adhesion) == 15.0
-    )  # much is left: another effect may take it
+    lag, force, slips = (effect("sensor_lag"),), np.array([-2.0, 0.0]), np.array([0.0, 2.0])
+
+    def asked(one, left, misfit, change=force, *, beside=lag, gained=1000.0, is_exact=False) -> float:
+        threshold = EvidenceThreshold(np.array([gained, 0.0]), left, misfit, beside)
+        return threshold.of(one, change, is_exact=is_exact)
+
+    assert asked(adhesion, 900.0, 9.0, beside=()) == 8.0
+    assert asked(adhesion, 0.0, 1.0) == 20.0  # nothing stands out any more
+    assert asked(adhesion, 80.0, 3.0) == 15.0  # of 1000 nats that were gained
+    assert asked(adhesion, 120.0, 3.0) == 18.0  # of 120 that are left, which are few
+    assert asked(adhesion, 900.0, 3.0) == 15.0  # much is left: another effect may take it
+    assert asked(damping, 100.0, 3.0) == 100.0  # damping beside a lag
+    assert asked(adhesion, 900.0, 3.0, slips) == 8.0  # where nothing was gained no form is to be mended
+    assert asked(adhesion, 900.0, 3.0, 9.0 * force + slips) == pytest.approx(15.0 * 324.0 / 328.0)
+    much = {"gained": 4e4, "is_exact": True}  # what mends a form leaves some of it
+    assert asked(adhesion, 100.0, 3.0, **much) == pytest.approx(40.0)
+    assert asked(adhesion, 0.0, 3.0, **much) == asked(adhesion, 0.0, 3.0, gained=4e4) == 600.0
+    assert asked(adhesion, 100.0, 1.0, **much) == 200.0
+    assert asked(adhesion, 20.0, 3.0, gained=4e3, is_exact=True) == 20.0
+
+
+def test_what_was_gained_is_gained_in_a_channel() -> None:
+    """Of 1000 nats the force has 800, one of the slips 200; the other does not count, the radius lost."""
+    rows = {"doubtful": np.zeros(2), "slip_std": np.ones(2), "radius_std": np.ones(1)}
+    problem = SimpleNamespace(**rows, counted=np.array([True, True, True, False, True]), whitener=None)
+
+    def fitted(residual: list[float], evidence: float) -> CandidateFit:
+        optimum = Optimum(np.zeros(0), np.array(residual), np.zeros((5, 0)), 0.0)
+        return CandidateFit(problem, optimum, evidence, np.zeros(0), 0.0, 1.0)
+
+    first, base = fitted([20.0, 40.0, 20.0, 99.0, 0.0], 7.0), fitted([0.0, 20.0, 0.0, 0.0, 9.0], 1007.0)
+    asked = required_evidence(first, base, 3.0, (effect("sensor_lag"),))
+    assert asked.gained == pytest.approx([800.0, 800.0, 200.0, 200.0, 0.0])
 
 
 @pytest.mark.parametrize(
@@ -293,6 +318,17 @@ def test_the_gain_that_the_screen_foretells_is_that_of_the_refit_of_a_linear_mod
     refit = linear(y, X, wide).solved()
     assert hint.gain == pytest.approx(optimum.cost - refit.cost, rel=1e-9)
     assert hint.multiple == pytest.approx(refit.u[2], rel=1e-9)
+    held = linear(y, X[:, :2], PRIOR[:2])
+    held.unknowns.high[0] = optimum.u[0]  # a parameter at its bound imitates as little as one that is known
+    less = linear(y, X[:, 1:2], PRIOR[1:2])
+    (bound,), (known,) = (
+        screen_candidates(*one, [candidate])
+        for one in (
+            (held, optimum),
+            (less, dataclasses.replace(optimum, u=optimum.u[1:], jacobian=-X[:, 1:2])),
+        )
+    )
+    assert (bound.gain, bound.multiple) == pytest.approx((known.gain, known.multiple), rel=1e-9)
     tried.white = lambda _: optimum.residual
     assert screen_candidates(problem, optimum, [candidate]) == []
 

@@ -139,7 +139,8 @@ class Redraw:
         for one in s.steps[-1].tried:
             own = one.candidate.effect
             gain = self._of(one.fitted).evidence(weights) - now
-            if set(one.verdict.failed) <= {"evidence"} and gain > max(asked.of(own), own.min_gain):
+            pays = asked.of(own, one.change, is_exact=s.leaves_noise(one.fitted))
+            if set(one.verdict.failed) <= {"evidence"} and gain > max(pays, own.min_gain):
                 names.append(one.candidate.name)
                 break
         misfit, error = last.left(weights, s.regimes)

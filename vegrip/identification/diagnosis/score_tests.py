@@ -18,6 +18,7 @@ import numpy as np
 
 from vegrip.effects import BUILT_IN, Effect, effect, names, place
 from vegrip.errors import ModelError
+from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.fit.noise import LEAST_AIR, at_rest, in_air
 from vegrip.identification.fit.preprocess import Measured
 from vegrip.identification.fit.problem import Problem
@@ -193,8 +194,10 @@ def screen_candidates(
     problem: Problem, optimum: Optimum, candidates: Sequence[Candidate], threads: int = 2
 ) -> list[Hint]:
     """Return a hint for every candidate that changes anything, best first."""
-    std = problem.unknowns.std
-    basis, _ = np.linalg.qr(np.vstack([optimum.jacobian, np.diag(1.0 / std)]))
+    k = problem.unknowns
+    span = thresholds.AT_BOUND_STD * k.std
+    free = (optimum.u - k.low > span) & (k.high - optimum.u > span)  # beyond its bound nothing can imitate
+    basis, _ = np.linalg.qr(np.vstack([optimum.jacobian, np.diag(1.0 / k.std)])[:, free])
     rows = optimum.residual.size
     padded = np.zeros(basis.shape[0])
     padded[:rows] = optimum.residual

@@ -44,26 +44,32 @@ class EvidenceThreshold:
 
     The first effect pays for being one of many, a further one for not being form: the law of an effect that
     was accepted need not have exactly the form of what is there. What it leaves invites further effects which
-    only mend that form: they gain little of what was gained before, and little of what is left.
+    only mend that form: they gain little of what was gained before in the channels that they change, and
+    little of what is left.
     """
 
-    gained: float
+    gained: Floats  # (rows,) in the channel of each
     left: float
     misfit: float
     accepted: tuple[Effect, ...]
 
-    def of(self, candidate: Effect) -> float:
-        """Return what a candidate has to gain [nats]."""
+    def of(self, candidate: Effect, change: Floats, *, is_exact: bool) -> float:
+        """Return what a candidate has to gain [nats] that makes this ``change`` (rows,) of the residual."""
         if not self.accepted:
             return thresholds.MIN_GAIN_NATS
+        power = change**2
+        gained = float(np.sum(self.gained * power)) / max(float(np.sum(power)), 1e-300)
         fits_noise = self.misfit <= thresholds.MAX_NOISE_CHI2
         share = thresholds.MIN_SHARE_OF_GAIN if fits_noise else thresholds.MIN_SHARE_OF_GAIN_IN_MISFIT
         least = thresholds.MIN_LATER_GAIN_NATS if fits_noise else thresholds.MIN_GAIN_NATS
-        asked = max(least, share * self.gained)
-        if self.left < thresholds.LITTLE_LEFT_SHARE * self.gained:
+        asked = max(least, share * gained)
+        if self.left > 0.0 and not fits_noise and is_exact:  # leaves noise alone
+            to_noise = thresholds.MIN_SHARE_OF_GAIN_TO_NOISE * gained
+            asked = min(asked, max(thresholds.MIN_LATER_GAIN_NATS, to_noise))
+        if self.left < thresholds.LITTLE_LEFT_SHARE * gained:
             asked = max(asked, thresholds.MIN_SHARE_OF_LEFT * self.left)
         if candidate.shifts_time and any(one.shifts_time for one in self.accepted):
-            asked = max(asked, thresholds.MIN_TIMING_SHARE_OF_GAIN * self.gained)
+            asked = max(asked, thresholds.MIN_TIMING_SHARE_OF_GAIN * gained)
         return asked
 
 
@@ -71,7 +77,13 @@ def required_evidence(
     first: CandidateFit, base: CandidateFit, misfit: float, accepted: Iterable[Effect]
 ) -> EvidenceThreshold:
     """Return what a further effect costs beside ``accepted`` ones, which led from ``first`` to ``base``."""
-    return EvidenceThreshold(base.evidence - first.evidence, left(base), misfit, tuple(accepted))
+    p, before, after = base.problem, base.whitened(first), base.optimum.residual
+    taken = np.where(p.counted, before**2 - after**2, 0.0)
+    channel = np.repeat(np.arange(3), [p.doubtful.size, p.slip_std.size, p.radius_std.size])
+    by_channel = np.maximum(np.bincount(channel, taken, 3), 0.0)
+    share = by_channel / max(float(by_channel.sum()), 1e-300)
+    gained = (base.evidence - first.evidence) * share[channel]
+    return EvidenceThreshold(gained, left(base), misfit, tuple(accepted))
 
 
 def left(fitted: CandidateFit) -> float:
@@ -158,6 +170,10 @@ class Search:
     def misfit(self, fitted: CandidateFit) -> float:
         """Chi-square per regime; 1 is noise."""
         return misfit_by_regime(fitted.optimum.residual, self.regimes)
+
+    def leaves_noise(self, fitted: CandidateFit) -> bool:
+        """Whether nothing stands out any more, in a regime or in all."""
+        return self.misfit(fitted) <= thresholds.MAX_NOISE_CHI2 and not left(fitted)
 
 
 def search_effects(
@@ -333,9 +349,10 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
     asked = required_evidence(first, base, misfit, [one.candidate.effect for one in found.accepted])
 
     def told(hint: Hint, new: CandidateFit) -> Tried:
-        pays = asked.of(hint.candidate.effect)
+        change = base.whitened(new) - base.optimum.residual
+        pays = asked.of(hint.candidate.effect, change, is_exact=found.leaves_noise(new))
         verdict = judge_candidate(hint.candidate, base, new, (misfit, found.misfit(new)), pays, asked.left)
-        return Tried(hint.candidate, new, verdict, base.whitened(new) - base.optimum.residual)
+        return Tried(hint.candidate, new, verdict, change)
 
     fits = _refitted(base, chosen, groups, threads)
     tried = [told(hint, new) for hint, new in zip(chosen, fits, strict=True)]
