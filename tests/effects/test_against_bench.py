@@ -35,6 +35,10 @@ PROTOCOL = (
 
 NORMAL = {
     "second_relaxation": ({"amplitude": 0.1, "rate": 0.5}, {"c2": 0.1, "nu2": 0.5}),
+    "relaxation_spectrum": (
+        {"amplitude": 0.08, "slow": 0.1, "fast": 10.0},
+        {"nu_s": 0.01, "c_s1": 0.0, "c_s2": 0.08, "c_s3": 0.0, "c_s4": 0.08, "c_s5": 0.0},
+    ),
     "series_compliance": ({"compliance": 5e-5}, {"s_C": 5e-5 * K / 1e-3}),
     "displacement_backlash": ({"width": 4e-5}, {"play": 0.04}),
     "permanent_set": ({"share": 0.05, "threshold": 3e-4}, {"alpha_p": 0.05, "x_y": 0.3, "r_p": 0.0}),

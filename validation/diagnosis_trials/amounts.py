@@ -63,6 +63,11 @@ CATALOGUE_AMOUNTS: Mapping[str, Amount] = {
     "adhesion": lambda s: {"force": 6.0 * s.noise * s.size, "stretch": 0.08 * s.depth},
     "second_relaxation": lambda s: {"amplitude": 0.12 * s.size, "rate": s.other_rate()},
     "power_law_relaxation": lambda s: {"amplitude": 0.35 * s.size},
+    "relaxation_spectrum": lambda s: {
+        "amplitude": 0.1 * s.size,
+        "slow": s.tip.rates[0] / float(np.exp(s.rng.uniform(np.log(8.0), np.log(20.0)))),
+        "fast": s.tip.rates[0] * float(np.exp(s.rng.uniform(np.log(8.0), np.log(20.0)))),
+    },
     "series_compliance": lambda s: {"compliance": 0.2 * s.size * s.depth / s.force},
     "displacement_backlash": lambda s: {"width": 8.0 * s.sensors.displacement * s.size},
     "permanent_set": lambda s: {"share": 0.04 * s.size, "threshold": 0.15 * s.depth},
@@ -107,7 +112,13 @@ CATALOGUE_AMOUNTS: Mapping[str, Amount] = {
 }
 """Strong: what leaves about as much as the noise, or more, once the plain model is refitted."""
 
-DRAWN_BY_NAME = ("approach_tilt", "healing_softening", "jkr_adhesion", "second_contact")
+DRAWN_BY_NAME = (
+    "approach_tilt",
+    "healing_softening",
+    "jkr_adhesion",
+    "relaxation_spectrum",
+    "second_contact",
+)
 """Only where one asks for them: with them the published seeds would hide something else."""
 
 UNMODELLED_AMOUNTS: Mapping[str, Amount] = {

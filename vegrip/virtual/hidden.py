@@ -14,7 +14,7 @@ import numpy as np
 
 from vegrip.errors import ConfigError
 from vegrip.types import Floats
-from vegrip.virtual.history import Relaxation
+from vegrip.virtual.history import Relaxation, prony
 
 HIDDEN: dict[str, type["Hidden"]] = {}
 """By the names that a diagnosis gives them."""
@@ -156,6 +156,24 @@ class PowerLawRelaxation(Hidden, name="power_law_relaxation"):
             return left
 
         return more
+
+
+@dataclass
+class RelaxationSpectrum(Hidden, name="relaxation_spectrum"):
+    """Two more exponentials, one slower and one faster than the fingertip's own."""
+
+    amplitude: float = 0.08  # [-] of each
+    slow: float = 0.1  # [1/s]
+    fast: float = 40.0  # [1/s]
+
+    def relaxation(self, g: Relaxation) -> Relaxation:
+        more = prony((self.amplitude, self.amplitude), (self.slow, self.fast))
+
+        def all_three(t: Floats) -> Floats:
+            left: Floats = g(t) + more(t) - 1.0
+            return left
+
+        return all_three
 
 
 @dataclass
