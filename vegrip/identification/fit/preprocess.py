@@ -1,12 +1,13 @@
 """A recording made ready for a fit: smoothed motion, outliers taken out, which rows tell what."""
 
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.errors import RecordingError
+from vegrip.identification.fit.gaps import NO_GAPS, find_gaps
 from vegrip.identification.fit.motion import Motion, motion_of
 from vegrip.identification.fit.noise import LEAST_AIR, Noise, in_air
 from vegrip.identification.recording import Recording
@@ -98,6 +99,7 @@ class Measured:
     outliers: dict[str, int]  # channel -> how many rows were taken out
     tare: dict[str, float]  # channel -> what it showed in air, which was taken off
     events: tuple[Event, ...] = ()  # sudden losses of force, whose rows were taken out
+    gaps: NDArray[np.int64] = field(default_factory=NO_GAPS.copy)  # (gaps, 2) the rows beside each gap
 
     @property
     def recovered(self) -> bool:
@@ -143,7 +145,7 @@ def preprocess(recording: Recording, noise: Noise) -> Measured:
             )
         if np.count_nonzero(np.isfinite(column)) < MIN_FIT_ROWS:
             raise RecordingError(f"{recording.name} has fewer than {MIN_FIT_ROWS} rows with {channel}")
-    recording, tare = tare_channels(recording)
+    recording, tare = tare_channels(without_lost_rows(recording))
     first = np.r_[1.0, (np.diff(recording.episode) != 0).astype(np.float64)]
     depth, force = (recording.columns[name].copy() for name in ("displacement", "normal_force"))
     wild = {"displacement": find_spikes(depth, noise.displacement or np.inf, first)}
@@ -164,7 +166,17 @@ def preprocess(recording: Recording, noise: Noise) -> Measured:
         {name: int(np.count_nonzero(rows)) for name, rows in wild.items() if rows.any()},
         tare,
         lost,
+        find_gaps(recording.t, first, recording.columns["displacement"]),
     )
+
+
+def without_lost_rows(recording: Recording) -> Recording:
+    """Return ``recording`` without rows for which no displacement is known: no model tells their force."""
+    moves = np.ones(len(recording), dtype=bool)
+    first = np.r_[1.0, np.diff(recording.episode) != 0]
+    for before, after in find_gaps(recording.t, first, recording.columns["displacement"]).tolist():
+        moves[before + 1 : after] = False
+    return recording if moves.all() else recording.select(moves)
 
 
 def tare_channels(recording: Recording) -> tuple[Recording, dict[str, float]]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from vegrip.errors import RecordingError
 from vegrip.identification.fit import whitening
-from vegrip.identification.fit.gaps import rows_after_gaps, unseen_bumps
+from vegrip.identification.fit.gaps import unseen_bumps
 from vegrip.identification.fit.preprocess import Measured
 from vegrip.identification.recording import Recording
 from vegrip.model import BASE, ContactModel, Predictor
@@ -323,12 +323,12 @@ class Problem:
                 return self._predict(u, speed=at)[:, AT["normal_force"]]
 
             speed, bend = whitening.by_speed(force, m.recording.t, m.first, m.motion)
-        memory, after = plain.memory, rows_after_gaps(m.recording.t, m.first)
-        if after.size:
-            bumps = unseen_bumps(m.recording.t, m.first, self.depth_at_rest(u), after)
+        memory = plain.memory
+        if m.gaps.size:
+            bumps = unseen_bumps(m.recording.t, m.first, self.depth_at_rest(u), m.gaps)
             kept = self._predict(u, bumps) - self._predict(u)
             memory = np.where(bumps > 0.0, 0.0, kept[:, AT["normal_force"]])
-        return whitening.Sensitivity(self.stiffness, speed, tip, bend, memory, after)
+        return whitening.Sensitivity(self.stiffness, speed, tip, bend, memory, m.gaps[:, 1])
 
     @property
     def log_scale(self) -> Floats:
