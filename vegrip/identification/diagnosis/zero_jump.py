@@ -38,7 +38,7 @@ class Jump:
     gain: float
 
     def removed(self, recording: Recording) -> Recording:
-        later = np.arange(len(recording)) >= self.row
+        later = recording.t >= self.at
         column = recording.columns[self.channel] - self.size * later
         return replace(recording, columns={**recording.columns, self.channel: column})
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vegrip.errors import UsageError, suggestion
 from vegrip.identification.fit.noise import noise_of
-from vegrip.identification.fit.preprocess import preprocess
+from vegrip.identification.fit.preprocess import preprocess, without_lost_rows
 from vegrip.identification.fit.problem import AT
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES, noise_name
@@ -229,9 +229,9 @@ def like(model: ContactModel, recording: Recording, *, seed: int = 0) -> Recordi
     """Return what ``model`` would have measured in the motion of ``recording``, with the same sensors.
 
     The motion is that behind the noisy displacement; where the contact slid its load lies on the limit of
-    the model, elsewhere the tangential loads are as they were measured.
+    the model, elsewhere the tangential loads are as they were measured. A gap of the displacement stays one.
     """
-    noise = noise_of(recording)
+    noise, recording = noise_of(recording), without_lost_rows(recording)
     measured = preprocess(recording, noise)
     given = {"t": recording.t, "episode": recording.episode.astype(np.float64), **measured.columns}
     table = Predictor(model, given, load="model")(model.vector)
