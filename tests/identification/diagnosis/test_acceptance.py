@@ -164,7 +164,7 @@ def test_a_further_effect_pays_more_than_the_first_and_form_pays_most() -> None:
     lag, force, slips = (effect("sensor_lag"),), np.array([-2.0, 0.0]), np.array([0.0, 2.0])
 
     def asked(one, left, misfit, change=force, *, beside=lag, gained=1000.0, is_exact=False) -> float:
-        threshold = EvidenceThreshold(np.array([gained, 0.0]), left, misfit, beside)
+        threshold = EvidenceThreshold(gained, np.array([0.8, 0.2]), left, misfit, beside)
         return threshold.of(one, change, is_exact=is_exact)
 
     assert asked(adhesion, 900.0, 9.0, beside=()) == 8.0
@@ -172,14 +172,17 @@ def test_a_further_effect_pays_more_than_the_first_and_form_pays_most() -> None:
     assert asked(adhesion, 80.0, 3.0) == 15.0  # of 1000 nats that were gained
     assert asked(adhesion, 120.0, 3.0) == 18.0  # of 120 that are left, which are few
     assert asked(adhesion, 900.0, 3.0) == 15.0  # much is left: another effect may take it
+    assert asked(adhesion, 900.0, 3.0, is_exact=True) == 15.0
     assert asked(damping, 100.0, 3.0) == 100.0  # damping beside a lag
-    assert asked(adhesion, 900.0, 3.0, slips) == 8.0  # where nothing was gained no form is to be mended
-    assert asked(adhesion, 900.0, 3.0, 9.0 * force + slips) == pytest.approx(15.0 * 324.0 / 328.0)
-    much = {"gained": 4e4, "is_exact": True}  # what mends a form leaves some of it
-    assert asked(adhesion, 100.0, 3.0, **much) == pytest.approx(40.0)
-    assert asked(adhesion, 0.0, 3.0, **much) == asked(adhesion, 0.0, 3.0, gained=4e4) == 600.0
-    assert asked(adhesion, 100.0, 1.0, **much) == 200.0
-    assert asked(adhesion, 20.0, 3.0, gained=4e3, is_exact=True) == 20.0
+    much = {"gained": 1e5, "is_exact": True}
+    assert asked(adhesion, 0.0, 1.0, gained=1e5) == 500.0
+    assert asked(adhesion, 0.0, 1.0, **much) == pytest.approx(400.0)  # form is mended where it was gained
+    assert asked(adhesion, 0.0, 1.0, slips, **much) == pytest.approx(100.0)
+    assert asked(adhesion, 0.0, 1.0, slips, gained=1e4, is_exact=True) == 20.0
+    assert asked(adhesion, 0.0, 1.0, force + slips, **much) == pytest.approx(250.0)
+    assert asked(adhesion, 300.0, 3.0, slips, gained=1e5) == 1500.0
+    assert asked(adhesion, 300.0, 3.0, **much) == 100.0  # and some of it stays
+    assert asked(adhesion, 900.0, 3.0, **much) == 135.0
 
 
 def test_what_was_gained_is_gained_in_a_channel() -> None:
@@ -193,7 +196,8 @@ def test_what_was_gained_is_gained_in_a_channel() -> None:
 
     first, base = fitted([20.0, 40.0, 20.0, 99.0, 0.0], 7.0), fitted([0.0, 20.0, 0.0, 0.0, 9.0], 1007.0)
     asked = required_evidence(first, base, 3.0, (effect("sensor_lag"),))
-    assert asked.gained == pytest.approx([800.0, 800.0, 200.0, 200.0, 0.0])
+    assert asked.gained == 1000.0
+    assert asked.share == pytest.approx([0.8, 0.8, 0.2, 0.2, 0.0])
 
 
 @pytest.mark.parametrize(

@@ -44,32 +44,36 @@ class EvidenceThreshold:
 
     The first effect pays for being one of many, a further one for not being form: the law of an effect that
     was accepted need not have exactly the form of what is there. What it leaves invites further effects which
-    only mend that form: they gain little of what was gained before in the channels that they change, and
-    little of what is left.
+    only mend that form: they gain little of what was gained before, and little of what is left. They mend it
+    in the channels in which it was gained, and leave some of it.
     """
 
-    gained: Floats  # (rows,) in the channel of each
+    gained: float
+    share: Floats  # (rows,) of it that was gained in the channel of each
     left: float
     misfit: float
     accepted: tuple[Effect, ...]
 
     def of(self, candidate: Effect, change: Floats, *, is_exact: bool) -> float:
-        """Return what a candidate has to gain [nats] that makes this ``change`` (rows,) of the residual."""
+        """Return what a candidate has to gain [nats].
+
+        ``change`` (rows,): what it makes of the residual; ``is_exact``: it leaves noise alone.
+        """
         if not self.accepted:
             return thresholds.MIN_GAIN_NATS
-        power = change**2
-        gained = float(np.sum(self.gained * power)) / max(float(np.sum(power)), 1e-300)
         fits_noise = self.misfit <= thresholds.MAX_NOISE_CHI2
         share = thresholds.MIN_SHARE_OF_GAIN if fits_noise else thresholds.MIN_SHARE_OF_GAIN_IN_MISFIT
         least = thresholds.MIN_LATER_GAIN_NATS if fits_noise else thresholds.MIN_GAIN_NATS
-        asked = max(least, share * gained)
-        if self.left > 0.0 and not fits_noise and is_exact:  # leaves noise alone
-            to_noise = thresholds.MIN_SHARE_OF_GAIN_TO_NOISE * gained
-            asked = min(asked, max(thresholds.MIN_LATER_GAIN_NATS, to_noise))
-        if self.left < thresholds.LITTLE_LEFT_SHARE * gained:
+        asked = max(least, share * self.gained)
+        if is_exact:
+            power = change**2
+            share *= float(np.sum(self.share * power)) / max(float(np.sum(power)), 1e-300)
+            share = share if fits_noise else min(share, thresholds.MIN_SHARE_OF_GAIN_TO_NOISE)
+            asked = min(asked, max(thresholds.MIN_LATER_GAIN_NATS, share * self.gained))
+        if self.left < thresholds.LITTLE_LEFT_SHARE * self.gained:
             asked = max(asked, thresholds.MIN_SHARE_OF_LEFT * self.left)
         if candidate.shifts_time and any(one.shifts_time for one in self.accepted):
-            asked = max(asked, thresholds.MIN_TIMING_SHARE_OF_GAIN * gained)
+            asked = max(asked, thresholds.MIN_TIMING_SHARE_OF_GAIN * self.gained)
         return asked
 
 
@@ -82,8 +86,9 @@ def required_evidence(
     channel = np.repeat(np.arange(3), [p.doubtful.size, p.slip_std.size, p.radius_std.size])
     by_channel = np.maximum(np.bincount(channel, taken, 3), 0.0)
     share = by_channel / max(float(by_channel.sum()), 1e-300)
-    gained = (base.evidence - first.evidence) * share[channel]
-    return EvidenceThreshold(gained, left(base), misfit, tuple(accepted))
+    return EvidenceThreshold(
+        base.evidence - first.evidence, share[channel], left(base), misfit, tuple(accepted)
+    )
 
 
 def left(fitted: CandidateFit) -> float:

@@ -24,7 +24,7 @@ MIN_SHARE_OF_GAIN = 0.005
 MIN_SHARE_OF_GAIN_IN_MISFIT = 0.015
 """The same where a regime still stands out (origin: trials)."""
 MIN_SHARE_OF_GAIN_TO_NOISE = 1e-3
-"""The same of one that leaves noise alone: what mends a form leaves some of it (origin: trials)."""
+"""The same of one that then leaves noise alone: what mends a form leaves some of it (origin: trials)."""
 MIN_SHARE_OF_LEFT = 0.15
 """Of what is left, that a further effect has to gain where little is left (origin: trials)."""
 LITTLE_LEFT_SHARE = 0.15
