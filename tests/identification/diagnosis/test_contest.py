@@ -16,6 +16,7 @@ from vegrip.identification.diagnosis.search import (
     left,
     resembling,
     search_effects,
+    take_general,
 )
 
 KINDS = ("hold", "ramp", "hold", "ramp", "hold", "ramp")
@@ -226,3 +227,40 @@ def test_the_rivals_of_the_only_effect_are_judged_by_the_model_without_it(small)
     assert at.residual == pytest.approx(contest.base.problem.residual(u))
     k = contest.base.problem.unknowns
     assert at.cost == pytest.approx(0.5 * (at.residual @ at.residual + np.sum(((u - k.prior) / k.std) ** 2)))
+
+
+@pytest.mark.parametrize(
+    ("beyond", "misfit", "error", "tolerance", "taken"),
+    [
+        (19.0, 1.0, 0.99, 0.0, False),  # nats beyond a law that leaves noise
+        (21.0, 1.0, 0.99, 0.0, True),
+        (21.0, 1.0, 0.8, 0.01, False),  # within a tolerance no form shows
+        (19.0, 2.0, 1.2, 0.0, True),  # beyond one that leaves more
+        (19.0, 2.0, 1.2, 0.01, True),
+    ],
+)
+def test_what_holds_an_accepted_law_as_a_case_takes_its_place_by_its_form(
+    monkeypatch, beyond, misfit, error, tolerance, taken
+) -> None:
+    measured = SimpleNamespace(noise=SimpleNamespace(tolerance=tolerance))
+    law = SimpleNamespace(
+        evidence=1000.0, error=error, problem=SimpleNamespace(model=None, measured=measured)
+    )
+    rest = SimpleNamespace(
+        evidence=0.0, optimum=SimpleNamespace(residual=np.zeros(1)), whitened=lambda _: np.zeros(1)
+    )
+    gain = Verdict(1000.0 + beyond, 1.0, ())
+    for name, given in {
+        "generals": [candidate("relaxation_spectrum")], "_without": None, "_shared": None,
+        "refine_optimum": None, "evaluate_candidate": rest, "screen_candidates": [], "left": 0.0,
+        "_refitted": [object()], "judge_candidate": gain,
+    }.items():  # fmt: skip
+        monkeypatch.setattr(search, name, lambda *_, given=given, **__: given)
+    monkeypatch.setattr(search, "drop_unneeded", lambda fitted, _: fitted)
+    monkeypatch.setattr(Search, "misfit", lambda *_: misfit)
+    named = SimpleNamespace(candidate=candidate("power_law_relaxation"), verdict=Verdict(1000.0, 1.0, ()))
+    found = Search([Step(rest, [], [named], named), Step(law, [], [])])
+    assert take_general(found, np.zeros(1), 1, lambda _: None) is taken
+    assert [one.candidate.name for one in found.accepted] == [
+        "relaxation_spectrum" if taken else "power_law_relaxation"
+    ]

@@ -281,13 +281,15 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
 def take_general(found: Search, groups: Floats, threads: int, report: Report) -> bool:
     """Put what holds accepted effects as cases in their place, where it explains more; return whether it did.
 
-    It is asked where they leave more than noise and tolerance, or where it takes two of them to imitate it.
+    Where one of them alone leaves no more than noise it has to show its form, and a tolerance shows none.
     """
     last = found.last
+    is_exact = not (found.is_rough and last.error > 1.0)
     for general in generals(last.problem.model, last.problem.measured):
         kin = [one for one in found.accepted if one.candidate.name in general.effect.generalises]
         names = [one.candidate.name for one in kin]
-        if not kin or (len(kin) == 1 and not (found.is_rough and last.error > 1.0)):
+        is_enough = len(kin) == 1 and is_exact
+        if not kin or (is_enough and last.problem.measured.noise.tolerance > 0.0):
             continue
         report(f"refits {general.name} for {', '.join(names)}")
         problem = _without(last, *(one.candidate for one in kin))
@@ -296,11 +298,12 @@ def take_general(found: Search, groups: Floats, threads: int, report: Report) ->
         )
         hints = screen_candidates(problem, rest.optimum, [general], threads)
         misfit, gain = found.misfit(rest), last.evidence - rest.evidence
+        more = max(found.within(gain), thresholds.FORM_NATS if is_enough else 0.0)
         for new in _refitted(rest, hints, groups, threads):
             verdict = judge_candidate(general, rest, new, (misfit, found.misfit(new)), left=left(rest))
             if not verdict.is_passed:
                 continue
-            if verdict.gain > gain + found.within(gain):
+            if verdict.gain > gain + more:
                 report(f"takes {general.name}")
                 taken = Tried(general, new, verdict, rest.whitened(new) - rest.optimum.residual)
                 found.steps[-1] = Step(rest, hints, [taken], taken)
