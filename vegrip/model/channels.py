@@ -122,9 +122,9 @@ class Predictor:
             motion = np.stack([motion[:, 0], speed], axis=1)
         if self._by_force:
             self._batch.depths(vector, self._fresh, *beside, motion, force, self._outside, self._span)
-        out = np.empty((self.t.size, len(QUANTITIES)))
+        out = np.empty((len(QUANTITIES), self.t.size))
         self._batch.channels(vector, self._fresh, *beside, motion, load, self._outside, self._asked, out)
-        return out
+        return out.T
 
 
 def predict(
@@ -140,7 +140,7 @@ def predict(
     Episodes start recovered. See :class:`Predictor` for the arguments and errors.
     """
     table = Predictor(model, recording, drive=drive, load=load, plain=plain)(model.vector)
-    return dict(zip(QUANTITIES, np.ascontiguousarray(table.T), strict=True))
+    return dict(zip(QUANTITIES, table.T, strict=True))
 
 
 def _columns(recording: Recorded | Mapping[str, ArrayLike]) -> dict[str, Floats]:

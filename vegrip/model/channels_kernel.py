@@ -33,7 +33,7 @@ def channels(
     m: Floats,
     n: int,
 ) -> None:
-    """Fill the rows of ``out`` (n, 14), see :data:`vegrip.model.channels.QUANTITIES`; arrays are flat.
+    """Fill ``out`` (14, n), see :data:`vegrip.model.channels.QUANTITIES`; arrays are flat.
 
     Args:
         values: parameters, then geometry.
@@ -67,14 +67,13 @@ def channels(
             a = read_radius(m, 0, NOW, delta, speed, GIVEN, x, elastic_force, load)
         if force == 0.0:
             a = 0.0  # lifted off, though the imposed indentation may lie above zero
-        row = COLUMNS * i
-        out[row], out[row + 1], out[row + 2], out[row + 3] = delta, x, elastic_force, sensed
-        out[row + 4], out[row + 5], out[row + 6], out[row + 7] = load, a, k, mu
+        out[i], out[n + i], out[2 * n + i], out[3 * n + i] = delta, x, elastic_force, sensed
+        out[4 * n + i], out[5 * n + i], out[6 * n + i], out[7 * n + i] = load, a, k, mu
         if asked[i] > 1.5:
-            slip_load(out, row, load, a, k, mu, outside[N_OUTSIDE * i + 1], outside[N_OUTSIDE * i + 2])
+            slip_load(out, i, n, load, a, k, mu, outside[N_OUTSIDE * i + 1], outside[N_OUTSIDE * i + 2])
         else:
             for j in range(8, COLUMNS):
-                out[row + j] = math.nan
+                out[j * n + i] = math.nan
 
 
 def depths(
@@ -128,20 +127,20 @@ def elapsed(m: Floats, fresh: Floats, t: Floats, first: Floats, i: int) -> float
 
 
 def slip_load(
-    out: Floats, row: int, load: float, a: float, k: float, mu: float, f: float, torque: float
+    out: Floats, i: int, n: int, load: float, a: float, k: float, mu: float, f: float, torque: float
 ) -> None:
-    """Limits, and where the measured load lies within them: ``gauge(k, f / (mu N), m / (mu N a))``."""
+    """Limits of row ``i`` of ``n``, and where the measured load lies within them: ``gauge(k, f / (mu N), m / (mu N a))``."""
     moment = abs(torque)
-    out[row + 8] = mu * load
-    out[row + 9] = mu * load * a * torsion_limit(k)
-    out[row + 10] = out[row + 11] = out[row + 12] = out[row + 13] = math.nan
+    out[8 * n + i] = mu * load
+    out[9 * n + i] = mu * load * a * torsion_limit(k)
+    out[10 * n + i] = out[11 * n + i] = out[12 * n + i] = out[13 * n + i] = math.nan
     if not (load > 0.0 and a > 0.0 and f + moment > 0.0):
         return
     used = gauge(k, f / (mu * load), moment / (mu * load * a))
-    out[row + 10] = used
-    out[row + 11] = math.hypot(f, moment / a) / used
-    out[row + 12] = f / used
-    out[row + 13] = torque / used
+    out[10 * n + i] = used
+    out[11 * n + i] = math.hypot(f, moment / a) / used
+    out[12 * n + i] = f / used
+    out[13 * n + i] = torque / used
 
 
 def depth_of(m: Floats, wanted: float, elastic_force: float, dt: float, span: Floats) -> float:

@@ -84,7 +84,8 @@ def test_a_place_whose_share_lies_at_its_bound_does_not_end_the_fit(tip, share, 
     )
     found = fit(join_recordings([grows, falls], "both"), laws=(0, 0, 1, 1))
     problem, best = found.problem, found.optimum
-    _, foretold = _step(problem.unknowns, best.u, best.residual, problem.jacobian(best.u), 0.0)
+    J = problem.jacobian(best.u)
+    _, foretold = _step(problem.unknowns, best.u, J.T @ best.residual, J.T @ J, 0.0)
     assert 0.0 <= foretold < 0.002 * best.cost
     assert found.laws[0]["c1"] < 0.02
     assert found.laws[1]["c1"] == pytest.approx(0.6, abs=0.02)
@@ -102,8 +103,14 @@ def test_a_place_is_fitted_as_if_it_were_alone(two_places) -> None:
     assert fit(two_places, laws=(0, 1, 0, 1)).laws[1]["K"] == pytest.approx(K.value, rel=0.02)
 
 
-def test_derivatives_of_all_places_at_once_are_those_of_each(two_places) -> None:
-    found = fit(two_places, laws="episode")
+@pytest.mark.parametrize("added", [(), ("permanent_set",)])
+@pytest.mark.parametrize("own", ["laws", "zeros"])
+def test_derivatives_of_all_places_at_once_are_those_of_each(two_places, own, added) -> None:
+    """Those of the zeros too, also where an episode remembers those before it."""
+    model = paper_model(two_places.fingertip.radius)
+    for name in added:
+        model = model.with_effect(effect(name))
+    found = fit(two_places, model, **{own: "episode"})
     problem, u = found.problem, found.optimum.u
     told, k = problem.jacobian(u), problem.unknowns
     for j, name in enumerate(k.names):

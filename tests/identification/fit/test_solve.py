@@ -29,7 +29,8 @@ class Exponential(Problem):
             prior=np.array([0.0]),
             std=np.array([10.0]),
         )
-        self.largest = 0.0
+        self.largest, self.model = 0.0, SimpleNamespace(effects=())
+        self.episodes = self._owner = np.zeros(X.size, dtype=np.int64)
 
     def residual(self, u: Floats) -> Floats:
         with np.errstate(over="ignore"):
@@ -58,7 +59,7 @@ def unknowns(low, high, std, names=("a", "b", "c"), start=0.0, prior=0.1) -> Unk
 def test_a_step_without_damping_is_that_of_bounded_least_squares(bound) -> None:
     k, J, r = unknowns(-bound, bound, [0.5, 1.0, 2.0]), RNG.normal(size=(20, 3)), RNG.normal(size=20)
     u = np.clip([0.02, -0.05, 0.04], -bound, bound)
-    step, foretold = solve._step(k, u, r, J, 0.0)
+    step, foretold = solve._step(k, u, J.T @ r, J.T @ J, 0.0)
     wide = np.vstack([J, np.diag(1.0 / k.std)])
     left = np.append(r, (u - k.prior) / k.std)
     exact = lsq_linear(wide, -left, (k.low - u - 1e-15, k.high - u + 1e-15), tol=1e-14)
@@ -69,7 +70,7 @@ def test_a_step_without_damping_is_that_of_bounded_least_squares(bound) -> None:
 def test_damping_shortens_a_step_by_the_diagonal() -> None:
     k, J, r = unknowns(-9.0, 9.0, [0.5, 1.0, 2.0]), RNG.normal(size=(20, 3)), RNG.normal(size=20)
     A, g = J.T @ J + np.diag(k.std**-2.0), J.T @ r - 0.1 / k.std**2
-    step, foretold = solve._step(k, np.zeros(3), r, J, 0.7)
+    step, foretold = solve._step(k, np.zeros(3), J.T @ r, J.T @ J, 0.7)
     assert step == pytest.approx(-np.linalg.solve(A + 0.7 * np.diag(np.diag(A)), g))
     assert foretold == pytest.approx(-g @ step - 0.5 * step @ A @ step)
 
@@ -111,6 +112,15 @@ def test_the_optimum_has_no_gradient_and_its_own_residual_cost_and_derivatives(b
     if not bend and not known:
         assert problem.derived <= 3  # of which one is of this test
         assert problem.asked <= 6
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e6, 1e150])
+def test_a_correction_of_the_derivatives_corrects_their_square_though_most_of_it_cancels(scale) -> None:
+    J, along = RNG.normal(size=(20, 3)), np.array([1.0, 0.0, 0.5])
+    far = J + np.outer(scale * np.ones(20), along)
+    new, square = solve._corrected(far, far.T @ far, -scale * np.ones(20), along)
+    assert new == pytest.approx(far - scale * np.outer(np.ones(20), along))
+    assert square == pytest.approx(new.T @ new, rel=1e-8, abs=1e-8)
 
 
 @pytest.mark.parametrize("size", [1.0, 3.0])

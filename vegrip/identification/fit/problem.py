@@ -241,14 +241,15 @@ class Problem:
         own = [e for e in effects if e.name in BASE and not OF_SURFACES & {hook.stage for hook in e.hooks}]
         return [p.symbol for e in own for p in e.parameters]
 
-    def own_law(self, vector: Floats, u: Floats, place: int) -> Floats:
-        """Return the ``vector`` of :meth:`parts` with the values of one place."""
-        own, names = vector.copy(), self.unknowns.names
+    def own_laws(self, vector: Floats, u: Floats) -> Floats:
+        """Return the ``vector`` of :meth:`parts` with the values of each place, (places, values)."""
+        own, names = np.tile(vector, (len(self._pressed), 1)), self.unknowns.names
         for symbol in self.own_symbols:
-            if (name := own_name(symbol, place)) in names:
-                at, declared = self._places[symbol], self.model.parameters[symbol][1]
-                moved = own[at] * math.exp(float(u[names.index(name)]))
-                own[at] = min(max(moved, declared.low), declared.high)
+            if (name := own_name(symbol, 0)) in names:
+                at, first = self._places[symbol], names.index(name)
+                declared = self.model.parameters[symbol][1]
+                moved = own[:, at] * np.exp(u[first : first + len(own)])
+                own[:, at] = np.clip(moved, declared.low, declared.high)
         return own
 
     def _predict(
@@ -265,10 +266,11 @@ class Problem:
         depth = depth - moved
         if len(self._pressed) == 1:
             return self._predictors[0](vector, (depth, force), speed)
-        out = np.empty((depth.size, len(QUANTITIES)))
-        for i, (rows, predictor) in enumerate(zip(self._pressed, self._predictors, strict=True)):
+        out = np.empty((len(QUANTITIES), depth.size)).T
+        laws = self.own_laws(vector, u)
+        for law, rows, predictor in zip(laws, self._pressed, self._predictors, strict=True):
             at = None if speed is None else speed[rows]
-            out[rows] = predictor(self.own_law(vector, u, i), (depth[rows], force[rows]), at)
+            out[rows] = predictor(law, (depth[rows], force[rows]), at)
         return out
 
     def table(self, u: Floats, instead: Mapping[str, float] | None = None) -> Floats:
@@ -432,11 +434,12 @@ class Problem:
         ``known``: columns to be taken as they are, by the names of the unknowns.
         """
         base = self.residual(u) if residual is None else residual
-        out = np.empty((base.size, u.size))
+        out, every = np.zeros((base.size, u.size)), np.arange(base.size)
         k = self.unknowns
 
-        def derive(together: list[int]) -> None:
-            j = together[0]
+        def derive(group: tuple[list[int], NDArray[np.int64]]) -> None:
+            together, owner = group
+            j, is_alone = together[0], len(together) == 1
             if known is not None and k.names[j] in known:
                 out[:, together] = np.stack([known[k.names[i]] for i in together], axis=1)
                 return
@@ -444,24 +447,29 @@ class Problem:
             h = -h if (u[together] + h > k.high[together]).any() else h
             moved = u.copy()
             moved[together] += h
-            change = (self.residual(moved) - base) / h
-            if len(together) == 1:
-                out[:, j] = change
-            else:  # each place has rows of its own
-                at = self.places[self.rows]
-                out[:, together] = np.where(at[:, None] == np.arange(len(together)), change[:, None], 0.0)
+            own = (slice(None), j) if is_alone else (every, np.array(together)[owner[self.rows]])
+            out[own] = (self.residual(moved) - base) / h
 
         with ThreadPoolExecutor(self.threads) as pool:
             list(pool.map(derive, self._columns_at_once))
         return out
 
     @property
-    def _columns_at_once(self) -> list[list[int]]:
-        """The unknowns, and those that one evaluation tells the derivatives of, together."""
-        names, places = self.unknowns.names, range(len(self._pressed))
-        own = [[own_name(symbol, i) for i in places] for symbol in self.own_symbols]
-        some = [[names.index(name) for name in of] for of in own if of[0] in names]
-        return [[j] for j in range(len(names)) if not any(j in of for of in some)] + some
+    def _columns_at_once(self) -> list[tuple[list[int], NDArray[np.int64]]]:
+        """The unknowns, in groups of which each row feels only one, and which (n,).
+
+        Those of a group need one evaluation together: the laws of the places, the zeros of the force, and
+        those of the displacement unless an effect remembers an episode that is past.
+        """
+        names, lasts = self.unknowns.names, any(s.lasting for e in self.model.effects for s in e.states)
+        kinds = ("zero_force",) if lasts else ("zero_force", "zero_displacement")
+        zeros, places = range(int(self._owner.max()) + 1), range(len(self._pressed))
+        own = [([f"{kind}{i}" for i in zeros], self._owner) for kind in kinds]
+        own += [([own_name(symbol, i) for i in places], self.places) for symbol in self.own_symbols]
+        some = [([names.index(one) for one in of], owner) for of, owner in own if of[0] in names]
+        grouped = {j for of, _ in some for j in of}
+        alone = np.zeros_like(self.episodes)
+        return [([j], alone) for j in range(len(names)) if j not in grouped] + some
 
     @property
     def rows(self) -> NDArray[np.int64]:

@@ -209,12 +209,10 @@ class Fit:
     def laws(self) -> list[dict[str, float]]:
         """Values of each place, where places have laws of their own; those of the model are between them."""
         problem, u = self.problem, self.optimum.u
-        places = range(int(problem.places.max()) + 1)
-        common, _ = problem.parts(u)
-        vectors = [problem.own_law(common, u, i) for i in places] if len(places) > 1 else []
         return [
             {s: float(own[problem.at(s)]) for s in problem.own_symbols if s in problem.symbols}
-            for own in vectors
+            for own in problem.own_laws(problem.parts(u)[0], u)
+            if problem.places.any()
         ]
 
     @property

@@ -15,6 +15,7 @@ MAX_EVALUATIONS = 40
 LAST_STEP_NATS = 1e-4  # [nats] a step that foretells less is the last one
 SETTLED_NATS, SETTLED_SHARE = 1.0, 1e-3  # [nats], of the cost, that a model may lack which was fitted before
 DAMPED = 1e-3  # of the first step
+CANCELLED = 1e-4  # of a sum of squares, below which it is summed anew
 START_RATE_FACTORS = (0.1, 1.0, 10.0)  # factors on the rate of relaxation, the parameter with several minima
 
 
@@ -76,7 +77,8 @@ def _settle(problem: Problem, u: Floats, report: Report) -> Optimum:
 def _is_settled(problem: Problem, u: Floats) -> bool:
     problem.freeze(u)
     r = problem.residual(u)
-    _, foretold = _step(problem.unknowns, u, r, problem.jacobian(u, r), 0.0)
+    J = problem.jacobian(u, r)
+    _, foretold = _step(problem.unknowns, u, J.T @ r, J.T @ J, 0.0)
     return foretold < SETTLED_NATS + SETTLED_SHARE * _cost(problem.unknowns, r, u)
 
 
@@ -133,12 +135,14 @@ def refine_optimum(
     u = np.clip(start, k.low + inside, k.high - inside)
     r = problem.residual(u)
     J, fresh = problem.jacobian(u, r, known), known is None
+    A = J.T @ J
     cost, damping = _cost(k, r, u), DAMPED
     for _ in range(evaluations):
-        step, foretold = _step(k, u, r, J, damping)
+        step, foretold = _step(k, u, J.T @ r, A, damping)
         if foretold < near and not fresh:
             J, fresh = problem.jacobian(u, r), True
-            step, foretold = _step(k, u, r, J, damping)
+            A = J.T @ J
+            step, foretold = _step(k, u, J.T @ r, A, damping)
         new = u + step
         r_new = problem.residual(new)
         cost_new = _cost(k, r_new, new)
@@ -146,7 +150,7 @@ def refine_optimum(
         if found >= 0.0:
             z = step / k.std
             if np.any(z):
-                J = J + np.outer((r_new - r - J @ step) / (z @ z), z / k.std)
+                J, A = _corrected(J, A, (r_new - r - J @ step) / (z @ z), z / k.std)
             was_fresh, fresh = fresh, False
             u, r, cost = new, r_new, cost_new
             if foretold < near and was_fresh:
@@ -154,15 +158,27 @@ def refine_optimum(
             damping = damping / 10.0 if found > 0.9 * foretold else damping
             if found < 0.25 * foretold:
                 J, fresh = problem.jacobian(u, r), True
+                A = J.T @ J
         elif foretold < near:
             break
         elif fresh:
             damping = 3.0 * max(damping, 1e-9)
         else:
             J, fresh = problem.jacobian(u, r), True
+            A = J.T @ J
     else:
         J = J if fresh else problem.jacobian(u, r)
     return Optimum(u, r, J, cost)
+
+
+def _corrected(J: Floats, A: Floats, missed: Floats, along: Floats) -> tuple[Floats, Floats]:
+    """Return ``J + missed along'`` and its square, which is that of J, corrected unless most of it cancels."""
+    new = J + np.outer(missed, along)
+    with np.errstate(over="ignore", invalid="ignore"):
+        both = np.outer(J.T @ missed, along)
+        square = A + both + both.T + (missed @ missed) * np.outer(along, along)
+    kept = np.all(np.diag(square) > CANCELLED * np.diag(A)) and np.isfinite(square).all()
+    return new, square if kept else new.T @ new
 
 
 def _cost(k: Unknowns, r: Floats, u: Floats) -> float:
@@ -171,10 +187,13 @@ def _cost(k: Unknowns, r: Floats, u: Floats) -> float:
         return 0.5 * float(r @ r) + 0.5 * float(np.sum(((u - k.prior) / k.std) ** 2))
 
 
-def _step(k: Unknowns, u: Floats, r: Floats, J: Floats, damping: float) -> tuple[Floats, float]:
-    """Return the damped step, kept within the bounds, and the fall of the cost that it foretells [nats]."""
-    A = J.T @ J + np.diag(k.std**-2.0)
-    g = J.T @ r + (u - k.prior) / k.std**2
+def _step(k: Unknowns, u: Floats, pull: Floats, square: Floats, damping: float) -> tuple[Floats, float]:
+    """Return the damped step, kept within the bounds, and the fall of the cost that it foretells [nats].
+
+    ``pull`` is J' r, ``square`` J' J.
+    """
+    A = square + np.diag(k.std**-2.0)
+    g = pull + (u - k.prior) / k.std**2
     D = np.diag(A) * damping
     free = ~(((u <= k.low) & (g > 0.0)) | ((u >= k.high) & (g < 0.0)))
     step = np.zeros(u.size)

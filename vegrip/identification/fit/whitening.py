@@ -218,18 +218,14 @@ def begun(start: Floats, S_b: float, P: Floats) -> None:
 
 
 @njit
-def moved(A: Floats, P: Floats) -> Floats:
-    """Return ``A P A'``, most of A being zero."""
-    B, out = np.zeros((6, 6)), np.zeros((6, 6))
+def multiplied(A: Floats, P: Floats, out: Floats) -> None:
+    """Write ``(A P)'`` into out, most of A being zero; of that in turn it is ``A P A'``."""
+    out[:, :] = 0.0
     for a in range(6):
         for c in range(6):
             if A[a, c] != 0.0:
-                B[a] += A[a, c] * P[c]
-    for b in range(6):
-        for c in range(6):
-            if A[b, c] != 0.0:
-                out[:, b] += B[:, c] * A[b, c]
-    return out
+                for b in range(6):
+                    out[b, a] += A[a, c] * P[c, b]
 
 
 @njit
@@ -253,25 +249,28 @@ def gains(
     """
     n = t.shape[0]
     gain, scale = np.zeros((n, 6)), np.zeros(n)
-    P, A = np.zeros((6, 6)), np.zeros((6, 6))
+    P, A, B, g = np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(6)
     none = not used.any()
     for i in range(n):
         if first[i] > 0.0:
             begun(start[i], S_b, P)
         k, h, m = seen[i, 0], seen[i, 1], seen[i, 2]
-        g = h * (P[:, 1] + P[:, 2]) + k * P[:, 3] + P[:, 4] + m * P[:, 5]
+        for a in range(6):  # loops, for an array of its own in each row takes as long as all the rest
+            g[a] = h * (P[a, 1] + P[a, 2]) + k * P[a, 3] + P[a, 4] + m * P[a, 5]
         S = h * (g[1] + g[2]) + k * g[3] + g[4] + m * g[5] + white[i]
         if used[i] > 0.0 or none:
             scale[i] = 1.0 / np.sqrt(S)
         if used[i] > 0.0:
-            gain[i] = g / S
-            for a in range(6):
-                P[a] -= g[a] * gain[i]
+            for b in range(6):
+                gain[i, b] = g[b] / S
+                for a in range(6):
+                    P[a, b] -= g[a] * gain[i, b]
         if i + 1 < n and first[i + 1] == 0.0:
             dt = t[i + 1] - t[i]
             decay = np.exp(-dt / time)
             transition(dt, pull[i], follows[i + 1], decay, same_gap[i + 1], A)
-            P = moved(A, P)
+            multiplied(A, P, B)
+            multiplied(A, B, P)
             P[1, 1] += (push[i] * dt) ** 2
             P[4, 4] += S_b * (1.0 - decay * decay)
             P[5, 5] += 1.0 - same_gap[i + 1]
