@@ -129,7 +129,7 @@ def elapsed(m: Floats, fresh: Floats, t: Floats, first: Floats, i: int) -> float
 def slip_load(
     out: Floats, i: int, n: int, load: float, a: float, k: float, mu: float, f: float, torque: float
 ) -> None:
-    """Limits of row ``i`` of ``n``, and where the measured load lies within them: ``gauge(k, f / (mu N), m / (mu N a))``."""
+    """Limits of row ``i``, and where the load lies within: ``gauge(k, f / (mu N), m / (mu N a))``."""
     moment = abs(torque)
     out[8 * n + i] = mu * load
     out[9 * n + i] = mu * load * a * torsion_limit(k)

@@ -94,7 +94,7 @@ def tried(name, gain, failed=()):
 def scripted(monkeypatch):
     """Let the steps and contests of a search be those of a list; give what it reports."""
 
-    def run(steps, contests=(), most=4, misfit=1.0):
+    def run(steps, contests=(), most=4, misfit=1.0, **how):
         left, said, contested = list(steps), [], list(contests)
         start = SimpleNamespace(evidence=0.0, name="start")
         monkeypatch.setattr(search, "held_out_groups", lambda _: None)
@@ -110,7 +110,7 @@ def scripted(monkeypatch):
             search, "contest_place", lambda _, one, *__: contested.pop(0)(one) if contested else holds(one)
         )
         problem, optimum = None, SimpleNamespace(u=None)
-        found = search_effects(problem, optimum, most=most, report=said.append)
+        found = search_effects(problem, optimum, most=most, report=said.append, **how)
         return found, said
 
     return run
@@ -190,6 +190,33 @@ def test_what_is_as_exact_as_was_asked_becomes_no_patchwork(scripted, error, tol
             measured=SimpleNamespace(noise=SimpleNamespace(tolerance=tolerance))
         )
     assert len(scripted(steps)[0].accepted) == count
+
+
+@pytest.mark.parametrize(("more", "too_much"), [(0.0, True), (418.0, True), (420.0, False)])
+def test_a_model_leaves_too_much_if_after_a_gain_there_is_more_than_115_percent_of_the_noise(
+    more, too_much
+) -> None:
+    """Of 1000 rows with 1.5 times the noise: 625 nats, 45 of them by chance, of which 161 may be left."""
+    base = SimpleNamespace(
+        optimum=SimpleNamespace(residual=np.full(1000, 1.5)),
+        problem=SimpleNamespace(counted=np.ones(1000, dtype=bool)),
+    )
+    assert Search([Step(base, [], [])]).leaves_too_much(more) == too_much
+
+
+@pytest.mark.parametrize(("given_up_at", "count"), [(120.0, 1), (60.0, 2), (0.0, 3), (None, 3)])
+def test_a_repeat_ends_where_effects_as_good_as_the_last_leave_too_much_and_another_search_does_not(
+    scripted, monkeypatch, given_up_at, count
+) -> None:
+    """Up to three of them."""
+    steps = [[tried(name, 60.0), tried("inertia", 1.0)] for name in ("rolling", "sensor_lag", "adhesion")]
+    monkeypatch.setattr(search.Search, "leaves_too_much", lambda _, more: more == given_up_at)
+    found, _ = scripted(steps, is_repeat=True)
+    assert len(found.accepted) == count
+    assert found.is_given_up == (given_up_at is not None)
+    found, _ = scripted(steps)
+    assert len(found.accepted) == 3
+    assert not found.is_given_up
 
 
 def test_the_only_effect_is_kept_however_little_it_gains(monkeypatch) -> None:

@@ -116,7 +116,8 @@ def tried(name, gain, *, change=(1.0, 0.0), failed=()):
 class Found:
     """Stands for a search: its figures are given."""
 
-    def __init__(self, steps, *, misfit=1.0, error=1.0, first_error=2.0, gained=100.0):
+    def __init__(self, steps, *, misfit=1.0, error=1.0, first_error=2.0, gained=100.0, is_given_up=False):
+        self.is_given_up = is_given_up
         self.steps, self.dropped, self.general = steps, [], {}
         self.contests = {one.taken.candidate.name: one for one in steps if one.taken is not None}
         self.first = SimpleNamespace(error=first_error, evidence=0.0)
@@ -160,6 +161,7 @@ MANY = [step(tried(name, 100.0)) for name in ("adhesion", "sensor_lag", "saturat
         (NONE, {"misfit": 1.4, "rest": 39.0}, "adequate"),
         (NONE, {"misfit": 1.4, "rest": 41.0}, "unexplained"),
         (ONE, {}, "named"),
+        (ONE, {"is_given_up": True}, "unexplained"),
         (ONE, {"misfit": 1.6}, "named"),
         (ONE, {"misfit": 1.5, "rest": 11.0}, "named"),
         (ONE, {"misfit": 1.6, "rest": 9.0}, "named"),

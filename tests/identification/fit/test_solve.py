@@ -29,8 +29,7 @@ class Exponential(Problem):
             prior=np.array([0.0]),
             std=np.array([10.0]),
         )
-        self.largest, self.model = 0.0, SimpleNamespace(effects=())
-        self.episodes = self._owner = np.zeros(X.size, dtype=np.int64)
+        self.largest = 0.0
 
     def residual(self, u: Floats) -> Floats:
         with np.errstate(over="ignore"):

@@ -196,8 +196,7 @@ def finished(base: CandidateFit, problem: Problem, rough: Optimum) -> Optimum:
     """Return an optimum that ended far from the base with its last steps taken by derivatives made anew."""
     if rough.cost > base.optimum.cost - FAR_NATS:
         return rough
-    known = dict(zip(problem.unknowns.names, rough.jacobian.T, strict=True))
-    return refine_optimum(problem, rough.u, 2 * EVALUATIONS, known, CANDIDATE_PRECISION_NATS)
+    return refine_optimum(problem, rough.u, 2 * EVALUATIONS, near=CANDIDATE_PRECISION_NATS)
 
 
 def _problem(base: CandidateFit, candidate: Candidate) -> Problem:

@@ -164,6 +164,8 @@ class Diagnosis:
     def verdict(self) -> str:
         """adequate, named, ambiguous or unexplained."""
         s = self.search
+        if s.is_given_up:
+            return "unexplained"
         rest = Left(s.misfit(s.last), s.first.error, s.last.error)
         return self.verdict_of(len(s.accepted), rest, is_ambiguous=bool(self.indistinguishable))
 
@@ -383,13 +385,13 @@ def diagnose(
 
     jumps: Jumps = {}
 
-    def diagnosed(start: Fit) -> Diagnosis:
-        return _diagnosed(start, most, threads, report, jumps)
+    def diagnosed(start: Fit, *, is_repeat: bool = True) -> Diagnosis:
+        return _diagnosed(start, most, threads, report, jumps, is_repeat=is_repeat)
 
     recording = used_of(recording, zeros, laws)
     start = started(zeros, laws)
     refuse_unusable(recording, start.problem.measured)
-    found = diagnosed(start)
+    found = diagnosed(start, is_repeat=False)
     if any(doubt.is_grave for doubt in found.doubts):
         return found
     for _ in range(thresholds.MAX_JUMPS):
@@ -451,13 +453,18 @@ def doubt_timing(found: Search) -> list[Doubt]:
     ]
 
 
-def _diagnosed(start: Fit, most: int, threads: int, report: Report, jumps: Jumps) -> Diagnosis:
+def _diagnosed(
+    start: Fit, most: int, threads: int, report: Report, jumps: Jumps, *, is_repeat: bool
+) -> Diagnosis:
     start.problem.threads = threads
     doubts = [*check_before_search(start.problem), *(Doubt(TAKEN_OFF.format(one)) for one in jumps.values())]
     is_unreliable = any(doubt.is_grave for doubt in doubts)
+    asked = 0 if is_unreliable else most
     found = search_effects(
-        start.problem, start.optimum, most=0 if is_unreliable else most, threads=threads, report=report
+        start.problem, start.optimum, most=asked, threads=threads, report=report, is_repeat=is_repeat
     )
+    if found.is_given_up:
+        return Diagnosis(start, found, doubts)
     if not is_unreliable and (found.accepted or found.misfit(found.first) > thresholds.MAX_NOISE_CHI2):
         late = (one for one in found.contests.values() if one.tried[0].candidate.effect.group == TIMING)
         timed = next(late, found.steps[0])  # which the clocks have to beat beside the others

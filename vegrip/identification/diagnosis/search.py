@@ -130,6 +130,7 @@ class Search:
     contests: dict[str, Step] = field(default_factory=dict)
     # an effect that explains as much as all of these, which are cases of it
     general: dict[str, list[str]] = field(default_factory=dict)
+    is_given_up: bool = False
 
     @property
     def first(self) -> CandidateFit:
@@ -148,6 +149,11 @@ class Search:
     def untaken(self) -> "Search":
         first = self.steps[0]
         return Search([Step(first.base, first.hints, first.tried)], self.out_of_sight, self.regimes)
+
+    def leaves_too_much(self, more: float) -> bool:
+        """Whether the last model leaves more than is named even if effects gain so much ``more`` [nats]."""
+        noise = 0.5 * int(np.count_nonzero(self.last.problem.counted))
+        return left(self.last) - more > (thresholds.MAX_ERROR**2 - 1.0) * noise
 
     @property
     def is_patchwork(self) -> bool:
@@ -188,8 +194,12 @@ def search_effects(
     most: int = thresholds.MAX_NAMED_EFFECTS,
     threads: int = 2,
     report: Report = lambda _: None,
+    is_repeat: bool = False,
 ) -> Search:
-    """Look for what ``problem``'s model lacks, from its optimum."""
+    """Look for what ``problem``'s model lacks, from its optimum.
+
+    ``is_repeat``: the answer counts only if it explains the recording, and is given up when it cannot.
+    """
     groups = held_out_groups(problem)
     found = Search(regimes=regime_map(problem, optimum.u))
     found.steps = [_step(evaluate_candidate(problem, optimum, groups), groups, found, threads, report)]
@@ -205,6 +215,12 @@ def search_effects(
             report(f"takes {step.taken.candidate.name}")
             found.steps.append(Step(drop_unneeded(step.taken.fitted, groups), [], []))
             found.contests = {}
+        # none gains more beside the others than the best of this round
+        more = max(thresholds.PATCHWORK_EFFECTS - len(found.accepted), 0) if is_taking else 0
+        best = max((one.verdict.gain for one in step.tried), default=0.0)
+        found.is_given_up = is_repeat and found.leaves_too_much(more * best)
+        if found.is_given_up:
+            return found
         # the rivals of the first effect were refitted in its place just now
         if (not is_taking or len(found.accepted) > 1) and not found.is_patchwork:
             hold_contests(found, groups, threads, report)
@@ -237,8 +253,8 @@ def hold_contests(found: Search, groups: Floats, threads: int, report: Report) -
 def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> Step:
     """Refit what resembles ``one`` in its place; return all that was tried, ``one`` first, and the better.
 
-    Each from two starts: the optimum without it, and the values that the others have beside it, where the
-    rival has to make up for what it explains.
+    Each from the optimum without it, and where it is not far behind from the values that the others have
+    beside it, where the rival has to make up for what it explains.
     """
     step = next(step for step in found.steps if step.taken is one)
     fits: dict[str, CandidateFit] = {}
@@ -254,16 +270,19 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
         seen = seen - {each.candidate.name for each in found.accepted} | {one.candidate.name}
         possible = [c for c in candidates(problem.model, problem.measured)[0] if c.name in seen]
         hints = screen_candidates(problem, rest.optimum, possible, threads)
-    hints = [
-        hint for hint in hints if hint.candidate.name not in found.dropped
-    ]  # what was dropped stays away
-    hints = resembling(one.candidate, last.evidence - rest.evidence, hints)
-    nulled = _at(rest, _shared(last, rest.problem))
-    again = screen_candidates(rest.problem, nulled.optimum, [hint.candidate for hint in hints], threads)
-    for start, some in ((rest, [h for h in hints if h.candidate.name not in fits]), (nulled, again)):
+    gain, dropped = last.evidence - rest.evidence, found.dropped  # what was dropped stays away
+    hints = resembling(one.candidate, gain, [h for h in hints if h.candidate.name not in dropped])
+
+    def refit(start: CandidateFit, some: list[Hint]) -> None:
         for hint, new in zip(some, _refitted(start, some, groups, threads), strict=True):
             best = fits.get(hint.candidate.name, new)
             fits[hint.candidate.name] = max(best, new, key=lambda each: each.evidence)
+
+    refit(rest, [hint for hint in hints if hint.candidate.name not in fits])
+    least = rest.evidence + thresholds.SECOND_START_SHARE * gain
+    near = [hint.candidate for hint in hints if fits[hint.candidate.name].evidence >= least]
+    nulled = _at(rest, _shared(last, rest.problem))
+    refit(nulled, screen_candidates(rest.problem, nulled.optimum, near, threads))
     misfit = found.misfit(rest)
 
     def told(candidate: Candidate, new: CandidateFit) -> Tried:

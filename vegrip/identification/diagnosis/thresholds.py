@@ -68,6 +68,8 @@ PLACE_SHARE = 0.4
 """Of the gain of an accepted effect, from which on the screen another contests its place (origin: speed)."""
 PLACE_COSINE = 0.7
 """Cosine of the signatures, from which it does too (origin: rule)."""
+SECOND_START_SHARE = 0.2
+"""Of the same gain, that it has to reach from the first start to be tried from another (origin: speed)."""
 MAX_EXCHANGES = 3
 """Times that one effect takes the place of another before the next is looked for (origin: speed)."""
 

@@ -461,15 +461,17 @@ class Problem:
         Those of a group need one evaluation together: the laws of the places, the zeros of the force, and
         those of the displacement unless an effect remembers an episode that is past.
         """
-        names, lasts = self.unknowns.names, any(s.lasting for e in self.model.effects for s in e.states)
-        kinds = ("zero_force",) if lasts else ("zero_force", "zero_displacement")
-        zeros, places = range(int(self._owner.max()) + 1), range(len(self._pressed))
-        own = [([f"{kind}{i}" for i in zeros], self._owner) for kind in kinds]
-        own += [([own_name(symbol, i) for i in places], self.places) for symbol in self.own_symbols]
+        names, places = self.unknowns.names, range(len(self._pressed))
+        own = [([own_name(symbol, i) for i in places], self.places) for symbol in self.own_symbols]
+        if "zero_force0" in names:
+            lasts = any(s.lasting for e in self.model.effects for s in e.states)
+            kinds = ("zero_force",) if lasts else ("zero_force", "zero_displacement")
+            zeros = range(int(self._owner.max()) + 1)
+            own += [([f"{kind}{i}" for i in zeros], self._owner) for kind in kinds]
         some = [([names.index(one) for one in of], owner) for of, owner in own if of[0] in names]
         grouped = {j for of, _ in some for j in of}
-        alone = np.zeros_like(self.episodes)
-        return [([j], alone) for j in range(len(names)) if j not in grouped] + some
+        nothing = np.zeros(0, dtype=np.int64)
+        return [([j], nothing) for j in range(len(names)) if j not in grouped] + some
 
     @property
     def rows(self) -> NDArray[np.int64]:

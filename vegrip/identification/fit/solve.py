@@ -172,7 +172,7 @@ def refine_optimum(
 
 
 def _corrected(J: Floats, A: Floats, missed: Floats, along: Floats) -> tuple[Floats, Floats]:
-    """Return ``J + missed along'`` and its square, which is that of J, corrected unless most of it cancels."""
+    """Return ``J + missed along'`` and its square, that of J corrected unless most of it cancels."""
     new = J + np.outer(missed, along)
     with np.errstate(over="ignore", invalid="ignore"):
         both = np.outer(J.T @ missed, along)
