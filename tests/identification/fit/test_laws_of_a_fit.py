@@ -89,6 +89,20 @@ def test_what_begins_pressed_is_known_by_the_sensor_even_if_a_zero_makes_a_prelo
     assert problem.doubted(u)[:20].any() == does_begin_pressed
 
 
+def test_what_parted_without_a_load_leaves_no_dent_even_if_a_zero_makes_a_contact_of_the_air() -> None:
+    """Away from a surface that is taken for higher than it is, the tip parts, and each row after is kept."""
+    t = np.arange(0.0, 4.0, 0.01)
+    depth = np.interp(t, [0.0, 0.2, 0.6, 0.8, 2.8, 3.0, 4.0], [-1e-6, -1e-4, -1e-4, 1e-3, 1e-3, -1e-4, -1e-4])
+    columns = {"displacement": depth, "normal_force": TRUE.simulate(t, depth).normal_force}
+    problem = fit(Recording("away", t, np.zeros(t.size, int), columns, Fingertip(0.01), SENSORS)).problem
+    u = problem.unknowns.start.copy()
+    u[problem.unknowns.names.index("zero_displacement")] = -0.05
+    out, touches = problem.table(u), problem.table(u)[:, AT["indentation"]] > 0.0
+    assert touches[0]
+    assert (touches & (out[:, AT["contact_radius"]] == 0.0))[:40].any()  # parted in the air
+    assert not problem.doubted(u)[t < 2.8].any()
+
+
 @pytest.mark.slow
 def test_a_contact_that_has_not_recovered_is_fitted_with_its_memory() -> None:
     recording = press(6, pause=0.3, memory=True)

@@ -362,13 +362,14 @@ class Problem:
         t, since = self.measured.recording.t, -math.inf
         rising = np.gradient(self.measured.motion.displacement, t) > 0.0
         pressing = out[:, AT["normal_force"]] - zero_force
-        # zeros that are far off make a preload of the air, so the sensor has to read a load as well
-        begun = np.fmin(self.measured.force, pressing) > FIRM * self.force_std
+        # zeros that are far off make contacts of the air, so the sensor has to read a load as well
+        firm = np.fmin(self.measured.force, pressing) > FIRM * self.force_std
         concerned = (out[:, AT["indentation"]] > 0.0) & (rising | ~dented)
         for i in range(t.size):
             if self.measured.first[i] > 0.0:
-                since = t[i] if begun[i] else -math.inf
-            if dented[i]:
+                since, has_held = t[i] if firm[i] else -math.inf, False
+            has_held = has_held or bool(firm[i])
+            if dented[i] and has_held:
                 since = t[i]
             rows[i] = concerned[i] and t[i] - since < memory
         return rows
