@@ -66,6 +66,12 @@ def fitted(recording: Recording, effect: str) -> Fit:
     return found
 
 
+def test_a_step_that_is_held_hides_no_motion_where_rows_are_missing(tmp_path: Path) -> None:
+    whole = step(tmp_path, two_times, KINDS[0])
+    lost = whole.select((whole.t < 1.0) | (whole.t > 3.0))
+    assert not fit(lost).problem.measured.gaps.size
+
+
 KINDS = ("Relaxation Modulus", "Creep Compliance")
 LAWS = {
     "second_relaxation": (two_times, {"K": 0.2, "c1": 0.3, "nu1": 3.0, "c2": 0.2, "nu2": 0.1}),

@@ -166,7 +166,7 @@ def preprocess(recording: Recording, noise: Noise) -> Measured:
         {name: int(np.count_nonzero(rows)) for name, rows in wild.items() if rows.any()},
         tare,
         lost,
-        find_gaps(recording.t, first, recording.columns["displacement"]),
+        NO_GAPS if recording.is_step else find_gaps(recording.t, first, recording.columns["displacement"]),
     )
 
 
