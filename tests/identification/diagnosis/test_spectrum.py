@@ -42,9 +42,9 @@ def start() -> Fit:
 
 
 def errors(name: str, start: Fit) -> tuple[float, float]:
-    """Return the largest relative error of the force of a step, 2 ms .. 20 s, and that of sines [N]."""
+    """Return the largest relative error of the force, two rows to 20 s into a step, and that of sines [N]."""
     model = add_effect(name, start)[0].model
-    t = np.concatenate([[0.0, 1e-6], np.geomspace(2e-3, 20.0, 50)])
+    t = np.concatenate([[0.0, 1e-6], np.geomspace(0.01, 20.0, 50)])
     step = model.simulate(t, np.where(t > 0.0, 1e-3, 0.0)).normal_force[2:]
     modulus = TIP.reference_force * prony(THREE_TIMES.amplitudes, THREE_TIMES.rates)(t[2:])
     sines = run_trial(THREE_TIMES, SINES, QUIET, step=2.5e-3, rings=8, spokes=16, truth=False).columns

@@ -7,9 +7,8 @@ stands for it: up at the last row before the gap, and down in a straight line to
 """
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_trapezoid
-from scipy.ndimage import median_filter
 
 from vegrip.types import Floats
 
@@ -28,7 +27,7 @@ def find_gaps(t: Floats, first: Floats, displacement: Floats) -> NDArray[np.int6
     known = np.flatnonzero(np.isfinite(displacement))
     steps = np.diff(t[known])
     steps[np.diff(np.cumsum(first > 0.0)[known]) > 0] = np.median(steps)
-    usual = median_filter(steps, AROUND, mode="nearest")
+    usual = np.median(sliding_window_view(np.pad(steps, AROUND // 2, "edge"), AROUND), axis=1)
     at = np.flatnonzero(steps > MIN_GAP_STEPS * usual)
     return np.stack([known[at], known[at + 1]], axis=1)
 
@@ -40,7 +39,7 @@ def unseen_bumps(t: Floats, first: Floats, depth: Floats, gaps: NDArray[np.int64
     time is as much less sure; of one that begins in the air the instant of touch is not known either.
     """
     bumps = np.zeros(t.size)
-    way = cumulative_trapezoid(depth, t, initial=0)
+    way = np.r_[0.0, np.cumsum(0.5 * (depth[1:] + depth[:-1]) * np.diff(t))]
     episode = np.cumsum(first > 0.0)
     for before, after in gaps.tolist():
         low = np.arange(0, t.size, max(t.size // MAX_STRETCHES, 1))
