@@ -107,7 +107,9 @@ def test_only_a_base_parameter_that_was_away_from_it_is_driven_onto_a_bound(
 
 def tried(name, gain, *, change=(1.0, 0.0), failed=()):
     return SimpleNamespace(
-        candidate=SimpleNamespace(name=name, effect=SimpleNamespace(group="", hooks=())),
+        candidate=SimpleNamespace(
+            name=name, effect=SimpleNamespace(group="", hooks=(), channels=("normal_force",))
+        ),
         verdict=Verdict(gain, gain, failed),
         change=np.array(change),
     )
@@ -275,7 +277,7 @@ def told(steps, *, dropped=(), doubts=(), **figures):
     search.dropped = list(dropped)
     for one in [one for each in steps for one in each.tried]:
         one.fitted = SimpleNamespace(error=1.25, value=lambda _: 3.0)
-        one.candidate.effect = SimpleNamespace(parameters=())
+        one.candidate.effect = SimpleNamespace(parameters=(), channels=("normal_force",))
     found = Diagnosis(SimpleNamespace(), search, list(doubts))
     vars(found).update(_rest=None)
     return found

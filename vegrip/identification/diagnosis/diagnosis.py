@@ -25,7 +25,13 @@ from vegrip.identification.diagnosis.data_checks import (
     other_radius,
     refuse_unusable,
 )
-from vegrip.identification.diagnosis.discrepancy import OUTER, Discrepancy, find_discrepancy
+from vegrip.identification.diagnosis.discrepancy import (
+    FRICTION_TREND,
+    OUTER,
+    Discrepancy,
+    find_discrepancy,
+    friction_trend,
+)
 from vegrip.identification.diagnosis.motions import ONE_MOTION, unproven
 from vegrip.identification.diagnosis.search import Search, Step, Tried, left, search_effects
 from vegrip.identification.diagnosis.zero_jump import NEAR, ZERO_JUMP, Jump, find_jump
@@ -42,6 +48,7 @@ OF_CIRCLE = {"area", "profile"}  # stages of laws of the contact circle, as whos
 TIMING = "timing"  # the group of effects of a force that is late
 TAKEN_OFF = "{}, which is no effect of the pad; what is said holds with the jump taken off"
 AS_WELL = "instead of {} it may be that {}: record air before and after every trial"
+CHANGED = "instead of {} it may be that the friction changed with time: repeat the slips in another order"
 Jumps = Mapping[tuple[str, int], Jump]  # by channel and row
 
 
@@ -211,10 +218,19 @@ class Diagnosis:
                     own.verdict.gain - one.verdict.gain <= self.search.within(own.verdict.gain)
                     or are_alike(own, one)
                 )
-            ] + [ZERO_JUMP] * (name in self.rival_jumps)
+            ]
+            close += [ZERO_JUMP] * (name in self.rival_jumps) + [FRICTION_TREND] * self._is_trend(contest)
             if close:
                 sets.append([name, *close])
         return sets
+
+    def _is_trend(self, contest: Step) -> bool:
+        """Return whether a friction that changes slowly with time explains as much as the one accepted."""
+        own = contest.tried[0]
+        if "normal_force" in own.candidate.effect.channels:
+            return False
+        least = own.verdict.gain - self.search.within(own.verdict.gain)
+        return friction_trend(contest.base) >= least
 
     @cached_property
     def unexplained(self) -> Discrepancy | None:
@@ -483,6 +499,7 @@ def _diagnosed(
     instead = {name: find_jump(one.base, one.tried[0].verdict.gain) for name, one in found.contests.items()}
     rivals = {name: jump for name, jump in instead.items() if jump is not None}
     doubts += [Doubt(AS_WELL.format(name, jump)) for name, jump in rivals.items()]
+    doubts += [Doubt(CHANGED.format(one[0])) for one in said.indistinguishable if FRICTION_TREND in one]
     if rivals:
         said = replace(said, rival_jumps=rivals)  # anew, for the old one knows its verdict
     why = unproven(start.problem, contests)

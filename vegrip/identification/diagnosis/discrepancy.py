@@ -34,6 +34,7 @@ JITTER = 1e-9
 OUTER = {"temperature": 0.2, "age": 0.0}  # and what they have to scatter by
 SLOW_VARIABLES = ("time", *OUTER)  # over which a stiffness may change
 MIN_CURVE_ROWS = 20
+FRICTION_TREND = "friction_trend"  # in a set of what cannot be told apart
 PLACE_OF = {"below_deepest": "memory", "time_in_contact": "memory", "time": "drift", "age": "drift"}
 """Where an error is that depends on them; in the force law, where it depends on what the moment shows."""
 
@@ -82,6 +83,26 @@ class Refit(NamedTuple):
     pull: Floats  # (unknowns,) of residual and priors, 0 at the optimum
 
 
+def _refit_of(fitted: CandidateFit) -> Refit:
+    best, k = fitted.optimum, fitted.problem.unknowns
+    J = best.jacobian
+    return Refit(J.T @ J + np.diag(k.std**-2.0), J.T @ best.residual + (best.u - k.prior) / k.std**2)
+
+
+def friction_trend(fitted: CandidateFit) -> float:
+    """Return the evidence [nats] of a friction that changes slowly with time, whatever the slips are like."""
+    problem, best = fitted.problem, fitted.optimum
+    channel, rows, block = next(one for one in _blocks(problem) if one[0] == "tangential_force")
+    if rows.size < MIN_CURVE_ROWS:
+        return 0.0
+    t = problem.measured.recording.t[rows]
+    knots = _knots(t, min(KNOTS, rows.size // 5))
+    if knots.size < 2:
+        return 0.0
+    B = _whitened(problem, _tents(t, knots), channel, rows)
+    return _curve(best.residual[block], best.jacobian[block], _refit_of(fitted), B, knots, LENGTHS[:1])[0]
+
+
 def find_discrepancy(fitted: CandidateFit, *, with_changes: bool = False) -> Discrepancy | None:
     """Return the curve with the greatest evidence; None when none has enough.
 
@@ -91,8 +112,7 @@ def find_discrepancy(fitted: CandidateFit, *, with_changes: bool = False) -> Dis
     table = problem.table(u)
     features = features_of(problem, u)
     found: list[Discrepancy] = []
-    r, J, k = fitted.optimum.residual, fitted.optimum.jacobian, problem.unknowns
-    refit = Refit(J.T @ J + np.diag(k.std**-2.0), J.T @ r + (u - k.prior) / k.std**2)
+    r, J, refit = fitted.optimum.residual, fitted.optimum.jacobian, _refit_of(fitted)
     for channel, rows, block in _blocks(problem):
         if rows.size < MIN_CURVE_ROWS:
             continue
@@ -201,14 +221,16 @@ def _whitened(problem: Problem, B: Floats, channel: str, rows: np.ndarray) -> Fl
     return scaled
 
 
-def _curve(w: Floats, J: Floats, refit: Refit, B: Floats, knots: Floats) -> tuple[float, float, Floats]:
+def _curve(
+    w: Floats, J: Floats, refit: Refit, B: Floats, knots: Floats, lengths: tuple[float, ...] = LENGTHS
+) -> tuple[float, float, Floats]:
     """Return the evidence of the best curve [nats], the share of the misfit that it takes, and the curve."""
     across = B.T @ J
     M = B.T @ B - across @ np.linalg.solve(refit.information, across.T)
     b = B.T @ w - across @ np.linalg.solve(refit.information, refit.pull)
     unit = math.sqrt(knots.size / max(float(np.trace(M)), 1e-300))
     best = (-math.inf, np.zeros(knots.size))
-    for length in LENGTHS:
+    for length in lengths:
         apart = (knots[:, None] - knots) / (length * float(np.ptp(knots)))
         L = np.linalg.cholesky(np.exp(-0.5 * apart**2) + JITTER * np.eye(knots.size))
         d, V = np.linalg.eigh(L.T @ M @ L)

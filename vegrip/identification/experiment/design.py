@@ -11,6 +11,7 @@ import numpy as np
 from vegrip.effects import effect
 from vegrip.errors import UsageError
 from vegrip.identification.diagnosis.diagnosis import Diagnosis
+from vegrip.identification.diagnosis.discrepancy import FRICTION_TREND
 from vegrip.identification.diagnosis.zero_jump import ZERO_JUMP
 from vegrip.identification.experiment import hypotheses
 from vegrip.identification.experiment.design_space import (
@@ -285,7 +286,10 @@ def _often(planned: Planned, limits: RigLimits) -> Planned:
 
 def hypotheses_after(found: Diagnosis) -> hypotheses.Hypotheses | None:
     """Return the first set of effects that ``found`` could not tell apart; None where there is none."""
-    sets = [[name for name in names if name != ZERO_JUMP] for names in found.indistinguishable]
+    sets = [
+        [name for name in names if name not in (ZERO_JUMP, FRICTION_TREND)]
+        for names in found.indistinguishable
+    ]
     names = next((names for names in sets if len(names) > 1), None)
     if names is None:
         return None
