@@ -1,4 +1,4 @@
-"""How long a diagnosis of 230 s at 200 Hz takes over the whole catalogue, or of an hour, and how much memory.
+"""How long a diagnosis takes over the whole catalogue, of minutes or an hour, and how much memory.
 
 Run it twice: the first run also compiles one model for each candidate that is refitted. On more than two
 cores: ``taskset -c 0,1 vegrip bench diagnose``.
@@ -12,25 +12,33 @@ from dataclasses import replace
 import numpy as np
 
 from validation.diagnosis_trials import Case, make_recording
+from vegrip.effects import names
 from vegrip.identification.diagnosis import diagnose
 from vegrip.identification.recording import Recording
 from vegrip.identification.recording.channels import noise_name
 from vegrip.identification.recording.data import join_recordings
 
-ROWS = 46_000  # 230 s at 200 Hz, whatever the rate that the case draws
-HOUR_ROWS = 1_800_000  # and an hour at 500 Hz
-SMALLEST = {"ROWS": 1_000, "HIDDEN": ((),), "HOUR_ROWS": 2_000}
-HIDDEN = ((), ("sensor_lag",), ("adhesion", "second_relaxation"))
+MINUTES = (46_000, 200.0)  # rows of 230 s at so many a second, whatever the rate that the case draws
+FIVE_MINUTES = (150_000, 500.0)
+CASES = {
+    (): MINUTES,
+    ("sensor_lag",): MINUTES,
+    ("adhesion", "second_relaxation"): MINUTES,
+    ("mullins_softening",): FIVE_MINUTES,
+    ("crack",): FIVE_MINUTES,
+}
+HOUR_ROWS = 1_800_000  # at 500 Hz
+SMALLEST = {"CASES": {(): (1_000, 200.0)}, "HOUR_ROWS": 2_000}
 
 
 def run() -> dict[str, dict[str, float]]:
     """Return the time of a diagnosis beside that of the recording it reads."""
     out = {}
-    for hidden in HIDDEN:
-        recording = make_recording(Case(hidden, "strong", 0), times=4)
-        recording = recording.select(np.arange(len(recording)) < ROWS)
+    for hidden, (rows, rate) in CASES.items():
+        recording = make_recording(Case(hidden, "strong", 0), times=4 * max(rows // MINUTES[0], 1))
+        recording = recording.select(np.arange(len(recording)) < rows)
         told = "+".join(hidden) or "nothing"
-        out[f"diagnose_{told}_vs_recorded_time"] = _timed(recording, 200.0, hidden)
+        out[f"diagnose_{told}_vs_recorded_time"] = _timed(recording, rate, hidden)
     out["diagnose_hour_vs_recorded_time"] = _timed(_hour(), 500.0, ())
     return out
 
@@ -40,12 +48,14 @@ def _timed(recording: Recording, rate: float, hidden: tuple[str, ...]) -> dict[s
     found = diagnose(recording, threads=2)
     wall, cpu = time.perf_counter() - began, time.process_time() - spent
     length = len(recording) / rate
+    in_catalogue = "named" if set(hidden) <= set(names()) else "unexplained"
+    verdict = in_catalogue if hidden else "adequate"
     return {
         "ours_us": 1e6 * wall,
         "theirs_us": 1e6 * length,
         "ratio": length / wall,
         "cpu_s": cpu,
-        "right": float(found.named == list(hidden) and (bool(hidden) or found.verdict == "adequate")),
+        "right": float(found.verdict == verdict and found.named == [*hidden] * (verdict == "named")),
         "peak_memory_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
     }
 
