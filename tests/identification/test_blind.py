@@ -82,8 +82,13 @@ def test_answers_and_truth_are_files_and_a_wrong_name_is_an_error_with_its_place
         (told,) = json.loads(capsys.readouterr().out).values()
         assert told["score"] == share
     assert told["bias"] == pytest.approx(0.1)
+    rivals = ["adhesion", "zero_jump", "friction_trend"]  # no effects, but may stand beside one
+    assert scored({"001": {"verdict": "ambiguous", "sets": [rivals]}}) == 0
+    (told,) = json.loads(capsys.readouterr().out).values()
+    assert told["score"] == pytest.approx(0.5 / 3.0)
     for wrong, said in (
         ({"001": {"verdict": "named", "named": ["adhesoin"]}}, "did you mean adhesion?"),
+        ({"001": {"verdict": "named", "named": ["zero_jump"]}}, "no effect is called 'zero_jump'"),
         ({"001": {"verdict": "certain"}}, "001"),
         ({"1": {"verdict": "adequate"}}, "there is no recording '1'"),
         ({"001": "adequate"}, "must be an object"),

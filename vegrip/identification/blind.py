@@ -23,6 +23,7 @@ from vegrip.whole_file import reading
 T = TypeVar("T")
 ANSWER_VERDICTS = ("adequate", "named", "ambiguous", "unexplained")
 KINDS = ("none", "one", "pair", "outside")
+ZERO_JUMP, FRICTION_TREND = "zero_jump", "friction_trend"  # no effects, which may stand beside one in a set
 
 
 @dataclass(frozen=True)
@@ -141,7 +142,8 @@ def read_answers(path: Path, truths: Mapping[str, Truth], effects: Sequence[str]
             raise InputError(
                 f"{path}, {name}: verdict is {one.verdict!r}; {suggestion(one.verdict, ANSWER_VERDICTS)}"
             )
-        for effect in (*one.named, *(each for group in one.sets for each in group)):
+        in_sets = {each for group in one.sets for each in group} - {ZERO_JUMP, FRICTION_TREND}
+        for effect in (*one.named, *sorted(in_sets)):
             if effect not in effects:
                 raise InputError(
                     f"{path}, {name}: no effect is called {effect!r}; {suggestion(effect, effects)}"

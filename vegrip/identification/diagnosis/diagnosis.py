@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+from vegrip.identification.blind import FRICTION_TREND, ZERO_JUMP
 from vegrip.identification.compare.comparison import Comparison, Repeated
 from vegrip.identification.compare.where import Regime
 from vegrip.identification.diagnosis import thresholds
@@ -25,16 +26,10 @@ from vegrip.identification.diagnosis.data_checks import (
     other_radius,
     refuse_unusable,
 )
-from vegrip.identification.diagnosis.discrepancy import (
-    FRICTION_TREND,
-    OUTER,
-    Discrepancy,
-    find_discrepancy,
-    friction_trend,
-)
+from vegrip.identification.diagnosis.discrepancy import OUTER, Discrepancy, find_discrepancy, friction_trend
 from vegrip.identification.diagnosis.motions import ONE_MOTION, unproven
 from vegrip.identification.diagnosis.search import Search, Step, Tried, left, search_effects
-from vegrip.identification.diagnosis.zero_jump import NEAR, ZERO_JUMP, Jump, find_jump
+from vegrip.identification.diagnosis.zero_jump import NEAR, Jump, find_jump
 from vegrip.identification.fit.fitting import fit, on_one_thread, used_of
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import TooManyUnknownsError, Zeros

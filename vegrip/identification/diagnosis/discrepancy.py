@@ -34,7 +34,6 @@ JITTER = 1e-9
 OUTER = {"temperature": 0.2, "age": 0.0}  # and what they have to scatter by
 SLOW_VARIABLES = ("time", *OUTER)  # over which a stiffness may change
 MIN_CURVE_ROWS = 20
-FRICTION_TREND = "friction_trend"  # in a set of what cannot be told apart
 PLACE_OF = {"below_deepest": "memory", "time_in_contact": "memory", "time": "drift", "age": "drift"}
 """Where an error is that depends on them; in the force law, where it depends on what the moment shows."""
 

@@ -18,7 +18,6 @@ from vegrip.identification.fit.solve import refine_optimum
 from vegrip.identification.recording import Recording
 from vegrip.types import Floats
 
-ZERO_JUMP = "zero_jump"  # in a set of what cannot be told apart
 LEAST_ROWS = 100  # before and after a jump
 LEAST_OWN_SHARE = 1e-4  # of a jump's derivative, for which nothing else can make up
 STEPS = (10, 1)  # rows by which the moment is looked for, and how many of them to either side

@@ -10,9 +10,8 @@ import numpy as np
 
 from vegrip.effects import effect
 from vegrip.errors import UsageError
+from vegrip.identification.blind import FRICTION_TREND, ZERO_JUMP
 from vegrip.identification.diagnosis.diagnosis import Diagnosis
-from vegrip.identification.diagnosis.discrepancy import FRICTION_TREND
-from vegrip.identification.diagnosis.zero_jump import ZERO_JUMP
 from vegrip.identification.experiment import hypotheses
 from vegrip.identification.experiment.design_space import (
     MENU,
