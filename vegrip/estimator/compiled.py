@@ -16,7 +16,7 @@ from vegrip.model import ContactModel, native, writer
 from vegrip.model.composer import compose
 
 KERNELS = (
-    "state", "covariance_root", "motion", "predict", "scalar_update", "measure", "displacement_loss",
+    "state", "covariance_root", "load_law", "motion", "predict", "scalar_update", "measure", "displacement_loss",
     "initialisation", "gap", "touch_detection", "quantities", "report", "consistency", "friction",
     "load_loss", "hold_model", "slip_probability", "forecast", "update",
 )  # fmt: skip

@@ -10,6 +10,7 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.errors import InputError
 from vegrip.estimator.compiled import module_for
+from vegrip.estimator.friction_prior import FrictionBelief
 from vegrip.estimator.health import NO_CELL, HealthHysteresis, Look
 from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import (
@@ -54,8 +55,6 @@ before it is said."""
 REPORT_PLACE = {name: i for i, name in enumerate(REPORT)}
 CHANNEL_BITS = (int(Channel.POSITION), int(Channel.FORCE), int(Channel.RADIUS))
 """Bit of each of :data:`~vegrip.estimator.layout.CHANNELS`."""
-FRICTION_BELIEF = slice(FRICTION.index("LN_MU"), FRICTION.index("BASE_VAR") + 1)
-"""Where mean and variance of ln mu lie, now and before the present loading."""
 FARTHEST = (1 << 63) - 1
 """[ns] A stamp beyond counts as this one."""
 
@@ -277,17 +276,18 @@ class ContactEstimator:
         return float(self._module.least_force(self.numbers, tangential, torque, margin, at))
 
     @property
-    def friction(self) -> tuple[float, float, float, float]:
-        """Mean and variance of ln mu: now, and before the present loading."""
-        mean, variance, mean_before, variance_before = self.named.section("FRICTION")[
-            FRICTION_BELIEF
-        ].tolist()
-        return mean, variance, mean_before, variance_before
+    def friction(self) -> tuple[float, float]:
+        """Mean and variance of ln mu at the present normal force, as the tangential channels show it."""
+        m = self.named
+        load = m["FRI_LOAD"]
+        variance = m["FRI_VAR"] - 2.0 * load * m["FRI_COV"] + load * load * m["FRI_EXPONENT_VAR"]
+        return m["FRI_LN_MU"] - load * m["FRI_EXPONENT"], variance
 
-    def believe_friction(self, belief: tuple[float, float, float, float]) -> None:
-        """Go on from another belief of friction, in the order of :attr:`friction`."""
-        if self.layout.mu_learned:
-            self.named.section("FRICTION")[FRICTION_BELIEF] = belief
+    @property
+    def friction_law(self) -> FrictionBelief:
+        """What is believed of ln mu at the reference load, and of the exponent over the load."""
+        m = self.named
+        return FrictionBelief(m["FRI_LN_MU"], m["FRI_VAR"], m["FRI_EXPONENT"], m["FRI_EXPONENT_VAR"])
 
     def utilisation(self) -> tuple[float, float, float]:
         """Return the friction coefficient at which the load would slip, its relative std, and the load [N].

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from vegrip.effects.contract import OUTSIDE
+from vegrip.estimator.friction_prior import prior_belief
 from vegrip.estimator.layout import CHANNELS, FRICTION, PER_CHANNEL, SETTINGS, Layout
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.model import ContactModel
@@ -25,13 +26,18 @@ def initial_memory(
     m[at["SET"]] = [setting[name] for name in SETTINGS]
     _state(model, layout, noise, settings, m, at)
     symbols = list(model.parameters)
-    mu = model.values[symbols[layout.mu]]
+    believed = prior_belief(model, symbols[layout.mu], settings.friction)
     friction = dict.fromkeys(FRICTION, 0.0)
-    friction |= {"LN_MU": math.log(mu.value), "BASE_LN": math.log(mu.value)}
-    friction |= {"VAR": mu.std**2, "BASE_VAR": mu.std**2}
+    friction |= dict.fromkeys(("LN_MU", "BASE_LN"), believed.ln_mu)
+    friction |= dict.fromkeys(("VAR", "BASE_VAR"), believed.variance)
+    friction |= dict.fromkeys(("EXPONENT", "BASE_EXPONENT"), believed.exponent)
+    friction |= dict.fromkeys(("EXPONENT_VAR", "BASE_EXPONENT_VAR"), believed.exponent_variance)
+    m[at["VALUES"]][layout.mu] = math.exp(believed.ln_mu)
     friction |= {"UNCONFIRMED": math.inf, "SCATTER_VAR": settings.friction_scatter**2}
     m[at["FRICTION"]] = list(friction.values())
-    m[at["CONSIDER"]] = [model.values[symbols[i]].std ** 2 for i in layout.considered]
+    m[at["CONSIDER"]] = [
+        *(model.values[symbols[i]].std ** 2 for i in layout.considered[:-1]), believed.variance,
+    ]  # fmt: skip
     channels = np.zeros((len(CHANNELS), len(PER_CHANNEL)))
     channels[:, PER_CHANNEL.index("AGE")] = math.inf
     m[at["CHANNEL"]] = channels.ravel()
@@ -70,7 +76,7 @@ def _state(
 def _setting(
     model: ContactModel, layout: Layout, noise: SensorNoise, settings: EstimatorSettings
 ) -> dict[str, float]:
-    mu = model.values[list(model.parameters)[layout.mu]]
+    symbol = list(model.parameters)[layout.mu]
     return {
         "ACCELERATION": model.tip_radius**2 * settings.agility**3,
         "R_FORCE": noise.normal_force**2,
@@ -87,7 +93,7 @@ def _setting(
         "SCATTER": settings.friction_scatter,
         "MU_DRIFT": settings.friction_drift,
         "REGRASP": settings.regrasp,
-        "MU_PRIOR_VAR": mu.std**2,
+        "MU_PRIOR_VAR": prior_belief(model, symbol, settings.friction).variance,
         "HEALTH_TIME": settings.health_time,
         "LEARNING_REST": settings.learning_rest,
     }

@@ -58,6 +58,8 @@ REPORT = (
 FRICTION = (
     "LN_MU", "VAR", "BASE_LN", "BASE_VAR", "PEAK", "BEST", "SLIDING", "SMOOTH", "TOUCHING", "EVENTS",
     "PROVEN", "HELD_TIME", "HELD_LEAST", "SLIDE_COUNT", "SLIDE_MEAN", "UNCONFIRMED", "SCATTER_VAR",
+    "EXPONENT", "EXPONENT_VAR", "COV", "BASE_EXPONENT", "BASE_EXPONENT_VAR", "BASE_COV", "LOAD",
+    "EVENT", "EVENT_LN_U", "EVENT_NOISE", "LOADINGS",
 )  # fmt: skip
 
 CHANNELS = ("displacement", "normal_force", "contact_radius")

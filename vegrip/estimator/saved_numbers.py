@@ -37,6 +37,8 @@ COUNTED = (0.0, 2.0**53)
 DEPTH = (-200.0, 10.0)  # tip radii
 VARIANCE = (1e-15, 100.0)
 """Of ln mu: no number of slips brings it lower, no prior is wider."""
+EXPONENT = (-2.0, 2.0)
+"""Of friction over the load; what slides at nearly one load say of it may go beyond what can be stated."""
 BEYOND = 0.05
 """Part of its bounds by which a learned parameter may be outside until the next sample brings it back."""
 CORRELATED = 1.0 + 1e-3
@@ -45,7 +47,8 @@ BOUNDS = {
     "FRICTION": {
         "VAR": VARIANCE, "BASE_VAR": VARIANCE, "SCATTER_VAR": VARIANCE, "SLIDING": SWITCH,
         "TOUCHING": SWITCH, "EVENTS": COUNTED, "SLIDE_COUNT": (-1.0, COUNTED[1]), "SLIDE_MEAN": FINITE,
-        "UNCONFIRMED": (-LARGEST, math.inf),
+        "UNCONFIRMED": (-LARGEST, math.inf), "EVENT_LN_U": FINITE, "COV": FINITE, "BASE_COV": FINITE,
+        "EXPONENT": EXPONENT, "BASE_EXPONENT": EXPONENT, "LOAD": FINITE,
     },
     "CHANNEL": {"STREAK": COUNTED, "REJECTED": COUNTED, "AGE": AGE, "USED": SWITCH},
     "HEALTH": {"MEAN": (-10.0, 10.0), "NIS": (0.0, 100.0)},
@@ -104,7 +107,10 @@ class SavedNumbers:
         friction = places["FRICTION"][0]
         memory[values + layout.mu] = math.exp(memory[friction + FRICTION.index("LN_MU")])
         considered = places["CONSIDER"][0] + layout.considered.index(layout.mu)
-        memory[considered] = memory[friction + FRICTION.index("VAR")]
+        of = {name: memory[friction + FRICTION.index(name)] for name in ("VAR", "COV", "EXPONENT_VAR", "LOAD")}
+        memory[considered] = (
+            of["VAR"] - 2.0 * of["LOAD"] * of["COV"] + of["LOAD"] * of["LOAD"] * of["EXPONENT_VAR"]
+        )
 
     def _spans(self) -> Iterator[Span]:
         layout, places = self._layout, self._layout.places()

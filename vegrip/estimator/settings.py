@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from vegrip.config import parameter
+from vegrip.config import fixed_parameter, parameter
+from vegrip.estimator.friction_prior import FrictionPrior
 
 
 @dataclass(frozen=True)
@@ -63,3 +64,6 @@ class EstimatorSettings:
         0.01, unit="1/sqrt(s)", low=0.0, high=1.0, doc="forgetting: random walk of ln mu"
     )
     regrasp: float = parameter(0.05, unit="1", low=0.0, high=3.0, doc="change of ln mu with a new contact")
+    friction: FrictionPrior = fixed_parameter(
+        FrictionPrior(), doc="what is believed of friction at first; in a grasp the section 'friction' says it"
+    )

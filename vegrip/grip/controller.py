@@ -73,8 +73,9 @@ class GripController:
         self.names = tuple(fingers)
         self.rejected: Counter[str] = Counter()
         """States that were not for a finger of this hand, counted by name."""
-        self._make_estimator = make_estimator or _from_models(self.names, model, noise, estimator)
         self._settings = self._derived(settings or ControlSettings())
+        believed = replace(estimator or EstimatorSettings(), friction=self._settings.friction.prior)
+        self._make_estimator = make_estimator or _from_models(self.names, model, noise, believed)
         self._known_object = known_object
         self._share_of = make_share(self._settings, self.names)
         self._lines: Mapping[str, Line] = {}
@@ -247,7 +248,7 @@ def _from_models(
     fingers: tuple[str, ...],
     model: ContactModel | Mapping[str, ContactModel] | None,
     noise: SensorNoise | None,
-    settings: EstimatorSettings | None,
+    settings: EstimatorSettings,
 ) -> MakeEstimator:
     if model is None:
         raise UsageError(

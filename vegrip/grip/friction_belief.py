@@ -1,18 +1,21 @@
 """What is believed of the friction between one object and the fingers that hold it, as one joint Gaussian.
 
-For each finger i, ``x_i = ln mu_i``. All fingers touch one object, so most of what is not known is common::
+Over ``z = (x_1 .. x_n, g)``: ``x_i = ln mu_i`` at the reference load, and the exponent by which the friction of
+all falls with the load (:mod:`vegrip.estimator.kernels.load_law`). At its relative load ``l_i = ln(N_i / N_0)``
+finger i has ``ln mu_i(N_i) = x_i - g l_i = h' z``. All fingers touch one object, so most of what is not known
+is common::
 
-    x ~ N(mean, P),      P = common^2 11' + own^2 I    before anything is felt
+    x ~ N(mean, common^2 11' + own^2 I),    g ~ N(exponent, s_g^2)    before anything is felt
 
-Evidence about one finger (a slide, a load that held) is a Gaussian factor on its x_i: a precision and its
-product with the mean. Through P it moves what is believed of all the others as well. Evidence counts as it
-comes from the finger's own estimate, which has weighed it by its noise and guards it against single samples
-and light touches (:mod:`vegrip.estimator.kernels.friction`): the factor is that estimate's posterior over its
-prior.
+Evidence about one finger is a Gaussian factor on ``h' z``: its precision p and its mean m. With ``P h = s``::
 
+    mean <- mean + s p (m - h' mean) / (1 + p h' s),      P <- P - s s' p / (1 + p h' s) .
+
+* **A slide** measures ``h' z`` by ln u. One slide counts for no more than one at four standard deviations, and
+  one of a light touch, which tells friction to worse than 0.3 in ln mu, for nothing.
+* **A load that held** says ``h' z > ln u``: its factor has the first two moments of the truncated Gaussian.
+  It takes the place of the factor that this loading gave before, so a load counts once (:func:`replace_site`).
 * **Forgetting** widens P with time, most of it for all fingers alike, never beyond the prior.
-* **One slip counts for no more** than one at four standard deviations, and a slip of a light touch, which
-  tells friction to worse than 0.3 in ln mu, for nothing.
 * **Something common happened** (the faces got wet) when a finger slips far below what was believed of it:
   then the common part is widened first, so that one slip lowers what all fingers count on.
 
@@ -21,7 +24,7 @@ Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same 
 
 import math
 
-from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
+from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
 
 COMMON_DRIFT = 0.8  # share of the forgetting that is common to all fingers
 FAR_BELOW = 2.5  # standard deviations below what was believed, from which a change is taken to be common
@@ -30,15 +33,22 @@ LEAST_SLIP_PRECISION = 11.0  # of ln mu (std 0.3); a slip that tells less is one
 LEAST_PRECISION = 1e-12
 
 
-def begin_belief(g: GraspMemory, fingers: int, drift: float, shock: float) -> None:
+def begin_belief(
+    g: GraspMemory, fingers: int, drift: float, shock: float, exponent: float, exponent_var: float
+) -> None:
     """Begin with so many fingers of which nothing is expected yet; see :func:`expect_finger`."""
     g.belief.fingers = fingers * 1.0
     g.belief.version = g.belief.since = g.belief.prior_var = 0.0
     g.belief.drift, g.belief.shock = drift, shock
+    for i in range(BELIEF_ROW):
+        g.belief.mean[i] = 0.0
+        for j in range(BELIEF_ROW):
+            g.belief.p[i * BELIEF_ROW + j] = 0.0
     for i in range(BELIEF_MOST):
-        g.belief.mean[i] = g.belief.common[i] = 0.0
-        for j in range(BELIEF_MOST):
-            g.belief.p[i * BELIEF_MOST + j] = 0.0
+        g.belief.common[i] = g.belief.load[i] = g.belief.site[i] = 0.0
+        g.belief.site_weighted[i] = g.belief.site_load[i] = 0.0
+    g.belief.mean[fingers] = exponent
+    g.belief.p[fingers * BELIEF_ROW + fingers] = exponent_var
 
 
 def expect_finger(g: GraspMemory, i: int, mean: float, std: float, own: float) -> None:
@@ -46,26 +56,42 @@ def expect_finger(g: GraspMemory, i: int, mean: float, std: float, own: float) -
     g.belief.mean[i] = mean
     g.belief.common[i] = math.sqrt(max(std * std - own * own, 0.0))
     g.belief.prior_var = max(g.belief.prior_var, std * std)
-    for j in range(int(g.belief.fingers)):
+    set_common(g, i)
+    g.belief.p[i * BELIEF_ROW + i] = std * std
+
+
+def set_common(g: GraspMemory, i: int) -> None:
+    """Let finger ``i`` share with the others what was common at first, and nothing with the exponent."""
+    n = int(g.belief.fingers)
+    for j in range(n):
         shared = g.belief.common[i] * g.belief.common[j]
-        g.belief.p[i * BELIEF_MOST + j] = g.belief.p[j * BELIEF_MOST + i] = shared
-    g.belief.p[i * BELIEF_MOST + i] = std * std
+        g.belief.p[i * BELIEF_ROW + j] = g.belief.p[j * BELIEF_ROW + i] = shared
+    g.belief.p[i * BELIEF_ROW + n] = g.belief.p[n * BELIEF_ROW + i] = 0.0
 
 
 def forget_evidence(g: GraspMemory, i: int, mean: float) -> None:
-    """Believe of finger ``i`` again what was expected: ``mean`` of ln mu, and the spread of the prior."""
-    n = int(g.belief.fingers)
+    """Believe of finger ``i`` again what was expected: ``mean`` at the reference load, the prior's spread."""
     g.belief.mean[i] = mean
-    for j in range(n):
-        shared = g.belief.common[i] * g.belief.common[j]
-        g.belief.p[i * BELIEF_MOST + j] = g.belief.p[j * BELIEF_MOST + i] = shared
-    g.belief.p[i * BELIEF_MOST + i] = g.belief.prior_var
+    g.belief.site[i] = 0.0
+    set_common(g, i)
+    g.belief.p[i * BELIEF_ROW + i] = g.belief.prior_var
     g.belief.version += 1.0
 
 
+def believed_mean(g: GraspMemory, i: int) -> float:
+    """Return the mean of ln mu of finger ``i`` at its present load."""
+    return g.belief.mean[i] - g.belief.mean[int(g.belief.fingers)] * g.belief.load[i]
+
+
 def believed_variance(g: GraspMemory, i: int) -> float:
-    """Return the variance of ln mu of finger ``i``."""
-    return g.belief.p[i * BELIEF_MOST + i]
+    """Return the variance of ln mu of finger ``i`` at its present load."""
+    load = g.belief.load[i]
+    return shared_part_of(g, i, i, load) - load * shared_part_of(g, int(g.belief.fingers), i, load)
+
+
+def shared_part_of(g: GraspMemory, j: int, i: int, load: float) -> float:
+    """Return the covariance of number ``j`` of z with ln mu of finger ``i`` at a relative ``load``."""
+    return g.belief.p[j * BELIEF_ROW + i] - load * g.belief.p[j * BELIEF_ROW + int(g.belief.fingers)]
 
 
 def widen_belief(g: GraspMemory) -> None:
@@ -74,7 +100,7 @@ def widen_belief(g: GraspMemory) -> None:
     g.belief.since = 0.0
     add_common(g, COMMON_DRIFT * grown)
     for i in range(int(g.belief.fingers)):
-        at = i * BELIEF_MOST + i
+        at = i * BELIEF_ROW + i
         g.belief.p[at] = max(
             g.belief.p[at], min(g.belief.p[at] + (1.0 - COMMON_DRIFT) * grown, g.belief.prior_var)
         )
@@ -85,45 +111,46 @@ def add_common(g: GraspMemory, grown: float) -> None:
     n = int(g.belief.fingers)
     widest = 0.0
     for i in range(n):
-        widest = max(widest, believed_variance(g, i))
+        widest = max(widest, g.belief.p[i * BELIEF_ROW + i])
     room = min(grown, max(g.belief.prior_var - widest, 0.0))
     for i in range(n):
         for j in range(n):
-            g.belief.p[i * BELIEF_MOST + j] += room
+            g.belief.p[i * BELIEF_ROW + j] += room
 
 
-def widen_own(g: GraspMemory, i: int, variance: float) -> None:
-    """Let finger ``i`` alone have at least ``variance``: it has let go and touched again."""
-    at = i * BELIEF_MOST + i
-    g.belief.p[at] = max(g.belief.p[at], min(variance, g.belief.prior_var))
+def widen_own(g: GraspMemory, i: int, grown: float) -> None:
+    """Add a variance to finger ``i`` alone, as far as the prior: it has let go and touched again."""
+    at = i * BELIEF_ROW + i
+    g.belief.p[at] = max(g.belief.p[at], min(g.belief.p[at] + grown, g.belief.prior_var))
+    g.belief.version += 1.0
 
 
-def absorb_factor(g: GraspMemory, i: int, precision: float, weighted: float) -> None:
-    """Multiply by a Gaussian factor on finger ``i``: its precision, and that times its mean.
+def absorb_factor(g: GraspMemory, i: int, load: float, precision: float, weighted: float) -> None:
+    """Multiply by a Gaussian factor on ln mu of finger ``i`` at a relative ``load``.
 
-    A factor that would leave no variance (a negative precision larger than what is known) is ignored.
+    A factor is its precision, and that times its mean. One that would leave no variance (a negative precision
+    larger than what is known) is ignored.
     """
-    variance = believed_variance(g, i)
-    left = 1.0 + precision * variance
+    n = int(g.belief.fingers)
+    for j in range(n + 1):
+        g.belief.along[j] = shared_part_of(g, j, i, load)
+    left = 1.0 + precision * (g.belief.along[i] - load * g.belief.along[n])
     if not (left > LEAST_PRECISION and abs(weighted) < math.inf):
         return
-    off = (weighted - precision * g.belief.mean[i]) / left
+    off = (weighted - precision * (g.belief.mean[i] - load * g.belief.mean[n])) / left
     shrink = precision / left
-    n = int(g.belief.fingers)
-    for j in range(n):
-        g.belief.mean[j] += g.belief.p[j * BELIEF_MOST + i] * off
-    for j in range(n):
-        if j != i:
-            along = g.belief.p[j * BELIEF_MOST + i]
-            for k in range(n):
-                if k != i:
-                    g.belief.p[j * BELIEF_MOST + k] -= shrink * along * g.belief.p[i * BELIEF_MOST + k]
-    for j in range(n):
-        if j != i:
-            kept = g.belief.p[j * BELIEF_MOST + i] / left
-            g.belief.p[j * BELIEF_MOST + i] = g.belief.p[i * BELIEF_MOST + j] = kept
-    g.belief.p[i * BELIEF_MOST + i] = variance / left
+    for j in range(n + 1):
+        g.belief.mean[j] += g.belief.along[j] * off
+        for k in range(n + 1):
+            g.belief.p[j * BELIEF_ROW + k] -= shrink * g.belief.along[j] * g.belief.along[k]
     g.belief.version += 1.0
+
+
+def replace_site(g: GraspMemory, i: int, load: float, precision: float, weighted: float) -> None:
+    """Take in a factor in place of the one that finger ``i`` gave in this loading."""
+    absorb_factor(g, i, g.belief.site_load[i], -g.belief.site[i], -g.belief.site_weighted[i])
+    absorb_factor(g, i, load, precision, weighted)
+    g.belief.site[i], g.belief.site_weighted[i], g.belief.site_load[i] = precision, weighted, load
 
 
 def refuse_evidence(g: GraspMemory) -> None:
@@ -131,22 +158,37 @@ def refuse_evidence(g: GraspMemory) -> None:
     g.belief.version += 1.0
 
 
-def absorb_evidence(
-    g: GraspMemory, i: int, ln_before: float, var_before: float, ln_after: float, var_after: float
-) -> None:
-    """Take in what finger ``i`` learned: mean and variance of ln mu in its own estimate, before and after."""
-    if not (var_before > 0.0 and var_after > 0.0):
+def absorb_slide(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
+    """Take in that finger ``i`` slid at ``ln_u``, known with the variance ``noise``, at its present load."""
+    if noise * LEAST_SLIP_PRECISION > 1.0:
+        refuse_evidence(g)
         return
-    precision = 1.0 / var_after - 1.0 / var_before
-    weighted = ln_after / var_after - ln_before / var_before
     widen_belief(g)
-    if precision > 0.0:
-        off = weighted / precision - g.belief.mean[i]
-        if off < 0.0 and precision < LEAST_SLIP_PRECISION:
-            refuse_evidence(g)
-            return
-        expected = math.sqrt(believed_variance(g, i) + 1.0 / precision)
-        if off < -FAR_BELOW * expected:
-            add_common(g, g.belief.shock * g.belief.shock)
-        weighted = precision * (g.belief.mean[i] + max(off, -FARTHEST_BELOW * expected))
-    absorb_factor(g, i, precision, weighted)
+    absorb_factor(g, i, g.belief.site_load[i], -g.belief.site[i], -g.belief.site_weighted[i])
+    g.belief.site[i] = 0.0
+    off, expected = ln_u - believed_mean(g, i), math.sqrt(believed_variance(g, i) + noise)
+    if off < -FAR_BELOW * expected:
+        add_common(g, g.belief.shock * g.belief.shock)
+    counted = believed_mean(g, i) + max(off, -FARTHEST_BELOW * expected)
+    replace_site(g, i, g.belief.load[i], 1.0 / noise, counted / noise)
+
+
+def absorb_hold(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
+    """Take in that finger ``i`` held at ``ln_u``, known with the variance ``noise``, at its present load.
+
+    [MillsRatio]: with ``q = (h' mean - ln u) / sqrt(h' P h + noise)`` and ``r = phi(q) / Phi(q)``, the mean of
+    ``h' z`` rises by ``h' P h r / sqrt(..)`` and its variance falls by ``(h' P h)^2 r (q + r) / (..)``.
+    """
+    widen_belief(g)
+    absorb_factor(g, i, g.belief.site_load[i], -g.belief.site[i], -g.belief.site_weighted[i])
+    g.belief.site[i] = 0.0
+    mean, variance = believed_mean(g, i), believed_variance(g, i)
+    spread = math.sqrt(variance + noise)
+    q = (mean - ln_u) / spread
+    ratio = inverse_mills(q)
+    left = 1.0 - variance * ratio * (q + ratio) / (spread * spread)
+    if not (variance > 0.0 and left > LEAST_PRECISION):
+        return
+    precision = (1.0 / left - 1.0) / variance
+    after = mean + variance * ratio / spread
+    replace_site(g, i, g.belief.load[i], precision, (1.0 / left) * after / variance - mean / variance)

@@ -35,7 +35,7 @@ def begin_changes(g: GraspMemory) -> None:
 
 def follow_level(g: GraspMemory, i: int, dt: float) -> None:
     """Note where the friction of finger ``i`` was before it fell; ``dt`` [s] since the last sample."""
-    mean, std = g.belief.mean[i], math.sqrt(max(believed_variance(g, i), 0.0))
+    mean, std = believed_mean(g, i), math.sqrt(max(believed_variance(g, i), 0.0))
     if std > g.probe.unknown:
         # what is usual of objects is no level of this one
         g.change.level[i], g.change.spread[i] = -math.inf, 0.0

@@ -127,7 +127,7 @@ def onset_length(g: GraspMemory, i: int) -> float:
     if is_told_by_another(g, i):
         return ONSET_PROBED_LENGTH
     spread = math.sqrt(believed_variance(g, i) + g.onset.noise * g.onset.noise)
-    expected = g.belief.mean[i] - ONSET_PROBED_BELOW * spread
+    expected = believed_mean(g, i) - ONSET_PROBED_BELOW * spread
     probed = g.probe.shift[i] > ONSET_PROBED and g.onset.sum[i] > g.onset.run[i] * expected
     return ONSET_PROBED_LENGTH if probed else ONSET_RUN_LENGTH
 
@@ -156,9 +156,9 @@ def take_onset(g: GraspMemory, i: int, ln_u: float, relative: float) -> None:
     std = g.onset.noise if is_witnessed(g, i) else ONSET_ALONE * g.onset.noise
     noise = std * std + relative * relative
     widen_belief(g)
-    off = ln_u - g.belief.mean[i]
+    off = ln_u - believed_mean(g, i)
     if off < -ONSET_FAR_BELOW * math.sqrt(believed_variance(g, i) + noise):
         add_common(g, g.onset.shock * g.onset.shock)
     most = ONSET_BOUND * math.sqrt(believed_variance(g, i) + noise)
-    measured = g.belief.mean[i] + min(max(off, -most), most)
-    absorb_factor(g, i, 1.0 / noise, measured / noise)
+    measured = believed_mean(g, i) + min(max(off, -most), most)
+    absorb_factor(g, i, g.belief.load[i], 1.0 / noise, measured / noise)

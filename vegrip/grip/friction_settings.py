@@ -3,7 +3,10 @@
 from dataclasses import dataclass
 
 from vegrip.config import fixed_parameter
+from vegrip.estimator.friction_prior import FrictionPrior
 
+PUBLISHED = FrictionPrior()
+"""What is believed of the friction of soft tips, if nothing is stated."""
 COARSEST_CREEP_M_S = 2e-4
 """Threshold of felt slip above which creep passes for holding, and probing would learn from it."""
 WIDEST_VARIANCE = 4.0
@@ -16,6 +19,20 @@ LATEST_SLIP_S = 0.03
 class FrictionSettings:
     """Belief of the grasp and probing; see :mod:`vegrip.grip.friction_belief`, ``friction_probe``."""
 
+    coefficient: float = fixed_parameter(
+        0.0, unit="1", low=0.0, high=20.0,
+        doc="of tips and object at a normal force of 5 N; 0 = as the tip's model states, else as published",
+    )  # fmt: skip
+    coefficient_std: float = fixed_parameter(
+        0.0, unit="1", low=0.0, high=2.0, doc="std of its logarithm; 0 = as the model states, else as published"
+    )
+    load_exponent: float = fixed_parameter(
+        PUBLISHED.load_exponent, unit="1", low=-0.5, high=0.9,
+        doc="by which friction falls with the normal force: mu (N / 5 N)^-g",
+    )  # fmt: skip
+    load_exponent_std: float = fixed_parameter(
+        PUBLISHED.load_exponent_std, unit="1", low=0.0, high=1.0, doc="std of that"
+    )
     shared: bool = fixed_parameter(False, doc="what one finger learns of the object counts for all")
     object: str = fixed_parameter(
         "",
@@ -50,6 +67,13 @@ class FrictionSettings:
     quiet_change: float = fixed_parameter(0.05, unit="1", low=0.0, high=1.0, doc="relative change of a load")
     pause: float = fixed_parameter(0.5, unit="s", low=0.0, high=100.0, doc="after a slip")
     reach: float = fixed_parameter(2.0, unit="1", low=0.0, high=10.0, doc="std above the mean")
+
+    @property
+    def prior(self) -> FrictionPrior:
+        """What is believed of friction at first, with the usual gain of the tangential channels."""
+        return FrictionPrior(
+            self.coefficient, self.coefficient_std, self.load_exponent, self.load_exponent_std
+        )
 
     @property
     def why_too_coarse(self) -> str:

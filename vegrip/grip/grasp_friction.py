@@ -19,7 +19,7 @@ from vegrip.estimator.estimator import ContactEstimator, quantile
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.grip.finger import Wanted
 from vegrip.grip.friction_settings import WIDEST_VARIANCE, FrictionSettings
-from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
+from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
 from vegrip.grip.joint_confidence import FINGER_CORRELATION, shared_part
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.policies.margin_grip import GripSettings
@@ -78,13 +78,14 @@ class GraspFriction:
         self, able: Mapping[str, ContactEstimator], drift: float, known: ObjectFriction | None
     ) -> None:
         s, g = self._settings, self.memory
-        begin_belief(g, len(able), drift, s.shock)
         for i, estimator in enumerate(able.values()):
-            mean, variance, _, _ = estimator.friction
+            mean, variance, exponent, exponent_var = estimator.friction_law
+            if i == 0:
+                begin_belief(g, len(able), drift, s.shock, exponent, exponent_var)
             widest = max(variance, 0.0)
             if known is not None and known.prior[1] ** 2 < widest:
                 mean, variance = known.prior[0], known.prior[1] ** 2
-                estimator.believe_friction((mean, variance, mean, variance))
+                g.belief.version += 1.0
             rho = shared_part(math.sqrt(max(variance, 0.0)), s.own_spread)
             self.correlation = rho if i == 0 else min(rho, self.correlation)
             expect_finger(g, i, mean, math.sqrt(max(variance, 0.0)), s.own_spread)
@@ -204,7 +205,7 @@ class GraspFriction:
         n, belief = len(self._places), self.memory.belief
         if not self.active or belief.version == 0.0:
             return None
-        rows = [belief.p[i * BELIEF_MOST : i * BELIEF_MOST + n] for i in range(n)]
+        rows = [belief.p[i * BELIEF_ROW : i * BELIEF_ROW + n] for i in range(n)]
         std = math.sqrt(max(sum(map(sum, rows)), 0.0)) / n
         if not 0.0 < std <= self._settings.unknown:
             return None
@@ -212,7 +213,7 @@ class GraspFriction:
 
     def belief(self, finger: str) -> tuple[float, float]:
         i = self._places[finger]
-        return self.memory.belief.mean[i], math.sqrt(believed_variance(self.memory, i))
+        return believed_mean(self.memory, i), math.sqrt(believed_variance(self.memory, i))
 
     def _change_of(self, i: int) -> tuple[float, float, float]:
         g = self.memory

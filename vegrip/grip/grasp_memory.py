@@ -13,6 +13,7 @@ from typing import Annotated, Any, Final, get_type_hints
 import numpy as np
 
 BELIEF_MOST: Final = 20  # fingers
+BELIEF_ROW: Final = BELIEF_MOST + 1  # numbers of the joint belief: of each finger, and the exponent behind them
 LATE_STEPS: Final = 8  # in which the delay of a slip channel is kept
 
 Each = Annotated[MutableSequence[float], BELIEF_MOST]
@@ -24,7 +25,7 @@ Channels = Annotated[MutableSequence[float], 2 * BELIEF_MOST]
 
 
 class Belief:
-    """Of ln mu, as one joint Gaussian (:mod:`vegrip.grip.friction_belief`)."""
+    """Of ln mu and its exponent over the load, as one joint Gaussian (:mod:`vegrip.grip.friction_belief`)."""
 
     fingers: float
     version: float  # changes with every evidence
@@ -32,9 +33,14 @@ class Belief:
     drift: float  # [1/sqrt(s)] random walk of ln mu
     prior_var: float
     shock: float  # std of ln mu of what happens to all faces at once
-    mean: Each
+    mean: Annotated[MutableSequence[float], BELIEF_ROW]  # of ln mu at the reference load, then the exponent
     common: Each  # std of what each shares with all, at the beginning
-    p: Annotated[MutableSequence[float], BELIEF_MOST * BELIEF_MOST]  # covariance, by rows
+    load: Each  # relative load of each, ln(N / N_0)
+    site: Each  # precision of the evidence of the present loading of each, 0 = there is none
+    site_weighted: Each  # that times its mean
+    site_load: Each  # relative load of it
+    along: Annotated[MutableSequence[float], BELIEF_ROW]  # scratch
+    p: Annotated[MutableSequence[float], BELIEF_ROW * BELIEF_ROW]  # covariance, by rows
 
 
 class Probe:
@@ -149,7 +155,9 @@ class Trust:
     later: float  # [N] N that lags
     ratio: float  # f / N that lags
     torn: float  # f / N when the load showed a slide
-    prior: Each  # mean ln mu before anything was felt
+    exponent: float  # of friction over the load before anything was felt
+    exponent_var: float  # its variance
+    prior: Each  # mean ln mu before anything was felt, at the reference load
     spread: Each  # its std
     proof: Each  # [s] for which the proof still counts
     top: Each  # largest utilisation of late
@@ -162,8 +170,8 @@ class Trust:
     void: Each  # 1 where what it has taught is void, its flag being wrong
     rim: Each  # [s] for which it has slid by its slip speed alone
     kept: Each  # of what it was let go of, what the load has shown to hold
-    clean: Each  # mean ln mu when no flag had told slip for a while
-    mean: Each  # mean ln mu at the last sample
+    clean: Each  # the same when no flag had told slip for a while
+    mean: Each  # the same at the last sample
     told: Each  # [s] since it told slip where it may have slid
 
 
@@ -190,7 +198,7 @@ SIZE: Final = PLACES[-1][2] + PLACES[-1][3]
 def constants() -> str:
     """Return the places as program text."""
     places = [f"{section}_{name}".upper() + f" = {at}" for section, name, at, _ in PLACES]
-    return "\n".join([f"BELIEF_MOST = {BELIEF_MOST}", f"LATE_STEPS = {LATE_STEPS}", *places])
+    return "\n".join([f"BELIEF_MOST = {BELIEF_MOST}", f"BELIEF_ROW = {BELIEF_ROW}", f"LATE_STEPS = {LATE_STEPS}", *places])
 
 
 class GraspMemory:

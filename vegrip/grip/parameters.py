@@ -63,11 +63,13 @@ def estimator_factory(
             f"{where}: 'tips' has {', '.join(sorted(unknown))}; the fingers are {', '.join(fingers)}"
         )
 
+    settings = replace(parameters.estimator, friction=parameters.friction.prior)
+
     def make(finger: str) -> ContactEstimator:
         model = _model(tips[finger])
         if store is not None:
-            return store.estimator(finger, model, parameters.noise, parameters.estimator)
-        return ContactEstimator(model, parameters.noise, parameters.estimator)
+            return store.estimator(finger, model, parameters.noise, settings)
+        return ContactEstimator(model, parameters.noise, settings)
 
     return make
 

@@ -40,9 +40,7 @@ class Shared:
     widest: float  # largest variance of ln mu that is handed on
     load_noise: float  # [N] std of the load
     seen: float  # version of the belief that the estimate has
-    site: float  # own evidence of the present loading, 1 / variance of ln mu
-    site_weighted: float  # the same times ln mu
-    before: float  # ln mu before the state
+    loading: float  # number of the loading before the state
     before_var: float  # variance of ln mu before the state
     flag: float  # slip as it was sensed
     speed: float  # [m/s] slip speed as it was sensed

@@ -51,7 +51,7 @@ Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same 
 import math
 
 from vegrip.grip.friction_change import *
-from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
+from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
 
 TRUST_LASTS = 60.0  # [s]
 TRUST_SILENCE = 0.5  # [s]
@@ -93,6 +93,8 @@ def begin_trust(g: GraspMemory) -> None:
     g.trust.held = g.trust.load = g.trust.grip = g.trust.fell = g.trust.wait = g.trust.missed = 0.0
     g.trust.first = g.trust.later = g.trust.ratio = g.trust.torn = 0.0
     g.trust.least = math.inf
+    n = int(g.belief.fingers)
+    g.trust.exponent, g.trust.exponent_var = g.belief.mean[n], g.belief.p[n * BELIEF_ROW + n]
     for i in range(BELIEF_MOST):
         g.trust.prior[i] = g.trust.clean[i] = g.trust.mean[i] = g.belief.mean[i]
         g.trust.spread[i] = math.sqrt(believed_variance(g, i))
@@ -123,13 +125,15 @@ def counted_shift(g: GraspMemory, i: int, lag: float) -> float:
 
 
 def prior_bound(g: GraspMemory, i: int, lag: float) -> float:
-    """Return the lower bound of ln mu before anything was felt."""
-    return g.trust.prior[i] - lag * g.trust.spread[i]
+    """Return the lower bound of ln mu before anything was felt, at the present load."""
+    load = g.belief.load[i]
+    variance = g.trust.spread[i] * g.trust.spread[i] + load * load * g.trust.exponent_var
+    return g.trust.prior[i] - g.trust.exponent * load - lag * math.sqrt(variance)
 
 
 def believed_bound(g: GraspMemory, i: int, lag: float) -> float:
     """Return the lower bound of ln mu as it is believed."""
-    return g.belief.mean[i] - lag * math.sqrt(believed_variance(g, i))
+    return believed_mean(g, i) - lag * math.sqrt(believed_variance(g, i))
 
 
 def counts_as_known(g: GraspMemory, i: int) -> bool:
@@ -179,7 +183,7 @@ def let_go(
             most = math.inf  # of an object that is not known, it is not known either where it slides
             if std <= g.probe.unknown:
                 low = min(prior_bound(g, i, lag), believed_bound(g, i, lag))
-                most = g.belief.mean[i] + g.probe.reach * std - low
+                most = believed_mean(g, i) + g.probe.reach * std - low
             g.probe.shift[i] = min(shift + TRUST_CLIMB * g.probe.climb * dt, max(most, shift))
 
 

@@ -208,7 +208,7 @@ class Loop:
             for row, (name, finger) in zip(stated, self.grip.fingers.items(), strict=True):
                 estimator = finger.estimator
                 if isinstance(estimator, ContactEstimator) and estimator.in_contact:
-                    mean, variance, _, _ = estimator.friction
+                    mean, variance = estimator.friction
                     row[:] = self.grip.friction.stated_friction(name, mean, math.sqrt(variance))
         return stated
 

@@ -8,9 +8,9 @@ contact holds by now is used too (``slip_probability.py``): what has held its lo
 
 import math
 
-from vegrip.estimator.kernels.covariance_root import WIDE
 from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.hold_model import begin_hold, keep_hold, surface_of, try_hold
+from vegrip.estimator.kernels.load_law import *
 from vegrip.estimator.kernels.load_loss import load_to_hold
 from vegrip.estimator.kernels.report import upper_gauge
 from vegrip.estimator.kernels.slip_probability import onset_probability
@@ -26,6 +26,7 @@ FIRST = 1e-3  # [s] of the first look ahead
 GROWTH = 0.5  # each later one is so much farther ahead
 LAST = 2e4  # [s]
 OPEN = -1.0  # for a time that is not known yet
+DEEPEST = 3.0  # tip radii; the force there is 5 times that at one, which a stiffness that is a guess may miss
 PARTS = (0.1, 0.25, 0.5, 1.0)  # of the horizon, where the least force looks
 
 
@@ -62,7 +63,7 @@ def slip_probability_after(
     noise = math.hypot(m.set.s_tangential, 0.0 if load[1] == 0.0 else m.set.s_torque / a)
     lost = SHARE_SPREAD * math.log(begun[1] / force) if begun[1] > 0.0 else 0.0
     unsure = math.hypot(lost, noise / (mu * force) / max(g, 1e-300))
-    return onset_probability(m, g * math.exp(m.friction.ln_mu), unsure), delta, elastic
+    return onset_probability(m, g * math.exp(m.friction.ln_mu), unsure, relative_load(force)), delta, elastic
 
 
 def bound_gauge(
@@ -73,19 +74,22 @@ def bound_gauge(
     # absolute spread of N kept, so its relative part grows as N falls or shrinks as N rises
     now = m.report.force_std / force
     lost = SHARE_SPREAD * math.log(fresh / force) if fresh > 0.0 else 0.0
-    relative = math.sqrt(variance_without_force(m) + now * now + lost * lost)
+    relative = math.sqrt(variance_without_force(m, force) + now * now + lost * lost)
     noise = math.hypot(m.set.s_tangential, 0.0 if load[1] == 0.0 else m.set.s_torque / a)
     return upper_gauge(g, relative, noise / (mu * force), quantile)
 
 
-def variance_without_force(m: Floats) -> float:
-    """Relative variance of the gauge that does not come from the force; out of contact, that of friction."""
+def variance_without_force(m: Floats, force: float) -> float:
+    """Relative variance of the gauge at ``force`` [N] that does not come from it.
+
+    The part of friction is that at this force, not at the present one; out of contact there is no other.
+    """
+    there = friction_variance(m, relative_load(force))
     relative = m.report.gauge_rel
     part = m.report.force_std / m.report.force if m.report.force > 0.0 else math.inf
     if not (relative < UNKNOWN and part < UNKNOWN):
-        spread = math.sinh(WIDE * math.sqrt(m.friction.var)) / WIDE
-        return spread * spread
-    return float(max(relative * relative - part * part, 0.0))
+        return there
+    return float(max(relative * relative - part * part - m.consider[CONSIDERED_MU], 0.0) + there)
 
 
 def slip_times(m: Floats, tangential: float, torque: float, chance: float) -> tuple[float, float]:
@@ -166,7 +170,7 @@ def least_force(m: Floats, tangential: float, torque: float, margin: float, quan
 
     Follows the model's own loading and unloading from the present state: the indentation changes at once,
     the relaxed forces stay; N, a and k with it. The gauge falls with the indentation; inf when even pressing
-    in by the whole tip radius does not suffice. NaN when the load, or what the contact would carry, is not
+    in by DEEPEST tip radii does not suffice. NaN when the load, or what the contact would carry, is not
     known. A part of the load that may be gone by a fault of its channel alone counts as it was.
     """
     load, y = load_of(tangential, torque), TRIED0
@@ -175,7 +179,7 @@ def least_force(m: Floats, tangential: float, torque: float, margin: float, quan
         return math.nan
     copy_state(m)
     put_learned(m, y)
-    pressed = worst_gauge(m, y, m.set.tip_radius, load, quantile)
+    pressed = worst_gauge(m, y, DEEPEST * m.set.tip_radius, load, quantile)
     if math.isnan(pressed):
         return math.nan
     if pressed > 1.0 - margin or margin >= 1.0:
@@ -193,8 +197,8 @@ def least_depth(m: Floats, y: int, load: Load, wanted: float, present: float, qu
     to delta^2): a step from the ``present`` one along that line, then false position in the bracket, with
     halving of the kept end's value (Illinois) [DowellJarratt1971]_.
     """
-    high = math.log(m.set.tip_radius)
-    low = high - 18.0  # 1.5e-8 of the radius
+    high = math.log(DEEPEST * m.set.tip_radius)
+    low = high - 19.0  # 1.7e-8 of the radius
     above, below = -1.0, 1.0  # ln(gauge / wanted) at high and low: signs known, values not yet
     x = min(max(math.log(max(present, 1e-300)), low), high)
     last = 0

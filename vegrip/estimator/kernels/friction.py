@@ -1,12 +1,12 @@
-"""What slipping and not slipping say about friction: ``ln mu ~ N(mean, variance)``.
+"""What slipping and not slipping say about friction: of its law over the load (:mod:`.load_law`).
 
-``u`` is the utilisation the load would have at mu = 1, so slip happens at ``mu = u``. One sample teaches
+``u`` is the utilisation the load would have at mu = 1, so slip happens at ``mu(N) = u``. One sample teaches
 nothing, and a second of wrong ones no more than its noise allows:
 
-* **A slide** is a measurement of ln mu, by the mean of its ln u: Gaussian update. It counts from SLIDE
-  samples on, as long as u stays the same, as friction demands. A slide far above what is believed counts only
-  when a later one confirms it; one far below counts at once, because it asks for more force.
-* **Not slipping** at u says only mu > u: ``P(stick) = Phi((ln mu - ln u) / s)``, folded in by matching the
+* **A slide** measures ``ln mu - g l`` at the present load, by the mean of its ln u: Gaussian update. It counts
+  from SLIDE samples on, as long as u stays the same, as friction demands. A slide far above what is believed
+  counts only when a later one confirms it; one far below counts at once, because it asks for more force.
+* **Not slipping** at u says only mu(N) > u: ``P(stick) = Phi((ln mu - g l - ln u) / s)``, folded in by matching the
   first two moments. The u is the least one of SUSTAINED seconds, more than a fault lasts that nothing else
   shows. It counts once per loading, for its largest u, and only where no earlier loading has shown as much:
   a thousand looks at the same load are one piece of evidence, and counted as a thousand they push mu away
@@ -19,6 +19,7 @@ nothing, and a second of wrong ones no more than its noise allows:
 import math
 
 from vegrip.estimator.kernels.generated import *
+from vegrip.estimator.kernels.load_law import *
 
 NEWS = 1.03  # a record counts again when it is topped by this factor: noise alone tops it by less
 VAGUE = 0.1  # relative std of u beyond which not slipping says nothing (light touch: noise is all there is)
@@ -28,6 +29,7 @@ SUSTAINED = 1.1  # [s] for which a load must be held to show anything
 FAR_ABOVE = 2.5  # standard deviations above the belief beyond which a slide needs another one to confirm it
 ALIKE = 0.2  # of ln u, between a slide and the one that confirms it
 PRIOR_EVENTS = 3.0  # slides that the told scatter is worth
+SLID, HELD = 1.0, 2.0  # events
 
 
 def learn_friction(
@@ -56,6 +58,7 @@ def learn_friction(
     if relative_std > VAGUE:
         m.friction.smooth = m.friction.held_time = 0.0
         return
+    u = u * math.exp(m.friction.exponent * m.friction.load)  # of loads at different forces, at the reference load
     # a peak of noise is no evidence
     m.friction.smooth += (1.0 - math.exp(-dt / 0.02)) * (u - m.friction.smooth)
     follow_loading(m, m.friction.smooth)
@@ -82,7 +85,7 @@ def count_slide(m: Floats, ln_u: float, noise: float) -> None:
 
 def is_confirmed(m: Floats, ln_u: float, noise: float) -> bool:
     """Whether a slide at ``ln_u`` is to be believed; one far above the belief waits for another like it."""
-    above = (ln_u - m.friction.base_ln) / math.sqrt(m.friction.base_var + noise)
+    above = (ln_u - base_mean(m)) / math.sqrt(base_variance(m, m.friction.load) + noise)
     alike = abs(ln_u - m.friction.unconfirmed) < ALIKE
     m.friction.unconfirmed = ln_u if above > FAR_ABOVE else math.inf
     return bool(above <= FAR_ABOVE or alike)
@@ -93,16 +96,15 @@ def update_by_slip(m: Floats, ln_u: float, noise: float, first: bool) -> None:
 
     Later samples of the same slide are the ``first`` one again, better averaged.
     """
-    off = ln_u - m.friction.base_ln
+    off, variance = ln_u - base_mean(m), base_variance(m, m.friction.load)
     if first and m.friction.events > 0.0:
-        excess = off * off - m.friction.base_var - (noise - m.friction.scatter_var)
+        excess = off * off - variance - (noise - m.friction.scatter_var)
         gain = 1.0 / (PRIOR_EVENTS + m.friction.events)
         grown = m.friction.scatter_var + gain * (max(excess, 0.0) - m.friction.scatter_var)
         noise += grown - m.friction.scatter_var
         m.friction.scatter_var = grown
-    gain = m.friction.base_var / (m.friction.base_var + noise)
-    m.friction.ln_mu = m.friction.base_ln + gain * off
-    m.friction.var = (1.0 - gain) * m.friction.base_var
+    note_event(m, SLID, ln_u, noise)
+    observe_base(m, off / (variance + noise), 1.0 / (variance + noise))
     m.friction.sliding = 1.0
     m.friction.best = m.friction.peak = m.friction.proven = 0.0
     if first:
@@ -111,9 +113,11 @@ def update_by_slip(m: Floats, ln_u: float, noise: float, first: bool) -> None:
 
 def new_loading(m: Floats) -> None:
     """What is known now is what the next loading starts from."""
+    m.friction.loadings += 1.0
     m.friction.best = max(m.friction.best, m.friction.proven)
-    m.friction.base_ln = m.friction.ln_mu
-    m.friction.base_var = m.friction.var
+    m.friction.base_ln, m.friction.base_exponent = m.friction.ln_mu, m.friction.exponent
+    m.friction.base_var, m.friction.base_exponent_var = m.friction.var, m.friction.exponent_var
+    m.friction.base_cov = m.friction.cov
     m.friction.peak = m.friction.proven = m.friction.held_time = 0.0
 
 
@@ -142,12 +146,22 @@ def update_by_stick(m: Floats, u: float, noise: float) -> None:
     m.friction.proven = u
     if u <= NEWS * m.friction.best:
         return
-    spread = math.sqrt(m.friction.base_var + noise)
-    z = (m.friction.base_ln - math.log(u)) / spread
+    ln_u = math.log(u) - m.friction.exponent * m.friction.load
+    spread = math.sqrt(base_variance(m, m.friction.load) + noise)
+    z = (base_mean(m) - ln_u) / spread
     ratio = inverse_mills(z)
-    share = m.friction.base_var / spread
-    m.friction.ln_mu = m.friction.base_ln + share * ratio
-    m.friction.var = max(m.friction.base_var - share * share * ratio * (z + ratio), 1e-8)
+    note_event(m, HELD, ln_u, noise)
+    observe_base(m, ratio / spread, ratio * (z + ratio) / (spread * spread))
+
+
+def base_mean(m: Floats) -> float:
+    """Return the mean of ln mu at the present load, before the present loading."""
+    return m.friction.base_ln - m.friction.base_exponent * m.friction.load
+
+
+def note_event(m: Floats, what: float, ln_u: float, noise: float) -> None:
+    """Tell those who share what is believed of friction (:mod:`vegrip.grip.friction_belief`)."""
+    m.friction.event, m.friction.event_ln_u, m.friction.event_noise = what, ln_u, noise
 
 
 def inverse_mills(z: float) -> float:

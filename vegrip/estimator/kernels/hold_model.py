@@ -12,6 +12,7 @@ elastic force that is linear within the step, so a held indentation may be stepp
 import math
 
 from vegrip.estimator.kernels.generated import *
+from vegrip.estimator.kernels.load_law import friction_factor
 
 SOLVED = 1e-7  # of the force: what is left of the drive's equation
 TRIES = 12
@@ -64,4 +65,5 @@ def try_hold(
 
 def surface_of(m: Floats, delta: float, x: float, elastic: float, force: float) -> tuple[float, float, float]:
     """Return ``a, k, friction`` of the states in S1."""
-    return readout(m, VALUES0, TRIAL0, delta, 0.0, EXOGENOUS0, x, elastic, force)
+    a, k, friction = readout(m, VALUES0, TRIAL0, delta, 0.0, EXOGENOUS0, x, elastic, force)
+    return a, k, friction * friction_factor(m, force)

@@ -16,6 +16,7 @@ import math
 from vegrip.estimator.kernels.covariance_root import WIDE, shift_along_root, square_root
 from vegrip.estimator.kernels.displacement_loss import slope_at_constant_force
 from vegrip.estimator.kernels.generated import *
+from vegrip.estimator.kernels.load_law import *
 from vegrip.estimator.kernels.state import contact, copy_state
 
 Quantities = tuple[float, float, float, float]
@@ -30,7 +31,7 @@ def quantities(m: Floats, y: int) -> Quantities:
     a, k, friction = readout(
         m, VALUES0, TRIAL0, m[y + DELTA], m[y + SPEED], EXOGENOUS0, x, elastic_force, force
     )
-    return force, a, k, friction
+    return force, a, k, friction * friction_factor(m, force)
 
 
 def spread_quantities(m: Floats) -> Quantities:
@@ -60,27 +61,36 @@ def spread_quantities(m: Floats) -> Quantities:
 
 
 def spread_considered(m: Floats, now: Quantities) -> None:
-    """Columns of D for parameters that only radius, exponent and friction feel."""
+    """Columns of D for parameters that only radius, exponent and friction feel; mu, the last, scales friction.
+
+    Its column is the std of ln mu: bounds are lognormal in it (:func:`.report.upper_gauge`).
+    """
     copy_state(m)
     x, elastic_force, force, _ = contact(m, TRIED0)
-    for i in range(N_CONSIDERED):
+    factor = friction_factor(m, force)
+    m.friction.load = relative_load(force)
+    m.consider[CONSIDERED_MU] = friction_variance(m, m.friction.load)
+    for i in range(CONSIDERED_MU):
         at, sd = VALUES0 + CONSIDERED[i], WIDE * math.sqrt(m.consider[i])
         keep = m[at]
         m[at] = keep * math.exp(sd) if CONSIDERED_LOG[i] else keep + sd
         a, k, friction = readout(
             m, VALUES0, TRIAL0, m.tried[DELTA], m.tried[SPEED], EXOGENOUS0, x, elastic_force, force
         )
-        up = force, a, k, friction
+        up = force, a, k, friction * factor
         down = mirror_step(now, up)
         if not is_slight(now, up):
             m[at] = keep * math.exp(-sd) if CONSIDERED_LOG[i] else keep - sd
             a, k, friction = readout(
                 m, VALUES0, TRIAL0, m.tried[DELTA], m.tried[SPEED], EXOGENOUS0, x, elastic_force, force
             )
-            down = force, a, k, friction
+            down = force, a, k, friction * factor
         note_difference(m, M + i, up, down, now[2])
         m[at] = keep
         m.d_delta[M + i] = 0.0
+    last = M + CONSIDERED_MU
+    m.d_friction[last] = now[3] * math.sqrt(m.consider[CONSIDERED_MU])
+    m.d_force[last] = m.d_radius[last] = m.d_exponent[last] = m.d_delta[last] = 0.0
 
 
 def spread_unexplained(m: Floats, force: float) -> None:

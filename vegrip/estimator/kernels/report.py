@@ -10,8 +10,8 @@ there on the derivatives are written out. With the gauge g of the limit surface 
 
 import math
 
-from vegrip.estimator.kernels.covariance_root import WIDE
 from vegrip.estimator.kernels.generated import *
+from vegrip.estimator.kernels.load_law import *
 from vegrip.estimator.kernels.quantities import combined_std, spread_quantities
 
 LEAST_FORCE_STD = 0.5  # of the noise of the force: what the air, where N = 0 exactly, says of a touch
@@ -44,7 +44,7 @@ def report(m: Floats, tangential: float, torque: float) -> None:
 def friction_in(m: Floats) -> None:
     """Hand the friction posterior to the model and to the considered variances."""
     m.values[MU_PLACE] = math.exp(m.friction.ln_mu)
-    m.consider[CONSIDERED_MU] = m.friction.var
+    m.consider[CONSIDERED_MU] = friction_variance(m, m.friction.load)
 
 
 def update_contact(m: Floats) -> None:
@@ -124,8 +124,7 @@ def utilisation(m: Floats) -> tuple[float, float]:
     gauge_now = m.report.gauge
     if not gauge_now > 0.0 or m.report.contact == 0.0:
         return math.nan, math.inf
-    friction_std = math.sinh(WIDE * math.sqrt(m.consider[CONSIDERED_MU])) / WIDE
-    friction_part = friction_std * friction_std
-    known = max(m.report.gauge_rel * m.report.gauge_rel - friction_part, 0.0)
+    known = max(m.report.gauge_rel * m.report.gauge_rel - m.consider[CONSIDERED_MU], 0.0)
     noise = m.report.gauge_abs / gauge_now
-    return gauge_now * math.exp(m.friction.ln_mu), math.sqrt(known + noise * noise)
+    at_load = m.friction.ln_mu - m.friction.exponent * m.friction.load
+    return gauge_now * math.exp(at_load), math.sqrt(known + noise * noise)

@@ -14,8 +14,8 @@ Gauss and Hermite [AbramowitzStegun1964]_.
 
 import math
 
-from vegrip.estimator.kernels.covariance_root import WIDE
 from vegrip.estimator.kernels.generated import *
+from vegrip.estimator.kernels.load_law import base_variance
 
 NODES = (
     (0.0, 0.5333333333333333),
@@ -28,12 +28,15 @@ ROOT_HALF = 0.7071067811865476  # sqrt(1/2)
 FARTHEST = 8.0  # standard deviations above b; what holds more shows that b was wrong, not that it slips now
 
 
-def onset_probability(m: Floats, u: float, unsure: float) -> float:
-    """Probability of slip at utilisation ``u`` (at mu = 1), which is known to ``unsure`` (relative std)."""
+def onset_probability(m: Floats, u: float, unsure: float, load: float) -> float:
+    """Probability of slip at utilisation ``u`` (at mu = 1), which is known to ``unsure`` (relative std).
+
+    ``u`` is that at the relative ``load``, what was held is referred to the reference load.
+    """
     if u <= 0.0:
         return 0.0
-    spread = onset_spread(m)
-    x = (math.log(u) - m.friction.base_ln) / spread
+    spread = onset_spread(m, load)
+    x = (math.log(u) + m.friction.exponent * load - m.friction.base_ln) / spread
     known = (math.log(m.friction.peak) - m.friction.base_ln) / spread if m.friction.peak > 0.0 else -math.inf
     beyond = max(known - FARTHEST, 0.0)
     x, known = x - beyond, known - beyond
@@ -47,12 +50,10 @@ def onset_probability(m: Floats, u: float, unsure: float) -> float:
     return total
 
 
-def onset_spread(m: Floats) -> float:
+def onset_spread(m: Floats, load: float) -> float:
     """Standard deviation of ``ln u*``: friction before this loading, scatter, error of N, a and k."""
-    friction_std = math.sinh(WIDE * math.sqrt(m.consider[CONSIDERED_MU])) / WIDE
-    friction_part = friction_std * friction_std
-    rest = max(m.report.gauge_rel * m.report.gauge_rel - friction_part, 0.0)
-    return math.sqrt(m.friction.base_var + m.friction.scatter_var + min(rest, 1e2))
+    rest = max(m.report.gauge_rel * m.report.gauge_rel - m.consider[CONSIDERED_MU], 0.0)
+    return math.sqrt(base_variance(m, load) + m.friction.scatter_var + min(rest, 1e2))
 
 
 def slipped_between(known: float, held: float, x: float) -> float:

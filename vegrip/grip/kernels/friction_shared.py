@@ -6,9 +6,11 @@
 import math
 
 from vegrip.estimator.elapsed import elapsed_time
+from vegrip.estimator.kernels.friction import SLID
+from vegrip.estimator.kernels.load_law import remove_site
 from vegrip.estimator.kernels.load_loss import is_load_doubted
 from vegrip.estimator.kernels.sense import touches
-from vegrip.grip.grasp_memory import GraspMemory
+from vegrip.grip.grasp_memory import BELIEF_ROW, GraspMemory
 from vegrip.grip.kernels.generated import *
 from vegrip.grip.slip_trust import *
 
@@ -22,12 +24,11 @@ def prepare_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     if t.setup.shares == 0:
         return
     i = t.setup.finger
-    if f.friction.ln_mu == f.friction.base_ln and f.friction.var == f.friction.base_var:
-        f.shared.site = f.shared.site_weighted = 0.0
     if g.belief.version != f.shared.seen:
         f.shared.seen = g.belief.version
-        believe_friction(f, g.belief.mean[i], believed_variance(g, i))
-    f.shared.before, f.shared.before_var = f.friction.ln_mu, f.friction.var
+        believe_friction(f, g, i)
+    f.friction.event, f.shared.loading = 0.0, f.friction.loadings
+    f.shared.before_var = f.friction.var
     screen_slip(f, g, i)
     if counts_as_known(g, i):
         f.asked.quantile = f.shared.known_quantile
@@ -58,16 +59,16 @@ def is_slipping(f: Floats, t: Wholes, g: GraspMemory) -> bool:
     return slides or f.state.slip >= SLIDES
 
 
-def believe_friction(f: Floats, mean: float, variance: float) -> None:
-    """Go on from this belief, and for the present loading from the same without its own evidence."""
+def believe_friction(f: Floats, g: GraspMemory, i: int) -> None:
+    """Go on from what the grasp believes, and for the present loading from the same without its own evidence."""
     if not MU_LEARNED:
         return
-    f.friction.ln_mu = f.friction.base_ln = mean
-    f.friction.var = f.friction.base_var = variance
-    left = 1.0 / variance - f.shared.site if variance > 0.0 else 0.0
-    if f.shared.site != 0.0 and left > 1.0 / f.shared.widest:
-        f.friction.base_ln = (mean / variance - f.shared.site_weighted) / left
-        f.friction.base_var = 1.0 / left
+    n = int(g.belief.fingers)
+    f.friction.ln_mu, f.friction.exponent = g.belief.mean[i], g.belief.mean[n]
+    f.friction.var = g.belief.p[i * BELIEF_ROW + i]
+    f.friction.cov = g.belief.p[i * BELIEF_ROW + n]
+    f.friction.exponent_var = g.belief.p[n * BELIEF_ROW + n]
+    remove_site(f, g.belief.site_load[i], g.belief.site[i], g.belief.site_weighted[i])
 
 
 def update_shared_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
@@ -79,6 +80,7 @@ def update_shared_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     t.turn.learned = t.news.stamp
     g.belief.since += dt / float(t.setup.fingers)
     is_touching = touches(f, t)
+    g.belief.load[i] = f.friction.load
     slip, speed = believed_flag(g, i, f.shared.flag), believed_speed(g, i, f.shared.speed)
     u, relative = utilised_friction(f, is_touching)
     then = recall_load(g, i, dt, u)
@@ -115,23 +117,22 @@ def told_friction(f: Floats, t: Wholes, mu: float, std: float) -> tuple[float, f
 
 
 def give_evidence(f: Floats, g: GraspMemory, i: int, refused: bool) -> None:
-    """Tell the grasp what the finger's own estimate has learned since :func:`prepare_friction`.
+    """Tell the grasp what the finger's own estimate has seen since :func:`prepare_friction`.
 
     Of slip that is felt late it learns by the wrong load, and a flag that was never silent is no evidence:
     both are ``refused``.
     """
-    mean, variance = f.shared.before, f.shared.before_var
-    if f.friction.ln_mu == mean:
-        if f.friction.var > variance + NEW_CONTACT:
-            widen_own(g, i, f.friction.var)
-        return
-    if refused:
+    if f.friction.loadings != f.shared.loading:
+        g.belief.site[i] = 0.0
+    if f.friction.event == 0.0:
+        if f.friction.var > f.shared.before_var + NEW_CONTACT:
+            widen_own(g, i, f.friction.var - f.shared.before_var)
+    elif refused:
         refuse_evidence(g)
-    elif variance > 0.0 and f.friction.var > 0.0:
-        f.shared.site += 1.0 / f.friction.var - 1.0 / variance
-        weighted = f.shared.site_weighted + f.friction.ln_mu / f.friction.var
-        f.shared.site_weighted = weighted - mean / variance
-        absorb_evidence(g, i, mean, variance, f.friction.ln_mu, f.friction.var)
+    elif f.friction.event == SLID:
+        absorb_slide(g, i, f.friction.event_ln_u, f.friction.event_noise)
+    else:
+        absorb_hold(g, i, f.friction.event_ln_u, f.friction.event_noise)
 
 
 def is_load_told(f: Floats, is_touching: bool) -> bool:
