@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+from vegrip.estimator.friction_prior import COULOMB
 from vegrip.messages import NAN, ContactEstimate, FingertipState
 from vegrip.model import ContactModel, paper_model
 
@@ -22,7 +23,7 @@ def model() -> ContactModel:
 
 @pytest.fixture(scope="session")
 def compiled(model: ContactModel) -> ContactEstimator:
-    return ContactEstimator(model, SensorNoise(), EstimatorSettings())
+    return ContactEstimator(model, SensorNoise(), EstimatorSettings(friction=COULOMB))
 
 
 @pytest.fixture

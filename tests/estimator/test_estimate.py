@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from vegrip.contact.limit_surface import reference
-from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.estimator.compiled import module_for
+from vegrip.estimator.friction_prior import COULOMB
 from vegrip.estimator.health import HealthHysteresis
 from vegrip.messages import BEYOND_FIT, NAN, Channel, ContactEstimate, FingertipState
 from vegrip.model import ContactModel, Shown, paper_model
@@ -127,7 +128,7 @@ def test_other_scales_are_not_special(R: float, modulus: float, scale: str, pres
     model = paper_model(R, modulus=modulus)
     peak = float(model.simulate([0.0, 0.5], [0.0, 0.11 * R]).normal_force[-1])
     noise = SensorNoise(0.01 * peak, 6e-4 * R, 0.01 * peak, 1e-4 * peak * R)
-    estimator = ContactEstimator(model, noise)
+    estimator = ContactEstimator(model, noise, EstimatorSettings(friction=COULOMB))
     true = model.with_value("K", 1.4 * model.values["K"].value)
     depths = [0.11 * R * d / 9e-4 for d in DEPTHS]
     states = press(true, KNOTS, depths, share=0.4, noise=noise)

@@ -7,7 +7,8 @@ import pytest
 
 from vegrip.effects.contract import Effect, hook
 from vegrip.errors import ModelError
-from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+from vegrip.estimator.friction_prior import COULOMB
 from vegrip.estimator.layout import friction_symbol, layout_of
 from vegrip.grip.parameters import TipParameters, _model
 from vegrip.model import ContactModel, paper_model, write_model
@@ -46,7 +47,7 @@ def with_friction(effect: Effect) -> ContactModel:
 def test_a_friction_that_is_not_to_be_learned_stays_as_it_is_told(press, run) -> None:
     model = paper_model(R)
     known = model.with_value("mu", 0.5, std=0.1, learn=False)
-    estimator = ContactEstimator(known, SensorNoise())
+    estimator = ContactEstimator(known, SensorNoise(), EstimatorSettings(friction=COULOMB))
     slides = press(model, [0.0, 0.3, 0.8, 3.0], [-1e-4, -1e-4, 9e-4, 9e-4], share=0.5, slip_after=1.5)
     estimate = run(estimator, slides)
     mu = estimator.value("mu")
@@ -64,7 +65,7 @@ def test_the_friction_coefficient_may_have_another_name(monkeypatch) -> None:
     model = with_friction(SLIPPERY)
     assert friction_symbol(model) == "slippery"
     assert list(model.parameters)[layout_of(model).mu] == "slippery"
-    estimator = ContactEstimator(model, SensorNoise())
+    estimator = ContactEstimator(model, SensorNoise(), EstimatorSettings(friction=COULOMB))
     assert estimator.value("slippery").value == pytest.approx(0.6)
 
 

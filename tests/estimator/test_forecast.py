@@ -9,6 +9,7 @@ import pytest
 
 from vegrip.contact.limit_surface.fast import gauge
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+from vegrip.estimator.friction_prior import COULOMB
 from vegrip.messages import NAN, ContactEstimate, FingertipState
 from vegrip.model import ContactModel
 
@@ -76,7 +77,7 @@ def test_least_force_without_uncertainty_is_the_limit_surface_itself(
     for symbol in model.values:
         sure = sure.with_value(symbol, model.values[symbol].value, std=1e-6)
     noise = SensorNoise(1e-5, 1e-8, 1e-9, 1e-12)
-    settings = EstimatorSettings(horizon=0.0, offset=1e-6, force_bias=1e-3)
+    settings = EstimatorSettings(friction=COULOMB, horizon=0.0, offset=1e-6, force_bias=1e-3)
     estimator = ContactEstimator(sure, noise, settings)
     run(estimator, loaded(press(sure, KNOTS, DEPTHS, noise=noise), 0.3))
     for margin in (0.1, 0.4):
@@ -91,7 +92,9 @@ def test_least_force_with_torque_meets_the_margin_where_it_says(
     for symbol in model.values:
         sure = sure.with_value(symbol, model.values[symbol].value, std=1e-6)
     noise = SensorNoise(1e-5, 1e-8, 1e-9, 1e-12)
-    estimator = ContactEstimator(sure, noise, EstimatorSettings(horizon=0.0, offset=1e-6, force_bias=1e-3))
+    estimator = ContactEstimator(
+        sure, noise, EstimatorSettings(friction=COULOMB, horizon=0.0, offset=1e-6, force_bias=1e-3)
+    )
     states = [
         dataclasses.replace(s, torque_z=5e-4) for s in loaded(press(sure, KNOTS, DEPTHS, noise=noise), 0.2)
     ]
@@ -109,7 +112,9 @@ def test_least_force_with_torque_meets_the_margin_where_it_says(
 def test_the_horizon_asks_for_more_force(model: ContactModel, press: Record, run: Run) -> None:
     found = []
     for horizon in (0.0, 0.2, 2.0):
-        estimator = ContactEstimator(model, SensorNoise(), EstimatorSettings(horizon=horizon))
+        estimator = ContactEstimator(
+            model, SensorNoise(), EstimatorSettings(friction=COULOMB, horizon=horizon)
+        )
         run(estimator, loaded(press(model, KNOTS, DEPTHS), 0.3))
         found.append(estimator.least_force(0.3))
     assert found == sorted(found)
@@ -134,7 +139,9 @@ def test_the_ellipse_asks_for_less_force_under_force_and_torque_and_as_much_unde
     noise = SensorNoise(1e-5, 1e-8, 1e-9, 1e-12)
     found = {}
     for surface in ("exact", "ellipse"):
-        settings = EstimatorSettings(horizon=0.0, offset=1e-6, force_bias=1e-3, surface=surface)
+        settings = EstimatorSettings(
+            friction=COULOMB, horizon=0.0, offset=1e-6, force_bias=1e-3, surface=surface
+        )
         estimator = ContactEstimator(sure, noise, settings)
         for load, torque in ((0.3, 0.0), (0.0, 8e-4), (0.25, 5e-4)):
             estimator.reset()

@@ -165,7 +165,9 @@ def test_the_utilisation_owes_nothing_to_what_is_believed_of_friction(
         estimator.reset()
         for state in states[:-1]:
             estimator.assimilate(state)
-        estimator.believe_friction((mean, variance, mean, variance))
+        for base in ("", "BASE_"):
+            estimator.named[f"FRI_{base}{'LN' if base else 'LN_MU'}"] = mean
+            estimator.named[f"FRI_{base}VAR"] = variance
         estimator.assimilate(states[-1])
         told.append(estimator.utilisation())
     assert told[0][0] == pytest.approx(0.5 * model.values["mu"].value, rel=0.1)

@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 from vegrip.contact.limit_surface.fast import gauges
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+from vegrip.estimator.friction_prior import COULOMB
 from vegrip.messages import ContactEstimate, FingertipState
 from vegrip.model import ContactModel, Simulation
 from vegrip.types import Floats
@@ -23,8 +24,8 @@ QUIET = SensorNoise(1e-5, 1e-8, 1e-9, 1e-12)
 LATER = np.geomspace(1e-4, 60.0, 4000)  # [s]
 SPREAD = 0.3  # relative std of the share that is still to relax
 QUANTILE = 1.6448536269514722  # of 95 %
-FRICTION = math.sinh(0.1 * math.sqrt(3.0)) / math.sqrt(3.0)
-"""Relative std of a lognormal friction of std 0.1, by the estimator's central differences."""
+FRICTION = 0.1
+"""Std of ln mu."""
 SCATTER = EstimatorSettings().friction_scatter
 ONSET = math.hypot(0.1, SCATTER)
 """Relative std of the utilisation at which the next slip begins."""
@@ -48,7 +49,7 @@ def holding(
     model: ContactModel, hold: str, stiffness: float = 1000.0, horizon: float = 1.0
 ) -> ContactEstimator:
     settings = EstimatorSettings(
-        hold=hold, hold_stiffness=stiffness, horizon=horizon, offset=1e-6, force_bias=1e-3
+        friction=COULOMB, hold=hold, hold_stiffness=stiffness, horizon=horizon, offset=1e-6, force_bias=1e-3
     )
     return ContactEstimator(model, QUIET, settings)
 

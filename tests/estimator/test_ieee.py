@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from vegrip.contact.limit_surface import fast
 from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.estimator.compiled import module_for
+from vegrip.estimator.friction_prior import COULOMB
 from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import FRICTION, layout_of
 from vegrip.model import cache, paper_model
@@ -56,7 +57,7 @@ def no_nan(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def memory() -> Floats:
-    return initial_memory(MODEL, LAYOUT, NOISE, EstimatorSettings())
+    return initial_memory(MODEL, LAYOUT, NOISE, EstimatorSettings(friction=COULOMB))
 
 
 def samples(seed: int, count: int = 45) -> list[Sample]:

@@ -18,6 +18,8 @@ from vegrip.model import ContactModel
 
 PUBLISHED_COEFFICIENT = 0.5  # [-] median of mu at 5 N over soft tips
 PUBLISHED_SPREAD = 0.35  # std of ln mu: 0.25 to 1 for 95 of 100
+PAPERS_LAW = "coulomb_friction"
+"""Effect whose friction coefficient, where it is that of the catalogue, is nobody's knowledge of a material."""
 LAW_OF_LOAD = "load_dependent_friction"
 """Effect of a model that has an exponent of its own."""
 
@@ -43,6 +45,13 @@ class FrictionPrior:
     tangential_gain_std: float = fixed_parameter(
         0.1, unit="1", low=0.0, high=1.0, doc="relative std of that gain"
     )
+    as_modelled: bool = fixed_parameter(
+        False, doc="the model's friction counts as stated, also where it is that of the catalogue"
+    )
+
+
+COULOMB = FrictionPrior(load_exponent=0.0, load_exponent_std=0.0, tangential_gain_std=0.0, as_modelled=True)
+"""The paper's constant friction, as the model has it, by sensors whose gain is known."""
 
 
 class FrictionBelief(NamedTuple):
@@ -67,7 +76,8 @@ def prior_belief(model: ContactModel, symbol: str, prior: FrictionPrior) -> Fric
 
 def stated_friction(model: ContactModel, symbol: str, prior: FrictionPrior) -> tuple[float, float]:
     """Return mu and the std of ln mu: stated, else those of a fitted model, else the published ones."""
-    declared, believed = model.parameters[symbol][1], model.values[symbol]
-    is_stated = (believed.value, believed.std) != (declared.default, declared.std)
+    (effect, declared), believed = model.parameters[symbol], model.values[symbol]
+    is_guess = effect == PAPERS_LAW and (believed.value, believed.std) == (declared.default, declared.std)
+    is_stated = prior.as_modelled or not is_guess
     value, std = (believed.value, believed.std) if is_stated else (PUBLISHED_COEFFICIENT, PUBLISHED_SPREAD)
     return prior.coefficient or value, prior.coefficient_std or std

@@ -107,7 +107,9 @@ class SavedNumbers:
         friction = places["FRICTION"][0]
         memory[values + layout.mu] = math.exp(memory[friction + FRICTION.index("LN_MU")])
         considered = places["CONSIDER"][0] + layout.considered.index(layout.mu)
-        of = {name: memory[friction + FRICTION.index(name)] for name in ("VAR", "COV", "EXPONENT_VAR", "LOAD")}
+        of = {
+            name: memory[friction + FRICTION.index(name)] for name in ("VAR", "COV", "EXPONENT_VAR", "LOAD")
+        }
         memory[considered] = (
             of["VAR"] - 2.0 * of["LOAD"] * of["COV"] + of["LOAD"] * of["LOAD"] * of["EXPONENT_VAR"]
         )

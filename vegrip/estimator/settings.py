@@ -65,5 +65,6 @@ class EstimatorSettings:
     )
     regrasp: float = parameter(0.05, unit="1", low=0.0, high=3.0, doc="change of ln mu with a new contact")
     friction: FrictionPrior = fixed_parameter(
-        FrictionPrior(), doc="what is believed of friction at first; in a grasp the section 'friction' says it"
+        FrictionPrior(),
+        doc="what is believed of friction at first; in a grasp the section 'friction' says it",
     )

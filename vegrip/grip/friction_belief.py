@@ -33,9 +33,7 @@ LEAST_SLIP_PRECISION = 11.0  # of ln mu (std 0.3); a slip that tells less is one
 LEAST_PRECISION = 1e-12
 
 
-def begin_belief(
-    g: GraspMemory, fingers: int, drift: float, shock: float, exponent: float, exponent_var: float
-) -> None:
+def begin_belief(g: GraspMemory, fingers: int, drift: float, shock: float) -> None:
     """Begin with so many fingers of which nothing is expected yet; see :func:`expect_finger`."""
     g.belief.fingers = fingers * 1.0
     g.belief.version = g.belief.since = g.belief.prior_var = 0.0
@@ -47,8 +45,12 @@ def begin_belief(
     for i in range(BELIEF_MOST):
         g.belief.common[i] = g.belief.load[i] = g.belief.site[i] = 0.0
         g.belief.site_weighted[i] = g.belief.site_load[i] = 0.0
-    g.belief.mean[fingers] = exponent
-    g.belief.p[fingers * BELIEF_ROW + fingers] = exponent_var
+
+
+def expect_exponent(g: GraspMemory, mean: float, variance: float) -> None:
+    """Set the prior of the exponent by which friction falls with the load; before, friction is constant."""
+    n = int(g.belief.fingers)
+    g.belief.mean[n], g.belief.p[n * BELIEF_ROW + n] = mean, variance
 
 
 def expect_finger(g: GraspMemory, i: int, mean: float, std: float, own: float) -> None:

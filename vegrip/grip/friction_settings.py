@@ -24,7 +24,11 @@ class FrictionSettings:
         doc="of tips and object at a normal force of 5 N; 0 = as the tip's model states, else as published",
     )  # fmt: skip
     coefficient_std: float = fixed_parameter(
-        0.0, unit="1", low=0.0, high=2.0, doc="std of its logarithm; 0 = as the model states, else as published"
+        0.0,
+        unit="1",
+        low=0.0,
+        high=2.0,
+        doc="std of its logarithm; 0 = as the model states, else as published",
     )
     load_exponent: float = fixed_parameter(
         PUBLISHED.load_exponent, unit="1", low=-0.5, high=0.9,

@@ -81,7 +81,8 @@ class GraspFriction:
         for i, estimator in enumerate(able.values()):
             mean, variance, exponent, exponent_var = estimator.friction_law
             if i == 0:
-                begin_belief(g, len(able), drift, s.shock, exponent, exponent_var)
+                begin_belief(g, len(able), drift, s.shock)
+                expect_exponent(g, exponent, exponent_var)
             widest = max(variance, 0.0)
             if known is not None and known.prior[1] ** 2 < widest:
                 mean, variance = known.prior[0], known.prior[1] ** 2

@@ -13,7 +13,9 @@ from typing import Annotated, Any, Final, get_type_hints
 import numpy as np
 
 BELIEF_MOST: Final = 20  # fingers
-BELIEF_ROW: Final = BELIEF_MOST + 1  # numbers of the joint belief: of each finger, and the exponent behind them
+BELIEF_ROW: Final = (
+    BELIEF_MOST + 1
+)  # numbers of the joint belief: of each finger, and the exponent behind them
 LATE_STEPS: Final = 8  # in which the delay of a slip channel is kept
 
 Each = Annotated[MutableSequence[float], BELIEF_MOST]
@@ -198,7 +200,9 @@ SIZE: Final = PLACES[-1][2] + PLACES[-1][3]
 def constants() -> str:
     """Return the places as program text."""
     places = [f"{section}_{name}".upper() + f" = {at}" for section, name, at, _ in PLACES]
-    return "\n".join([f"BELIEF_MOST = {BELIEF_MOST}", f"BELIEF_ROW = {BELIEF_ROW}", f"LATE_STEPS = {LATE_STEPS}", *places])
+    return "\n".join(
+        [f"BELIEF_MOST = {BELIEF_MOST}", f"BELIEF_ROW = {BELIEF_ROW}", f"LATE_STEPS = {LATE_STEPS}", *places]
+    )
 
 
 class GraspMemory:

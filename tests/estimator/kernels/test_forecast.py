@@ -58,14 +58,15 @@ def test_a_load_needs_a_contact_that_has_force_and_area(kernels) -> None:
 
 def test_what_the_force_does_not_tell_of_the_gauge_is_kept_apart(kernels, m) -> None:
     m[kernels.REP_FORCE], m[kernels.REP_FORCE_STD], m[kernels.REP_GAUGE_REL] = 0.5, 0.05, 0.26
-    assert kernels.variance_without_force(m) == pytest.approx(0.26**2 - 0.1**2)
+    m[kernels.FRI_VAR] = m[kernels.CONSIDER0 + kernels.CONSIDERED_MU] = alone = 0.04
+    assert kernels.variance_without_force(m, 0.5) == pytest.approx(0.26**2 - 0.1**2)
     m[kernels.REP_GAUGE_REL] = 0.09
-    assert kernels.variance_without_force(m) == 0.0
-    m[kernels.FRI_VAR] = 0.04
-    alone = (math.sinh(math.sqrt(3.0) * 0.2) / math.sqrt(3.0)) ** 2
+    assert kernels.variance_without_force(m, 0.5) == alone
     for force, std, relative in ((0.0, 0.05, 0.2), (0.5, 0.5e6, 0.2), (0.5, 0.05, 1e6)):
         m[kernels.REP_FORCE], m[kernels.REP_FORCE_STD], m[kernels.REP_GAUGE_REL] = force, std, relative
-        assert kernels.variance_without_force(m) == pytest.approx(alone)
+        assert kernels.variance_without_force(m, 0.5) == pytest.approx(alone)
+    m[kernels.FRI_EXPONENT_VAR], tenfold = 0.01, math.log(50.0 / 5.0)
+    assert kernels.variance_without_force(m, 50.0) == pytest.approx(alone + 0.01 * tenfold**2)
 
 
 @pytest.mark.parametrize("torque", [0.0, 1e-3])
@@ -73,7 +74,7 @@ def test_what_the_force_does_not_tell_of_the_gauge_is_kept_apart(kernels, m) -> 
 def test_the_bound_of_a_gauge_widens_by_what_relaxes_and_by_the_noise_of_the_load(
     kernels, m, monkeypatch, force, torque
 ) -> None:
-    monkeypatch.setattr(kernels, "variance_without_force", lambda _: 0.04)
+    monkeypatch.setattr(kernels, "variance_without_force", lambda *_: 0.04)
     monkeypatch.setattr(kernels, "upper_gauge", lambda *given: given[:3])
     m[kernels.REP_FORCE_STD], m[kernels.SET_S_TANGENTIAL], m[kernels.SET_S_TORQUE] = 0.1, 0.02, 6e-5
     fresh, a, mu = 1.2, 3e-3, 0.5

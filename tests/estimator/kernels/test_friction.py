@@ -27,7 +27,8 @@ def f(kernels, m):
     """Give a belief of friction in a new loading."""
     put(kernels, m, base_ln=BASE, base_var=VAR, ln_mu=BASE, var=VAR, scatter_var=SCATTER, events=0.0,
         best=0.0, peak=0.0, proven=0.0, sliding=0.0, slide_count=0.0, slide_mean=0.0, unconfirmed=math.inf,
-        held_time=0.0, held_least=0.0, smooth=0.0, touching=1.0)  # fmt: skip
+        held_time=0.0, held_least=0.0, smooth=0.0, touching=1.0, exponent=0.0, exponent_var=0.0, cov=0.0,
+        base_exponent=0.0, base_exponent_var=0.0, base_cov=0.0, load=0.0)  # fmt: skip
     m[kernels.SET_MU_PRIOR_VAR], m[kernels.SET_MU_DRIFT], m[kernels.SET_REGRASP] = 0.16, 0.0, 0.0
     m[kernels.SET_SCATTER] = 0.05
     return m
@@ -53,6 +54,66 @@ def test_not_slipping_leaves_the_moments_of_the_belief_times_its_likelihood(kern
     assert mean == pytest.approx(first / total, abs=1e-7)
     assert var == pytest.approx(second / total - (first / total) ** 2, rel=1e-5)
     assert proven == u
+
+
+LOAD, EXPONENT, EXPONENT_VAR, COV = 0.8, 0.2, 0.02, -0.01
+
+
+def of_load(kernels, f) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Let friction fall with the load; return mean and covariance of (ln mu, g), and what a load looks at."""
+    law = {"exponent": EXPONENT, "exponent_var": EXPONENT_VAR, "cov": COV}
+    put(kernels, f, load=LOAD, **law, **{f"base_{name}": value for name, value in law.items()})
+    return np.array([BASE, EXPONENT]), np.array([[VAR, COV], [COV, EXPONENT_VAR]]), np.array([1.0, -LOAD])
+
+
+def believed(kernels, f) -> tuple[np.ndarray, np.ndarray]:
+    ln_mu, g, var, cov, g_var = of(kernels, f, "ln_mu", "exponent", "var", "cov", "exponent_var")
+    return np.array([ln_mu, g]), np.array([[var, cov], [cov, g_var]])
+
+
+def test_a_slide_at_a_load_is_a_linear_observation_of_friction_and_its_exponent(kernels, f) -> None:
+    """Kalman's update in two dimensions; the first slide learns nothing of the scatter."""
+    mean, p, h = of_load(kernels, f)
+    kernels.update_by_slip(f, -0.9, SCATTER, True)
+    gain = p @ h / (h @ p @ h + SCATTER)
+    found, covariance = believed(kernels, f)
+    assert found == pytest.approx(mean + gain * (-0.9 - h @ mean))
+    assert covariance == pytest.approx(p - np.outer(gain, h @ p))
+
+
+def test_a_load_that_held_leaves_the_moments_of_the_belief_times_its_likelihood_at_every_load(
+    kernels, f
+) -> None:
+    """By sampling the half-plane: 400 000 draws."""
+    mean, p, h = of_load(kernels, f)
+    ln_u, noise = -0.4, 0.003
+    kernels.update_by_stick(f, math.exp(ln_u + EXPONENT * LOAD), noise)
+    z = np.random.default_rng(1).multivariate_normal(mean, p, 400_000)
+    weight = ndtr((z @ h - ln_u) / math.sqrt(noise))
+    found, covariance = believed(kernels, f)
+    assert found == pytest.approx(np.average(z, axis=0, weights=weight), abs=2e-3)
+    assert covariance == pytest.approx(np.cov(z.T, aweights=weight), abs=4e-4)
+
+
+def test_what_was_learned_at_one_load_is_known_less_well_at_another(kernels, f) -> None:
+    of_load(kernels, f)
+    put(kernels, f, load=-0.5, cov=0.0, base_cov=0.0)
+    kernels.update_by_slip(f, -0.2, SCATTER, True)
+    spread = [kernels.friction_variance(f, load) for load in (-0.5, 0.0, 1.1)]
+    assert spread[0] < spread[1] < spread[2]
+    assert spread[2] == pytest.approx(EXPONENT_VAR * 1.6**2 + SCATTER, rel=0.15)
+
+
+def test_taking_the_evidence_of_a_loading_off_gives_the_belief_before_it(kernels, f) -> None:
+    mean, p, h = of_load(kernels, f)
+    precision, weighted = 40.0, -30.0
+    after = np.linalg.inv(np.linalg.inv(p) + precision * np.outer(h, h))
+    moved = after @ (np.linalg.solve(p, mean) + weighted * h)
+    put(kernels, f, ln_mu=moved[0], exponent=moved[1], var=after[0, 0], cov=after[0, 1],
+        exponent_var=after[1, 1])  # fmt: skip
+    kernels.remove_site(f, LOAD, precision, weighted)
+    before = of(kernels, f, "base_ln", "base_exponent", "base_var", "base_cov", "base_exponent_var")
+    assert before == pytest.approx((*mean, p[0, 0], p[0, 1], p[1, 1]))
 
 
 @pytest.mark.parametrize(
@@ -205,7 +266,7 @@ def test_the_probability_of_slip_is_that_of_a_law_cut_off_at_what_was_held(
     kernels, f, u, peak, unsure
 ) -> None:
     put(kernels, f, peak=peak)
-    spread = kernels.onset_spread(f)
+    spread = kernels.onset_spread(f, 0.0)
     assert spread >= math.sqrt(VAR + SCATTER)
     known = (math.log(peak) - BASE) / spread if peak > 0.0 else -math.inf
     shift = max(known - 8.0, 0.0)  # what holds more shows that the belief was wrong
@@ -214,19 +275,19 @@ def test_the_probability_of_slip_is_that_of_a_law_cut_off_at_what_was_held(
     weights = np.exp(-0.5 * steps**2)
     x = (math.log(u) + unsure * steps - BASE) / spread - shift
     slipped = np.where(x > known - shift, 1.0 - ndtr(-x) / ndtr(shift - known), 0.0)
-    told = kernels.onset_probability(f, u, unsure)
+    told = kernels.onset_probability(f, u, unsure, 0.0)
     near = 1e-9 if unsure == 0.0 else 0.03 if peak == 0.0 else 0.12  # five nodes across an edge
     assert told == pytest.approx(float(weights @ slipped / weights.sum()), abs=near)
     assert 0.0 <= told <= 1.0
-    assert kernels.onset_probability(f, 0.0, unsure) == 0.0
+    assert kernels.onset_probability(f, 0.0, unsure, 0.0) == 0.0
 
 
 @pytest.mark.parametrize("relative", [0.1, 0.5, 1e9])
 def test_the_spread_of_what_slips_is_of_friction_its_scatter_and_the_rest(kernels, f, relative) -> None:
     f[kernels.REP_GAUGE_REL] = relative
-    own = math.sinh(kernels.WIDE * math.sqrt(f[kernels.CONSIDER0 + kernels.CONSIDERED_MU])) / kernels.WIDE
-    expected = min(max(relative**2 - own**2, 0.0), 100.0)
-    assert kernels.onset_spread(f) == pytest.approx(math.sqrt(VAR + SCATTER + expected))
+    own = f[kernels.CONSIDER0 + kernels.CONSIDERED_MU]
+    expected = min(max(relative**2 - own, 0.0), 100.0)
+    assert kernels.onset_spread(f, 0.0) == pytest.approx(math.sqrt(VAR + SCATTER + expected))
 
 
 FORCE_NOISE, TORQUE_NOISE = 0.01, 1e-4

@@ -70,8 +70,9 @@ def test_columns_are_differences_along_the_root_of_the_covariance(kernels, m, P,
 def test_parameters_that_are_not_learned_spread_by_their_own_standard_deviation(
     kernels, m, monkeypatch, std
 ) -> None:
-    count, first = kernels.N_CONSIDERED, kernels.M
+    count, first = kernels.CONSIDERED_MU, kernels.M
     kept = m.copy()
+    m[kernels.FRI_VAR] = std * std
     for i in range(count):
         m[kernels.CONSIDER0 + i] = std * std
 
@@ -92,6 +93,8 @@ def test_parameters_that_are_not_learned_spread_by_their_own_standard_deviation(
         assert m[kernels.D_FRICTION0 + first + i] == pytest.approx(now[3] * slope, rel=1e-3)
         assert m[kernels.D_FORCE0 + first + i] == m[kernels.D_DELTA0 + first + i] == 0.0
         assert value == kept[kernels.VALUES0 + kernels.CONSIDERED[i]]
+    assert m[kernels.D_FRICTION0 + first + count] == pytest.approx(now[3] * std)
+    assert m[kernels.D_RADIUS0 + first + count] == m[kernels.D_FORCE0 + first + count] == 0.0
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])

@@ -180,10 +180,10 @@ def test_the_spread_that_does_not_come_from_the_force_is_the_rest_or_that_of_fri
     kernels, m, relative, force_std
 ) -> None:
     m[kernels.REP_GAUGE_REL], m[kernels.REP_FORCE], m[kernels.REP_FORCE_STD] = relative, 2.0, force_std
-    rest = max(relative**2 - (force_std / 2.0) ** 2, 0.0)
+    friction = m[kernels.CONSIDER0 + kernels.CONSIDERED_MU] = m[kernels.FRI_VAR]
+    rest = max(relative**2 - (force_std / 2.0) ** 2 - friction, 0.0) + friction
     if relative > 1e6 or force_std > 2e6:
-        rest = (math.sinh(math.sqrt(3.0 * m[kernels.FRI_VAR])) / math.sqrt(3.0)) ** 2
-    assert kernels.variance_without_force(m) == pytest.approx(rest)
+        rest = friction
+    assert kernels.variance_without_force(m, 2.0) == pytest.approx(rest)
     m[kernels.REP_FORCE] = 0.0
-    friction = (math.sinh(math.sqrt(3.0 * m[kernels.FRI_VAR])) / math.sqrt(3.0)) ** 2
-    assert kernels.variance_without_force(m) == pytest.approx(friction)
+    assert kernels.variance_without_force(m, 2.0) == pytest.approx(friction)

@@ -58,7 +58,9 @@ def learn_friction(
     if relative_std > VAGUE:
         m.friction.smooth = m.friction.held_time = 0.0
         return
-    u = u * math.exp(m.friction.exponent * m.friction.load)  # of loads at different forces, at the reference load
+    u = u * math.exp(
+        m.friction.exponent * m.friction.load
+    )  # of loads at different forces, at the reference load
     # a peak of noise is no evidence
     m.friction.smooth += (1.0 - math.exp(-dt / 0.02)) * (u - m.friction.smooth)
     follow_loading(m, m.friction.smooth)

@@ -14,13 +14,14 @@ from vegrip.estimator.kernels.generated import *
 
 REFERENCE_LOAD = 5.0  # [N] N_0: in the middle of the loads at which friction of soft tips was published
 LIGHTEST_LOAD = 0.1  # [N] below it the law is not continued: nothing was published, and mu would be infinite
+HEAVIEST_LOAD = 100.0  # [N] nor beyond this: five times the largest load of a publication
 LEAST_REST = 1e-3  # of the variance's inverse: less is left of a belief only by rounding and forgetting
 LEAST_VARIANCE = 1e-8  # of ln mu: no number of observations brings it lower
 
 
 def relative_load(force: float) -> float:
     """Return ``l``, the logarithm of a normal force [N] over the reference load."""
-    return math.log(max(force, LIGHTEST_LOAD) / REFERENCE_LOAD)
+    return math.log(min(max(force, LIGHTEST_LOAD), HEAVIEST_LOAD) / REFERENCE_LOAD)
 
 
 def friction_factor(m: Floats, force: float) -> float:
@@ -54,10 +55,11 @@ def observe_base(m: Floats, gain: float, shrink: float) -> None:
     across = m.friction.base_cov - load * m.friction.base_exponent_var
     m.friction.ln_mu = m.friction.base_ln + gain * along
     m.friction.exponent = m.friction.base_exponent + gain * across
-    m.friction.var = max(m.friction.base_var - shrink * along * along, min(m.friction.base_var, LEAST_VARIANCE))
+    m.friction.var = max(
+        m.friction.base_var - shrink * along * along, min(m.friction.base_var, LEAST_VARIANCE)
+    )
     m.friction.cov = m.friction.base_cov - shrink * along * across
     m.friction.exponent_var = max(m.friction.base_exponent_var - shrink * across * across, 0.0)
-
 
 
 def remove_site(m: Floats, load: float, precision: float, weighted: float) -> None:
