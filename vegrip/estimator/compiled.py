@@ -20,6 +20,8 @@ KERNELS = (
     "initialisation", "gap", "touch_detection", "quantities", "report", "consistency", "friction",
     "load_loss", "hold_model", "slip_probability", "forecast", "update",
 )  # fmt: skip
+SHARED = ("elapsed", "normal_law")
+"""Texts that Python imports too."""
 ENTRIES = ("update", "margin_of", "least_force", "filter_step")
 NODE_ENTRIES = ("look_at_cells",)
 """What only a node calls; the firmware that is exported does not have it."""
@@ -114,5 +116,5 @@ def estimator_parts(layout: Layout, *, ellipse: bool = False) -> list[str]:
     """Return the texts that stand below the model: places, limit surface, kernels."""
     surface = Path(limit_surface.__file__).with_name("fast.py").read_text(encoding="utf-8")
     parts = [layout.constants(), f"{surface}\n{ELLIPSE}\n" if ellipse else surface]
-    elapsed = Path(__file__).with_name("elapsed.py").read_text(encoding="utf-8")
-    return [*parts, elapsed, *map(kernel_text, KERNELS)]
+    shared = [Path(__file__).with_name(f"{name}.py").read_text(encoding="utf-8") for name in SHARED]
+    return [*parts, *shared, *map(kernel_text, KERNELS)]

@@ -32,8 +32,7 @@ GRIP_KERNELS: Final = (
     "finger_step", "reports",
 )  # fmt: skip
 SHARED_FRICTION: Final = (
-    "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip", "late_slip",
-    "friction_change", "slip_trust",
+    "friction_belief", "drive_lag", "load_lead", "slip_channels", "slip_witness", "force_release",
 )  # fmt: skip
 """Texts of :mod:`vegrip.grip`: the friction of a grasp, which a node also looks at."""
 

@@ -22,7 +22,6 @@ from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger, Place, Wanted
 from vegrip.grip.grasp_friction import share_friction
-from vegrip.grip.joint_confidence import each_confidence
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.settings import ControlSettings, make_share
 from vegrip.grip.slip_table import derive_grip
@@ -215,20 +214,15 @@ class GripController:
     def _apply(self) -> None:
         noise = getattr(self._settings, "noise", SensorNoise())
         self.friction.set_lead(self._settings.grip, noise.torque_z)
+        self.friction.set_risk(self._settings.grip)
         for name, finger in self.fingers.items():
             finger.apply(self._settings, self.wanted)
-            self.friction.write_to(finger.memory, name, self.wanted_known)
+            self.friction.write_to(finger.memory, name)
 
     @property
     def wanted(self) -> Wanted:
         """Margin and confidence of each finger; all count, also those that are not heard."""
-        grip = self.settings.grip
-        rho = self.friction.correlation
-        return grip.wanted_margin, each_confidence(grip.probability, len(self.names), rho)
-
-    @property
-    def wanted_known(self) -> Wanted:
-        return self.settings.grip.wanted_margin, self.settings.grip.known_probability
+        return self.settings.grip.wanted_margin, self.settings.grip.probability
 
     def _share(self, finger: GraspFinger) -> float:
         """Return what ``finger`` is to press with [N] by the places of the contacts; NaN without them."""

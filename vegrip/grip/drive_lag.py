@@ -21,7 +21,7 @@ Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same 
 
 import math
 
-from vegrip.grip.friction_onset import *
+from vegrip.grip.friction_belief import *
 from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 
 DRIVE_USUAL = 0.015  # [s] lag that is expected of a drive

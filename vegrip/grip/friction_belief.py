@@ -14,30 +14,36 @@ Evidence about one finger is a Gaussian factor on ``h' z``: its precision p and 
 * **A slide** measures ``h' z`` by ln u. One slide counts for no more than one at four standard deviations, and
   one of a light touch, which tells friction to worse than 0.3 in ln mu, for nothing.
 * **A load that held** says ``h' z > ln u``: its factor has the first two moments of the truncated Gaussian.
-  It takes the place of the factor that this loading gave before, so a load counts once (:func:`replace_site`).
+  There is one such factor for each finger, of the most that it has held since it last slid: more of the same
+  shows nothing new, and a thousand looks at one load are one piece of evidence.
 * **Forgetting** widens P with time, most of it for all fingers alike, never beyond the prior.
-* **Something common happened** (the faces got wet) when a finger slips far below what was believed of it:
-  then the common part is widened first, so that one slip lowers what all fingers count on.
+* **Friction may have changed** for all fingers alike (the faces got wet): two hypotheses, of which a slide that
+  is off by d makes the second one more likely. With its probability the common variance is widened first::
+
+      p = CHANGE N(d; S + CHANGE_STD^2) / (CHANGE N(d; S + CHANGE_STD^2) + (1 - CHANGE) N(d; S)),   S = h'Ph + noise
 
 Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
 
 import math
 
+from vegrip.estimator.normal_law import inverse_mills
 from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
 
 COMMON_DRIFT = 0.8  # share of the forgetting that is common to all fingers
-FAR_BELOW = 2.5  # standard deviations below what was believed, from which a change is taken to be common
-FARTHEST_BELOW = 4.0  # standard deviations by which one slip counts at most
+CHANGE = 0.02  # probability that friction has changed between two slides
+CHANGE_STD = 0.4  # std of ln mu of such a change: wet faces have 0.6 to 0.9 of dry ones' friction, or less
+FARTHEST_SLIDE = 4.0  # standard deviations by which one slide counts at most
 LEAST_SLIP_PRECISION = 11.0  # of ln mu (std 0.3); a slip that tells less is one of a light touch
+RECORD = 0.03  # of ln u, by which a load must exceed what has held before: noise exceeds it by less
 LEAST_PRECISION = 1e-12
 
 
-def begin_belief(g: GraspMemory, fingers: int, drift: float, shock: float) -> None:
+def begin_belief(g: GraspMemory, fingers: int, drift: float) -> None:
     """Begin with so many fingers of which nothing is expected yet; see :func:`expect_finger`."""
     g.belief.fingers = fingers * 1.0
     g.belief.version = g.belief.since = g.belief.prior_var = 0.0
-    g.belief.drift, g.belief.shock = drift, shock
+    g.belief.drift = drift
     for i in range(BELIEF_ROW):
         g.belief.mean[i] = 0.0
         for j in range(BELIEF_ROW):
@@ -45,6 +51,7 @@ def begin_belief(g: GraspMemory, fingers: int, drift: float, shock: float) -> No
     for i in range(BELIEF_MOST):
         g.belief.common[i] = g.belief.load[i] = g.belief.site[i] = 0.0
         g.belief.site_weighted[i] = g.belief.site_load[i] = 0.0
+        g.belief.record[i] = -math.inf
 
 
 def expect_exponent(g: GraspMemory, mean: float, variance: float) -> None:
@@ -69,15 +76,6 @@ def set_common(g: GraspMemory, i: int) -> None:
         shared = g.belief.common[i] * g.belief.common[j]
         g.belief.p[i * BELIEF_ROW + j] = g.belief.p[j * BELIEF_ROW + i] = shared
     g.belief.p[i * BELIEF_ROW + n] = g.belief.p[n * BELIEF_ROW + i] = 0.0
-
-
-def forget_evidence(g: GraspMemory, i: int, mean: float) -> None:
-    """Believe of finger ``i`` again what was expected: ``mean`` at the reference load, the prior's spread."""
-    g.belief.mean[i] = mean
-    g.belief.site[i] = 0.0
-    set_common(g, i)
-    g.belief.p[i * BELIEF_ROW + i] = g.belief.prior_var
-    g.belief.version += 1.0
 
 
 def believed_mean(g: GraspMemory, i: int) -> float:
@@ -148,11 +146,10 @@ def absorb_factor(g: GraspMemory, i: int, load: float, precision: float, weighte
     g.belief.version += 1.0
 
 
-def replace_site(g: GraspMemory, i: int, load: float, precision: float, weighted: float) -> None:
-    """Take in a factor in place of the one that finger ``i`` gave in this loading."""
+def remove_hold(g: GraspMemory, i: int) -> None:
+    """Take off what loads that held have said of finger ``i``."""
     absorb_factor(g, i, g.belief.site_load[i], -g.belief.site[i], -g.belief.site_weighted[i])
-    absorb_factor(g, i, load, precision, weighted)
-    g.belief.site[i], g.belief.site_weighted[i], g.belief.site_load[i] = precision, weighted, load
+    g.belief.site[i], g.belief.record[i] = 0.0, -math.inf
 
 
 def refuse_evidence(g: GraspMemory) -> None:
@@ -166,13 +163,22 @@ def absorb_slide(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
         refuse_evidence(g)
         return
     widen_belief(g)
-    absorb_factor(g, i, g.belief.site_load[i], -g.belief.site[i], -g.belief.site_weighted[i])
-    g.belief.site[i] = 0.0
-    off, expected = ln_u - believed_mean(g, i), math.sqrt(believed_variance(g, i) + noise)
-    if off < -FAR_BELOW * expected:
-        add_common(g, g.belief.shock * g.belief.shock)
-    counted = believed_mean(g, i) + max(off, -FARTHEST_BELOW * expected)
-    replace_site(g, i, g.belief.load[i], 1.0 / noise, counted / noise)
+    remove_hold(g, i)
+    off, expected = ln_u - believed_mean(g, i), believed_variance(g, i) + noise
+    add_common(g, CHANGE_STD * CHANGE_STD * chance_of_change(off, expected))
+    most = FARTHEST_SLIDE * math.sqrt(believed_variance(g, i) + noise)
+    counted = believed_mean(g, i) + min(max(off, -most), most)
+    absorb_factor(g, i, g.belief.load[i], 1.0 / noise, counted / noise)
+
+
+def chance_of_change(off: float, expected: float) -> float:
+    """Return the probability that friction has changed, by a slide that is off by so much of ln mu.
+
+    ``expected`` is the variance that it should have.
+    """
+    wider = expected + CHANGE_STD * CHANGE_STD
+    ratio = 0.5 * off * off * (1.0 / expected - 1.0 / wider) + 0.5 * math.log(expected / wider)
+    return 1.0 / (1.0 + (1.0 - CHANGE) / CHANGE * math.exp(-min(ratio, 50.0)))
 
 
 def absorb_hold(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
@@ -181,9 +187,13 @@ def absorb_hold(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
     [MillsRatio]: with ``q = (h' mean - ln u) / sqrt(h' P h + noise)`` and ``r = phi(q) / Phi(q)``, the mean of
     ``h' z`` rises by ``h' P h r / sqrt(..)`` and its variance falls by ``(h' P h)^2 r (q + r) / (..)``.
     """
+    record = ln_u + g.belief.mean[int(g.belief.fingers)] * g.belief.load[i]
+    if not record > g.belief.record[i] + RECORD:
+        refuse_evidence(g)
+        return
     widen_belief(g)
-    absorb_factor(g, i, g.belief.site_load[i], -g.belief.site[i], -g.belief.site_weighted[i])
-    g.belief.site[i] = 0.0
+    remove_hold(g, i)
+    g.belief.record[i] = record
     mean, variance = believed_mean(g, i), believed_variance(g, i)
     spread = math.sqrt(variance + noise)
     q = (mean - ln_u) / spread
@@ -193,4 +203,6 @@ def absorb_hold(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
         return
     precision = (1.0 / left - 1.0) / variance
     after = mean + variance * ratio / spread
-    replace_site(g, i, g.belief.load[i], precision, (1.0 / left) * after / variance - mean / variance)
+    weighted = (1.0 / left) * after / variance - mean / variance
+    absorb_factor(g, i, g.belief.load[i], precision, weighted)
+    g.belief.site[i], g.belief.site_weighted[i], g.belief.site_load[i] = precision, weighted, g.belief.load[i]

@@ -9,8 +9,6 @@ PUBLISHED = FrictionPrior()
 """What is believed of the friction of soft tips, if nothing is stated."""
 COARSEST_CREEP_M_S = 2e-4
 """Threshold of felt slip above which creep passes for holding, and probing would learn from it."""
-WIDEST_VARIANCE = 4.0
-"""Of ln mu, beyond which nothing is known at all."""
 LATEST_SLIP_S = 0.03
 """Delay of felt slip beyond which probing would slide too far."""
 
@@ -45,9 +43,6 @@ class FrictionSettings:
     own_spread: float = fixed_parameter(
         0.08, unit="1", low=0.0, high=2.0, doc="std of ln mu between the fingers on one object"
     )
-    shock: float = fixed_parameter(
-        0.08, unit="1", low=0.0, high=2.0, doc="std of ln mu of what befalls all faces at once"
-    )
     slip_threshold: float = fixed_parameter(
         0.0, unit="m/s", low=0.0, high=10.0, doc="slip speed from which the tips feel slip"
     )
@@ -56,21 +51,7 @@ class FrictionSettings:
         1e-3, unit="m/s", low=0.0, high=10.0,
         doc="slip speed from which a tip slides, whatever its flag says; 0 = none",
     )  # fmt: skip
-    onsets: bool = fixed_parameter(True, doc="learn from the beginning of slip too")
-    onset_noise: float = fixed_parameter(
-        0.1, unit="1", low=1e-3, high=2.0, doc="std of ln mu from one onset to the next"
-    )
     probing: bool = fixed_parameter(False, doc="let go slowly until friction is known")
-    climb: float = fixed_parameter(2.0, unit="1/s", low=0.0, high=10.0, doc="of ln mu, object unknown")
-    rate: float = fixed_parameter(0.6, unit="1/s", low=0.0, high=10.0, doc="of ln mu, object known")
-    unknown: float = fixed_parameter(
-        0.2, unit="1", low=0.0, high=2.0, doc="std from which an object is unknown"
-    )
-    known: float = fixed_parameter(0.06, unit="1", low=0.0, high=2.0, doc="std below which a finger is known")
-    quiet_time: float = fixed_parameter(0.2, unit="s", low=0.0, high=10.0, doc="no load has changed for")
-    quiet_change: float = fixed_parameter(0.05, unit="1", low=0.0, high=1.0, doc="relative change of a load")
-    pause: float = fixed_parameter(0.5, unit="s", low=0.0, high=100.0, doc="after a slip")
-    reach: float = fixed_parameter(2.0, unit="1", low=0.0, high=10.0, doc="std above the mean")
 
     @property
     def prior(self) -> FrictionPrior:

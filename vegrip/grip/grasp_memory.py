@@ -16,7 +16,6 @@ BELIEF_MOST: Final = 20  # fingers
 BELIEF_ROW: Final = (
     BELIEF_MOST + 1
 )  # numbers of the joint belief: of each finger, and the exponent behind them
-LATE_STEPS: Final = 8  # in which the delay of a slip channel is kept
 
 Each = Annotated[MutableSequence[float], BELIEF_MOST]
 """A number of every finger."""
@@ -34,47 +33,15 @@ class Belief:
     since: float  # [s] since the belief was last widened
     drift: float  # [1/sqrt(s)] random walk of ln mu
     prior_var: float
-    shock: float  # std of ln mu of what happens to all faces at once
     mean: Annotated[MutableSequence[float], BELIEF_ROW]  # of ln mu at the reference load, then the exponent
     common: Each  # std of what each shares with all, at the beginning
     load: Each  # relative load of each, ln(N / N_0)
-    site: Each  # precision of the evidence of the present loading of each, 0 = there is none
+    record: Each  # largest ln u that each has held since it slid, at the reference load
+    site: Each  # precision of what that says, 0 = nothing
     site_weighted: Each  # that times its mean
     site_load: Each  # relative load of it
     along: Annotated[MutableSequence[float], BELIEF_ROW]  # scratch
     p: Annotated[MutableSequence[float], BELIEF_ROW * BELIEF_ROW]  # covariance, by rows
-
-
-class Probe:
-    """How force is let go of (:mod:`vegrip.grip.friction_probe`)."""
-
-    climb: float  # [1/s] of ln mu while the object is unknown
-    rate: float  # [1/s] afterwards
-    unknown: float  # std of ln mu above which the object is unknown
-    known: float  # and below which a finger is known well enough
-    quiet_time: float  # [s] without a change of any load before probing goes on
-    quiet_change: float  # relative change of a load that is one
-    pause: float  # [s] after a slip
-    reach: float  # standard deviations above the mean up to which it is probed
-    since_slip: float  # [s]
-    shift: Each  # of ln mu, by which a finger counts on more than is believed
-    load: Each  # [N] from which changes are counted
-    smooth: Each  # [N] load without noise
-    still: Each  # [s] since the load last changed; negative: not in contact
-    need: Each  # [N] what each finger needs on its own
-
-
-class Onset:
-    """How slip begins (:mod:`vegrip.grip.friction_onset`)."""
-
-    noise: float  # std of ln mu from one onset to the next
-    shock: float  # std of ln mu of what befalls all faces at once
-    run: Each  # samples of slip in a row; negative: this run does not count, or has taught
-    sum: Each  # of ln u in this run
-    quiet: Each  # [s] since the last sample of slip
-    held: Each  # largest u that was held of late
-    doubted: Each  # how often the channel contradicted the load
-    silent: Each  # 1 while slip is not sensed
 
 
 class Drive:
@@ -111,75 +78,63 @@ class Lead:
     slow: Threes
 
 
-class Felt:
-    """What the slip channels say (:mod:`vegrip.grip.felt_slip`)."""
+class Slip:
+    """What the slip channels say, and whether a finger slides (:mod:`vegrip.grip.slip_channels`)."""
 
     sliding: float  # [m/s] slip speed from which a finger slides; 0 = the flag alone tells
     delay: float  # [s] by which what is felt is late
-    quiet: Channels  # [s] since the channel last said slip
-    began: Channels  # largest u of the burst, 0 = was not known
-    low: Channels  # [s] for which it has said slip of late with u far below that
-    over: Channels  # [s] for which u has been far below that
-    against: Channels  # [s] for which the other channel has said otherwise
-    off: Channels  # [s] for which the channel will not be believed
-    why: Channels  # the reason for that
-    live: Channels  # [s] for which it has been sensed and silent, up to FELT_SILENCE; 0 where not sensed
+    sound: Channels  # probability to be sound
+    silent: Channels  # probability to be silent
+    says: Channels  # 1, 0; NaN = not sensed
+    heard: Channels  # [s] since it last said slip
+    shows: Channels  # what it adds to the logit of a slide
+    level: Each  # ln u at the reference load, without noise; -inf: not known
+    held: Each  # largest of late without a slide
+    top: Each  # largest of the last delay
+    top_next: Each
+    likely: Each  # chance of a slide by the load alone, largest of the last delay
+    likely_next: Each
+    likely_age: Each  # [s]
+    slides: Each  # probability that the finger slides
+    taught: Each  # 1 where the present slide has taught
+    load: Each  # relative load
 
 
-class Late:
-    """The load a delay ago (:mod:`vegrip.grip.late_slip`)."""
+class Witness:
+    """What the load shows of a slide (:mod:`vegrip.grip.slip_witness`)."""
 
-    age: Each  # [s] since the last step
-    ended: Each  # 1 where the slide that is felt now is over
-    past: Annotated[
-        MutableSequence[float], LATE_STEPS * BELIEF_MOST
-    ]  # u, the newest first, from LATE_STEPS i
-
-
-class Change:
-    """ln mu before it fell (:mod:`vegrip.grip.friction_change`)."""
-
-    level: Each
-    spread: Each  # its std
+    noise: float  # [N] std of a tangential force
+    least: float  # least y of late; inf: no force is let go of
+    pull: float  # [N] T then
+    force: float  # [N] N then
+    lost: float  # [N] by which T had fallen when the slide was seen
+    chance: float  # probability that it was one
+    waits: float  # [s] until it is judged; 0: nothing is to be judged
+    rested: float  # [s] since it was seen
+    forces: Each  # [N] smoothed normal force; 0: the finger does not touch
+    pulls: Each  # [N] smoothed tangential force
 
 
-class Trust:
-    """Whether felt slip is proven (:mod:`vegrip.grip.slip_trust`)."""
+class Release:
+    """What is counted on, and how force is let go of (:mod:`vegrip.grip.force_release`)."""
 
-    held: float  # [s] for which the grasp still counts on the prior after the load has shown a slide
-    least: float  # least y of late; inf: no finger is let go of
-    load: float  # [N] f when y was least
-    grip: float  # [N] N when y was least
-    fell: float  # [N] by which f had fallen when the load showed a slide
-    wait: float  # [s] until that is judged; 0: nothing is to be judged
-    missed: float  # slides that no channel told, since the last one that one told
-    first: float  # [N] N when force began to be let go of
-    later: float  # [N] N that lags
-    ratio: float  # f / N that lags
-    torn: float  # f / N when the load showed a slide
+    releases: float  # 1 = force is let go of at all
+    risk: float  # of a slide that is not noticed
+    kappa: float  # loss of a slide that is noticed over that of one that is not
     exponent: float  # of friction over the load before anything was felt
-    exponent_var: float  # its variance
-    prior: Each  # mean ln mu before anything was felt, at the reference load
-    spread: Each  # its std
-    proof: Each  # [s] for which the proof still counts
-    top: Each  # largest utilisation of late
-    pull: Each  # [N] smoothed tangential force; 0: the finger does not touch
-    force: Each  # [N] smoothed normal force
-    speed: Each  # [m/s] last slip speed
-    constant: Each  # samples for which it has been exactly that
-    noisy: Each  # changes of it while nothing slid
-    false: Each  # slips of late that it told far below what it had held
-    void: Each  # 1 where what it has taught is void, its flag being wrong
-    rim: Each  # [s] for which it has slid by its slip speed alone
-    kept: Each  # of what it was let go of, what the load has shown to hold
-    clean: Each  # the same when no flag had told slip for a while
-    mean: Each  # the same at the last sample
-    told: Each  # [s] since it told slip where it may have slid
+    exponent_var: float
+    pause: float  # [s] until force may be let go of again
+    prior: Each  # mean of ln mu at the reference load before anything was felt
+    spread: Each  # its variance
+    shift: Each  # of ln mu, by which a finger counts on more
+    counted: Each  # ln mu at the present load that is counted on
+    steady: Each  # [N] load from which changes are counted
+    smooth: Each  # [N] load without noise
+    still: Each  # [s] since the load last changed; negative: not in contact
 
 
 SECTIONS: Final[dict[str, type]] = {
-    "belief": Belief, "probe": Probe, "onset": Onset, "drive": Drive, "lead": Lead, "felt": Felt,
-    "late": Late, "change": Change, "trust": Trust,
+    "belief": Belief, "drive": Drive, "lead": Lead, "slip": Slip, "witness": Witness, "release": Release,
 }  # fmt: skip
 
 
@@ -201,7 +156,7 @@ def constants() -> str:
     """Return the places as program text."""
     places = [f"{section}_{name}".upper() + f" = {at}" for section, name, at, _ in PLACES]
     return "\n".join(
-        [f"BELIEF_MOST = {BELIEF_MOST}", f"BELIEF_ROW = {BELIEF_ROW}", f"LATE_STEPS = {LATE_STEPS}", *places]
+        [f"BELIEF_MOST = {BELIEF_MOST}", f"BELIEF_ROW = {BELIEF_ROW}", *places]
     )
 
 
@@ -214,14 +169,11 @@ class GraspMemory:
     """
 
     belief: Belief
-    probe: Probe
-    onset: Onset
     drive: Drive
     lead: Lead
-    felt: Felt
-    late: Late
-    change: Change
-    trust: Trust
+    slip: Slip
+    witness: Witness
+    release: Release
 
     def __init__(self, fingers: int = 0) -> None:
         numbers = array("d", bytes(8 * max(SIZE, fingers)))

@@ -36,17 +36,11 @@ class Asked:
 class Shared:
     """How the fingers of a grasp share friction, and what this one has of it."""
 
-    known_quantile: float  # standard normal, once friction is known
-    widest: float  # largest variance of ln mu that is handed on
     load_noise: float  # [N] std of the load
     seen: float  # version of the belief that the estimate has
-    loading: float  # number of the loading before the state
     before_var: float  # variance of ln mu before the state
     flag: float  # slip as it was sensed
     speed: float  # [m/s] slip speed as it was sensed
-    level: float  # ln mu that is stated beside the belief
-    spread: float  # its std
-    unknown: float  # std of ln mu from which on nothing is known of the object
 
 
 class Transfer:

@@ -209,7 +209,7 @@ class Loop:
                 estimator = finger.estimator
                 if isinstance(estimator, ContactEstimator) and estimator.in_contact:
                     mean, variance = estimator.friction
-                    row[:] = self.grip.friction.stated_friction(name, mean, math.sqrt(variance))
+                    row[:] = self.grip.friction.stated_friction(mean, math.sqrt(variance))
         return stated
 
 

@@ -20,6 +20,7 @@ import math
 
 from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.load_law import *
+from vegrip.estimator.normal_law import inverse_mills
 
 NEWS = 1.03  # a record counts again when it is topped by this factor: noise alone tops it by less
 VAGUE = 0.1  # relative std of u beyond which not slipping says nothing (light touch: noise is all there is)
@@ -164,13 +165,6 @@ def base_mean(m: Floats) -> float:
 def note_event(m: Floats, what: float, ln_u: float, noise: float) -> None:
     """Tell those who share what is believed of friction (:mod:`vegrip.grip.friction_belief`)."""
     m.friction.event, m.friction.event_ln_u, m.friction.event_noise = what, ln_u, noise
-
-
-def inverse_mills(z: float) -> float:
-    """``phi(z) / Phi(z)``, stable far in the lower tail."""
-    if z < -8.0:
-        return -z - 1.0 / z
-    return math.exp(-0.5 * z * z) * 0.3989422804014327 / (0.5 * math.erfc(-z * 0.7071067811865476))
 
 
 def inflate_friction(m: Floats, dt: float, touching: bool) -> None:

@@ -6,16 +6,20 @@
 import math
 
 from vegrip.estimator.elapsed import elapsed_time
-from vegrip.estimator.kernels.friction import SLID
+from vegrip.estimator.kernels.friction import HELD, SLID
 from vegrip.estimator.kernels.load_law import remove_site
 from vegrip.estimator.kernels.load_loss import is_load_doubted
 from vegrip.estimator.kernels.sense import touches
 from vegrip.grip.grasp_memory import BELIEF_ROW, GraspMemory
 from vegrip.grip.kernels.generated import *
-from vegrip.grip.slip_trust import *
+from vegrip.grip.force_release import *
+from vegrip.grip.load_lead import *
 
 LONGEST_STEP = 0.1  # [s]; a longer pause between two states counts as so much
 NEW_CONTACT = 1e-4  # growth of the variance of ln mu between two states that only a new contact brings
+UNKNOWN_SLIP = 0.5  # a slip channel that says neither
+REACTED = 0.2  # probability of a slide from which on the grip grows
+VAGUE_LOAD = 0.1  # relative std of the utilisation beyond which it tells nothing: a light touch
 
 
 def prepare_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
@@ -27,36 +31,40 @@ def prepare_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     if g.belief.version != f.shared.seen:
         f.shared.seen = g.belief.version
         believe_friction(f, g, i)
-    f.friction.event, f.shared.loading = 0.0, f.friction.loadings
+    f.friction.event = 0.0
     f.shared.before_var = f.friction.var
-    screen_slip(f, g, i)
-    if counts_as_known(g, i):
-        f.asked.quantile = f.shared.known_quantile
-    shift = counted_shift(g, i, f.asked.quantile)
-    f.asked.margin = 1.0 - (1.0 - f.rule.wanted_margin) * math.exp(shift)
+    since_last = since(t.news.stamp, t.turn.learned) if t.turn.learned != 0 else 0.0
+    screen_slip(f, g, i, since_last)
+    if math.isnan(g.release.counted[i]):
+        g.release.counted[i] = counted_on(g, i)
+    counted, std = g.release.counted[i], math.sqrt(believed_variance(g, i) + FEWEST)
+    f.asked.quantile = min(max((believed_mean(g, i) - counted) / std, 0.0), FARTHEST_SLIDE)
+    more = counted - (believed_mean(g, i) - f.asked.quantile * std)
+    f.asked.margin = 1.0 - (1.0 - f.rule.wanted_margin) * math.exp(g.release.shift[i] + more)
 
 
-def screen_slip(f: Floats, g: GraspMemory, i: int) -> None:
-    """Let the state have what is believed of slip.
+def screen_slip(f: Floats, g: GraspMemory, i: int, dt: float) -> None:
+    """Let the state have what is believed of slip: whether the finger slides, if that is known at all.
 
-    What the load has shown to be wrong counts as not sensed, and a slide that is over as none. The sign of a
-    slip speed is its direction, which some sensors tell.
+    The sign of a slip speed is its direction, which some sensors tell.
     """
     f.shared.flag, f.shared.speed = f.state.slip, abs(f.state.slip_speed)
-    f.state.slip = present_slip(g, i, believed_flag(g, i, f.shared.flag))
-    f.state.slip_speed = present_slip(g, i, believed_speed(g, i, f.shared.speed))
+    hear_slip(g, i, dt, f.shared.flag, f.shared.speed)
+    slides = g.slip.slides[i]
+    if not math.isnan(f.state.slip):
+        quiet = 0.0 if sound_channel(g, i) > UNSURE and slides < 0.5 else UNKNOWN_SLIP
+        f.state.slip = 1.0 if slides >= SURE else quiet
 
 
 def restore_slip(f: Floats, t: Wholes) -> None:
     """Let the state show slip as it was sensed."""
     if t.setup.shares == 1:
-        f.state.slip, f.state.slip_speed = f.shared.flag, f.shared.speed
+        f.state.slip = f.shared.flag
 
 
 def is_slipping(f: Floats, t: Wholes, g: GraspMemory) -> bool:
-    """Return whether the finger slips by its flag, or by its speed where friction is shared."""
-    slides = t.setup.shares == 1 and shows_sliding(g, f.state.slip_speed)
-    return slides or f.state.slip >= SLIDES
+    """Return whether the finger slips: by what is believed where friction is shared, else by its flag."""
+    return g.slip.slides[t.setup.finger] >= REACTED if t.setup.shares == 1 else f.state.slip >= SLIDES
 
 
 def believe_friction(f: Floats, g: GraspMemory, i: int) -> None:
@@ -81,58 +89,34 @@ def update_shared_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     g.belief.since += dt / float(t.setup.fingers)
     is_touching = touches(f, t)
     g.belief.load[i] = f.friction.load
-    slip, speed = believed_flag(g, i, f.shared.flag), believed_speed(g, i, f.shared.speed)
-    u, relative = utilised_friction(f, is_touching)
-    then = recall_load(g, i, dt, u)
-    is_evidence = may_teach(g, i)
-    is_refused = is_late(g) or not is_evidence or not is_witnessed(g, i)
-    give_evidence(f, g, i, slip >= SLIDES and is_refused)
-    vague = relative if is_evidence else math.inf
-    feel_onset(g, i, dt, then, vague, slip, speed)
-    g.probe.need[i] = f.grip.required
-    load = armed_load(f, is_touching)
-    watch_load(g, i, dt, load, f.shared.load_noise, is_touching)
-    noise, slides = f.shared.load_noise, ends_probe(g, i, dt, slip >= SLIDES, shows_sliding(g, speed))
+    give_evidence(f, g, i)
+    u, unsure = utilised_friction(f, is_touching)
     x, y = f.state.tangential_force_x, f.state.tangential_force_y
-    pull = math.sqrt(x * x + y * y)
-    follow_trust(
-        g, i, dt, slip, f.shared.speed, then, relative, f.state.normal_force, pull, noise, is_touching
-    )
-    feel_slip(g, dt, t.setup.fingers, slides)
-    let_go(g, i, dt, f.asked.quantile, f.asked.margin, u, noise, is_touching, slides)
-    twist = twist_share(pull, load)
-    judge_felt_slip(g, i, dt, f.shared.flag, f.shared.speed, u, twist)
-    follow_level(g, i, dt)
-    f.shared.level, f.shared.spread = g.change.level[i], g.change.spread[i]
+    follow_utilisation(g, i, dt, u if unsure < VAGUE_LOAD else math.nan, unsure, f.friction.load)
+    follow_forces(g, i, dt, f.state.normal_force, math.sqrt(x * x + y * y), is_touching)
+    changed = watch_quiet(g, i, dt, armed_load(f, is_touching), f.shared.load_noise, is_touching)
+    note_slide(g, i, dt, unsure)
+    decide(g, i, dt, f.rule.wanted_margin, is_touching, changed)
 
 
 def told_friction(f: Floats, t: Wholes, mu: float, std: float) -> tuple[float, float]:
-    """Return the friction coefficient and its std that are told, of those that are believed."""
+    """Return the friction coefficient and its std that are stated, of those that are believed."""
     if t.setup.shares == 0 or not 0.0 < mu < math.inf:
         return mu, std
-    level, spread, unknown = f.shared.level, f.shared.spread, f.shared.unknown
-    mean, relative = stated_friction(math.log(mu), std / mu, level, spread, unknown)
-    told = math.exp(mean)
-    return told, told * relative
+    return mu, stated_std(std / mu) * mu
 
 
-def give_evidence(f: Floats, g: GraspMemory, i: int, refused: bool) -> None:
-    """Tell the grasp what the finger's own estimate has seen since :func:`prepare_friction`.
+def give_evidence(f: Floats, g: GraspMemory, i: int) -> None:
+    """Tell the grasp what the finger's own estimate has seen since :func:`prepare_friction`: loads that held.
 
-    Of slip that is felt late it learns by the wrong load, and a flag that was never silent is no evidence:
-    both are ``refused``.
+    Slides teach the grasp itself (:func:`~vegrip.grip.force_release.note_slide`).
     """
-    if f.friction.loadings != f.shared.loading:
-        g.belief.site[i] = 0.0
-    if f.friction.event == 0.0:
-        if f.friction.var > f.shared.before_var + NEW_CONTACT:
-            widen_own(g, i, f.friction.var - f.shared.before_var)
-    elif refused:
-        refuse_evidence(g)
-    elif f.friction.event == SLID:
-        absorb_slide(g, i, f.friction.event_ln_u, f.friction.event_noise)
-    else:
+    if f.friction.event == HELD:
         absorb_hold(g, i, f.friction.event_ln_u, f.friction.event_noise)
+    elif f.friction.event == SLID:
+        refuse_evidence(g)
+    elif f.friction.var > f.shared.before_var + NEW_CONTACT:
+        widen_own(g, i, f.friction.var - f.shared.before_var)
 
 
 def is_load_told(f: Floats, is_touching: bool) -> bool:

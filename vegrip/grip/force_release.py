@@ -1,0 +1,176 @@
+"""How much friction a finger counts on, and how force is let go of to learn it: decisions by expected loss.
+
+**Counted on.** Let P be the probability that a slide would be noticed in time, F_b the distribution of ln mu as it
+is believed, and F_0 that before anything was felt. A slide that is not noticed loses the object; one that is
+noticed costs kappa of that. A channel that would not notice has taught nothing either. So x is counted on with::
+
+    (1 - P) max(F_0(x), F_b(x)) + P kappa F_b(x) = risk
+
+which is the bound of the prior, or the belief where that is lower, for P = 0, and the bound of the belief at
+``risk / kappa`` for P = 1.
+
+**Let go of.** A finger that is asked to keep the margin m counts on ``x + b``, b >= 0. At the utilisation u with
+``z = (ln u - m_b) / s_b`` the next slide comes after a rise of ln u whose mean is Mills' ratio times s_b, so
+with::
+
+    db/dt = rate s_b (1 - Phi(z)) / phi(z),       rate = (e^(m_b - x) - 1 - WORTH) / COST
+
+slides come at this rate: it is the part of the force that is held for want of knowledge, over what one slide
+costs. Where no channel is proven, the load alone is a witness (:mod:`.slip_witness`), which sees a slide the
+sooner, the faster N falls: then b grows by ``FAST_RELEASE``.
+
+b returns to 0 when a finger slides, which teaches, and when a load changes; what has held until then is evidence
+that friction is higher.
+
+Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
+"""
+
+import math
+
+from vegrip.estimator.normal_law import upper_tail
+from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
+from vegrip.grip.slip_witness import *
+
+COST = 1.0  # [s] of the least force, that a slide which is noticed costs
+WORTH = 0.12  # of the force, that knowing friction better does not save: it changes
+FAST_RELEASE = 5.0  # [1/s] of ln N, with which the load shows a slide before the object has gone a millimetre
+REACH = 2.0  # standard deviations above the mean up to which it is let go of
+WORTH_PROVING = 0.4  # probability of a sound channel from which on it is let go of to prove it
+LEAD_TIME = 0.35  # [s] with which the grip follows what is asked of it: so far ahead of u it is asked
+PAUSE = 0.5  # [s] after a slide
+FOLLOWING = 0.1  # [s] with which the load from which changes are counted follows
+QUIET_TIME = 0.2  # [s] without a change of any load before force is let go of
+QUIET_CHANGE = 0.05  # relative change of a load that is one
+LEAST_SHIFT = 1e-3  # of ln mu, from which on a finger counts as let go of
+HALVINGS = 16
+UNFELT_CHANGE = 0.1  # std of ln mu by which friction changes between two slides
+
+
+def set_risk(g: GraspMemory, risk: float, noticed_risk: float, releases: bool) -> None:
+    """Set the risks of a slide that is not noticed and of one that is, and whether force is let go of."""
+    g.release.releases = 1.0 if releases else 0.0
+    g.release.risk, g.release.kappa = risk, risk / noticed_risk
+
+
+def begin_release(g: GraspMemory) -> None:
+    """Take what is believed now as the prior."""
+    n = int(g.belief.fingers)
+    g.release.exponent, g.release.exponent_var = g.belief.mean[n], g.belief.p[n * BELIEF_ROW + n]
+    g.release.pause = 0.0
+    for i in range(BELIEF_MOST):
+        g.release.prior[i], g.release.spread[i] = g.belief.mean[i], g.belief.p[i * BELIEF_ROW + i]
+        g.release.shift[i] = g.release.steady[i] = g.release.smooth[i] = 0.0
+        g.release.still[i], g.release.counted[i] = -1.0, math.nan
+
+
+def chance_noticed(g: GraspMemory) -> float:
+    """Return P, 0 where force is not let go of at all."""
+    return noticed(g) if g.release.releases > 0.0 else 0.0
+
+
+def counted_on(g: GraspMemory, i: int) -> float:
+    """Return the ln mu of finger ``i`` that is counted on, by halving."""
+    p, load = chance_noticed(g), g.belief.load[i]
+    mean, std = believed_mean(g, i), math.sqrt(believed_variance(g, i) + FEWEST)
+    first = g.release.prior[i] - g.release.exponent * load
+    spread = math.sqrt(g.release.spread[i] + load * load * g.release.exponent_var + FEWEST)
+    low, high = min(mean - 4.0 * std, first - 4.0 * spread), max(mean, first)
+    for _ in range(HALVINGS):
+        x = 0.5 * (low + high)
+        believed, at_first = upper_tail((mean - x) / std), upper_tail((first - x) / spread)
+        loss = (1.0 - p) * max(believed, at_first) + p * g.release.kappa * believed
+        if loss < g.release.risk:
+            low = x
+        else:
+            high = x
+    return 0.5 * (low + high)
+
+
+def watch_quiet(g: GraspMemory, i: int, dt: float, load: float, noise: float, touching: bool) -> bool:
+    """Follow the load [N] of finger ``i``, whose noise has the std ``noise`` [N]; return whether it has changed."""
+    if not (touching and load >= 0.0):
+        g.release.still[i] = -1.0
+        g.release.shift[i] = 0.0
+        return False
+    if g.release.still[i] < 0.0:
+        g.release.smooth[i] = g.release.steady[i] = load
+        g.release.still[i] = 0.0
+    g.release.smooth[i] += (1.0 - math.exp(-dt / SMOOTHING)) * (load - g.release.smooth[i])
+    g.release.still[i] += dt
+    g.release.steady[i] += (1.0 - math.exp(-dt / FOLLOWING)) * (g.release.smooth[i] - g.release.steady[i])
+    change = abs(g.release.smooth[i] - g.release.steady[i])
+    if change <= QUIET_CHANGE * g.release.steady[i] + 2.0 * noise:
+        return False
+    g.release.steady[i], g.release.still[i] = g.release.smooth[i], 0.0
+    return True
+
+
+def is_quiet(g: GraspMemory, n: int) -> bool:
+    """Return whether no finger has slid and no load has changed for a while."""
+    for j in range(n):
+        if 0.0 <= g.release.still[j] < QUIET_TIME:
+            return False
+    return g.release.pause <= 0.0
+
+
+def take_back(g: GraspMemory, slid: bool) -> None:
+    """Take back what was let go of; without a slide it has shown that friction is higher."""
+    for i in range(int(g.belief.fingers)):
+        if g.release.shift[i] > LEAST_SHIFT and not slid and g.slip.level[i] > -math.inf:
+            exponent = g.belief.mean[int(g.belief.fingers)]
+            absorb_hold(g, i, g.slip.level[i] - exponent * g.belief.load[i], SCATTER * SCATTER)
+        g.release.shift[i] = 0.0
+
+
+def let_go(g: GraspMemory, i: int, dt: float, margin: float, touching: bool) -> None:
+    """Let go of finger ``i``, which is asked to keep this ``margin`` [-], for another ``dt`` [s]."""
+    n, p = int(g.belief.fingers), chance_noticed(g)
+    if not (touching and p > UNSURE and g.slip.level[i] > -math.inf and is_quiet(g, n)):
+        return
+    ln_u = g.slip.level[i] - g.belief.mean[n] * g.belief.load[i]
+    mean, std = believed_mean(g, i), math.sqrt(believed_variance(g, i) + FEWEST)
+    counted = g.release.counted[i]
+    most, rate = mean + REACH * std, FAST_RELEASE
+    if p >= SURE:
+        z = (ln_u - mean) / std
+        worth = max(math.exp(mean - counted) - 1.0 - WORTH, 0.0)
+        ratio = 2.5066282746310002 * upper_tail(z) * math.exp(0.5 * z * z) if z < 6.0 else 1.0 / z
+        rate = min(worth / (COST * g.belief.fingers) * std * ratio, FAST_RELEASE)
+    elif p < WORTH_PROVING or rise_needed(g, dt) > BLIND:
+        return
+    most = min(most, ln_u + rate * LEAD_TIME) - math.log(1.0 - margin) - counted
+    g.release.shift[i] = max(g.release.shift[i], min(g.release.shift[i] + rate * dt, most))
+
+
+def stated_std(std: float) -> float:
+    """Return the std of ln mu that is stated: friction may have changed since it was felt."""
+    return math.sqrt(std * std + UNFELT_CHANGE * UNFELT_CHANGE)
+
+
+def note_slide(g: GraspMemory, i: int, dt: float, unsure: float) -> None:
+    """Learn from a slide of finger ``i``; at its end the next one is another."""
+    if g.slip.slides[i] < SURE:
+        if g.slip.slides[i] < UNSURE:
+            g.slip.taught[i] = 0.0
+        return
+    if g.slip.taught[i] > 0.0 or not g.slip.top[i] > -math.inf:
+        return
+    g.slip.taught[i] = 1.0
+    ln_u = g.slip.top[i] - g.belief.mean[int(g.belief.fingers)] * g.belief.load[i]
+    absorb_slide(g, i, ln_u, SCATTER * SCATTER + unsure * unsure)
+
+
+def decide(g: GraspMemory, i: int, dt: float, margin: float, touching: bool, changed: bool) -> None:
+    """Go on with what finger ``i`` counts on, after one sample of it."""
+    n = int(g.belief.fingers)
+    total = 0.0
+    for j in range(n):
+        total += g.release.shift[j]
+    g.release.pause = max(g.release.pause - dt / float(n), 0.0)
+    if g.slip.slides[i] >= 0.5 or sees_slide(g, dt, total):
+        take_back(g, True)
+        g.release.pause = PAUSE
+    elif changed:
+        take_back(g, False)
+    g.release.counted[i] = counted_on(g, i)
+    let_go(g, i, dt, margin, touching)

@@ -1,0 +1,198 @@
+"""What the slip channels of a grasp say, and how likely each of them is sound, silent or lying.
+
+A finger has a flag and a slip speed, whose sign is a direction and which says slip from a stated speed on. Each
+is one of three:
+
+* *sound*: while its finger slides it says so with probability ``DETECTS``, else with probability ``FALSE`` a look;
+* *silent*: it never says slip, as a dead one;
+* *lying*: it says slip with probability ``LIES`` a look, whatever the finger does.
+
+A *look* lasts ``LOOK``: what a channel says in between is the same noise. With the probability p that the finger
+slides by all that is known beside this channel, what it says multiplies the three by::
+
+    says slip:   p DETECTS + (1 - p) FALSE,    0,    LIES            once at a rise, then as far as a look has passed
+    is quiet:    1,                            1,    1 - LIES
+    has missed a slide that the load shows:    1 - DETECTS,   1,   1
+
+and a channel goes back to what is usual of such channels in ``RENEWED``: sensors are mended, and they break.
+
+**A slide of finger i.** ``w = ln u + g l`` is its utilisation referred to the reference load; it slides where
+``w > x_i``. Having just held ``h`` cuts off the belief of x, so without any channel::
+
+    p = P(x < w + SCATTER | x > h - SCATTER),    at least CHANGED: friction may have changed
+
+taken at its largest over the delay of the channels, because they tell late. To its logit each channel adds what
+it says for as long as it says it: ``ln (S DETECTS + Y LIES) / (S FALSE + Y LIES)`` a look, S and Y being its
+probabilities to be sound and to lie.
+
+Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
+"""
+
+import math
+
+from vegrip.estimator.normal_law import upper_tail
+from vegrip.grip.friction_belief import *
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
+
+DETECTS = 0.95  # probability that a sound channel tells a slide
+FALSE = 1e-4  # the same in a look in which nothing slides
+LIES = 0.02  # the same of one that lies
+LOOK = 0.01  # [s] that what a channel says stays the same: a sample or two of published slip sensors
+SILENT_FIRST = 0.5  # probability of a channel that has proven nothing to be dead: half, for nothing is known of it
+LYING_FIRST = 0.02  # the same to lie
+RENEWED = 100.0  # [s]
+SCATTER = 0.1  # std of ln mu from one slide to the next
+CHANGED = 1e-3  # probability at a look that friction is not what was believed
+HELD_TIME = 1.0  # [s] in which ln u that was held falls by one
+SMOOTHING = 0.01  # [s] of the utilisation: its noise is that of one sample
+SURE, UNSURE = 0.95, 0.05  # probability from which on a hypothesis is acted on, and below which it is not
+FEWEST = 1e-6  # probability that no hypothesis falls below
+
+
+def begin_channels(g: GraspMemory, sliding: float, delay: float) -> None:
+    """Set from which slip speed [m/s] a finger slides, 0 = the flag alone tells, and how late slip is told [s]."""
+    g.slip.sliding, g.slip.delay = sliding, delay
+    for at in range(2 * BELIEF_MOST):
+        g.slip.sound[at], g.slip.silent[at] = 1.0 - SILENT_FIRST - LYING_FIRST, SILENT_FIRST
+        g.slip.says[at] = g.slip.heard[at] = g.slip.shows[at] = 0.0
+    for i in range(BELIEF_MOST):
+        g.slip.level[i] = g.slip.held[i] = -math.inf
+        g.slip.likely[i] = g.slip.likely_next[i] = g.slip.likely_age[i] = 0.0
+        g.slip.top[i] = g.slip.top_next[i] = -math.inf
+        g.slip.slides[i] = g.slip.load[i] = 0.0
+
+
+def lying(g: GraspMemory, at: int) -> float:
+    """Return the probability that the channel at ``at`` lies."""
+    return max(1.0 - g.slip.sound[at] - g.slip.silent[at], FEWEST)
+
+
+def hear_slip(g: GraspMemory, i: int, dt: float, flag: float, speed: float) -> None:
+    """Take in what finger ``i`` says of slip after ``dt`` [s]: its flag, 0 or 1, and its speed [m/s], or NaN."""
+    fast = math.nan
+    if g.slip.sliding > 0.0 and speed >= 0.0:
+        fast = 1.0 if speed >= g.slip.sliding else 0.0
+    hear_channel(g, i, i, dt, flag if flag <= 0.0 or flag >= 1.0 else math.nan)
+    hear_channel(g, i, BELIEF_MOST + i, dt, fast)
+    shows = g.slip.shows[i] + g.slip.shows[BELIEF_MOST + i]
+    g.slip.slides[i] = chance(logit(g.slip.likely[i]) + shows) if shows > 0.0 else 0.0
+
+
+def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> None:
+    """Take in what the channel at ``at`` of finger ``i`` says: 1, 0, or NaN where it is not sensed."""
+    before, g.slip.says[at] = g.slip.says[at], says
+    looks = min(dt / LOOK, 1.0)
+    usual = 1.0 - math.exp(-dt / RENEWED)
+    g.slip.sound[at] += usual * (1.0 - SILENT_FIRST - LYING_FIRST - g.slip.sound[at])
+    g.slip.silent[at] += usual * (SILENT_FIRST - g.slip.silent[at])
+    g.slip.heard[at] += dt
+    if not says >= 0.5:
+        g.slip.shows[at] = 0.0
+        if says < 0.5:
+            weigh(g, at, 1.0, 1.0, math.exp(looks * math.log(1.0 - LIES)))
+        return
+    g.slip.heard[at] = 0.0
+    other = BELIEF_MOST + i if at == i else i
+    p = chance(logit(g.slip.likely[i]) + g.slip.shows[other])
+    power = looks if before >= 0.5 else 1.0
+    tells = p * DETECTS + (1.0 - p) * FALSE
+    weigh(g, at, math.exp(power * math.log(tells)), FEWEST, math.exp(power * math.log(LIES)))
+    sound, lies = g.slip.sound[at], lying(g, at)
+    ratio = (sound * DETECTS + lies * LIES) / (sound * FALSE + lies * LIES)
+    most = math.log(1.0 / FALSE)
+    g.slip.shows[at] = min(g.slip.shows[at] + looks * math.log(ratio), most)
+
+
+def weigh(g: GraspMemory, at: int, sound: float, silent: float, lies: float) -> None:
+    """Multiply the probabilities of a channel by these likelihoods."""
+    sound *= max(g.slip.sound[at], FEWEST)
+    silent *= max(g.slip.silent[at], FEWEST)
+    lies *= lying(g, at)
+    total = sound + silent + lies
+    g.slip.sound[at], g.slip.silent[at] = sound / total, silent / total
+
+
+def judge_miss(g: GraspMemory, i: int, since: float, p: float) -> None:
+    """With probability ``p`` the object has slid ``since`` [s] ago: which channels of finger ``i`` have told it?"""
+    for k in range(2):
+        at = i + k * BELIEF_MOST
+        if not math.isnan(g.slip.says[at]):
+            if g.slip.heard[at] <= since:
+                weigh(g, at, p * DETECTS + (1.0 - p) * LIES, FEWEST, LIES)
+            else:
+                weigh(g, at, 1.0 - p * DETECTS, 1.0, 1.0)
+
+
+def follow_utilisation(g: GraspMemory, i: int, dt: float, u: float, unsure: float, load: float) -> None:
+    """Note how likely finger ``i`` slides by its load.
+
+    Args:
+        g: what the grasp shares.
+        i: the finger.
+        dt: [s] since the last sample.
+        u: utilisation at mu = 1; NaN where it is not known.
+        unsure: its relative std.
+        load: relative load of the finger.
+
+    """
+    g.slip.load[i] = load
+    if not 0.0 < u < math.inf:
+        g.slip.level[i] = -math.inf
+        g.slip.held[i] -= dt / HELD_TIME
+        remember(g, i, dt, CHANGED, -math.inf)
+        return
+    w = math.log(u) + g.belief.mean[int(g.belief.fingers)] * load
+    begins = g.slip.level[i] == -math.inf
+    g.slip.level[i] = w if begins else w + math.exp(-dt / SMOOTHING) * (g.slip.level[i] - w)
+    w, near = g.slip.level[i], math.sqrt(SCATTER * SCATTER + unsure * unsure)
+    std = math.sqrt(believed_variance(g, i) + FEWEST)
+    low = (g.slip.held[i] - near - g.belief.mean[i]) / std
+    high = (w + near - g.belief.mean[i]) / std
+    p = 1.0 - upper_tail(high) / upper_tail(low) if high > low else 0.0
+    remember(g, i, dt, min(max(p, CHANGED), SURE), w)
+    if g.slip.slides[i] < 0.5:
+        g.slip.held[i] = max(g.slip.held[i] - dt / HELD_TIME, w)
+
+
+def remember(g: GraspMemory, i: int, dt: float, p: float, w: float) -> None:
+    """Keep the largest chance of a slide, and the largest utilisation, of the last one or two delays."""
+    g.slip.likely_age[i] += dt
+    if g.slip.likely_age[i] > g.slip.delay + 2.0 * SMOOTHING:
+        g.slip.likely_age[i] = 0.0
+        g.slip.likely[i], g.slip.top[i] = g.slip.likely_next[i], g.slip.top_next[i]
+        g.slip.likely_next[i], g.slip.top_next[i] = p, w
+    g.slip.likely_next[i] = max(g.slip.likely_next[i], p)
+    g.slip.top_next[i] = max(g.slip.top_next[i], w)
+    g.slip.likely[i] = max(g.slip.likely[i], g.slip.likely_next[i])
+    g.slip.top[i] = max(g.slip.top[i], g.slip.top_next[i])
+
+
+def sound_channel(g: GraspMemory, i: int) -> float:
+    """Return the probability that a channel of finger ``i`` that is sensed is sound."""
+    flag, fast = i, BELIEF_MOST + i
+    found = g.slip.sound[flag] if g.slip.says[flag] >= 0.0 else 0.0
+    return max(found, g.slip.sound[fast]) if g.slip.says[fast] >= 0.0 else found
+
+
+def noticed(g: GraspMemory) -> float:
+    """Return the probability that a slide of the object would be told: it is one of all fingers."""
+    found = 0.0
+    for i in range(int(g.belief.fingers)):
+        found = max(found, sound_channel(g, i))
+    return found
+
+
+def is_named(g: GraspMemory, at: int) -> bool:
+    """Return whether the channel at ``at`` is surely not sound."""
+    return g.slip.sound[at] < UNSURE
+
+
+def chance(x: float) -> float:
+    """Return the probability of a logit."""
+    return 1.0 / (1.0 + math.exp(-min(max(x, -50.0), 50.0)))
+
+
+def logit(p: float) -> float:
+    """Return the logit of a probability, which is taken to be within CHANGED of 0 and 1."""
+    p = min(max(p, CHANGED), 1.0 - CHANGED)
+    return math.log(p / (1.0 - p))

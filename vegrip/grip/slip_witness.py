@@ -1,0 +1,109 @@
+"""The load as a witness of a slide: while the object holds, T stays as N is let go of; while it slides, T = mu N.
+
+N and T are the sums of the normal and tangential forces of the fingers: what one gives up the others take. Of
+two hypotheses with equal noise, the ratio of likelihoods grows while N falls with::
+
+    y = FOLLOWS ln N - ln T :   dy = FOLLOWS d ln N < 0 while it holds,   dy = -(1 - FOLLOWS) d ln N > 0 while it slides,
+
+so the sum since the least y of late is the test of [Page1954]_ for the moment at which a slide begins. It counts
+from ``RISE`` on, or from five standard deviations of its noise; where that is beyond ``BLIND``, nothing is let
+go of. The least y is forgotten within ``FORGOTTEN``, because a load that changes slowly is no slide.
+
+It was a slide if T comes back with N: ``JUDGED`` after the grip is back, T must be more than half of the way back
+to what it was. A load that went away does not come back with the grip. Then each channel that has not told it
+has missed a slide.
+
+Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
+"""
+
+import math
+
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
+from vegrip.grip.slip_channels import *
+
+FOLLOWS = 0.3  # d ln T / d ln N between that of an object that holds, 0, and of one that slides, 1
+RISE = 0.03  # of y
+RISE_STDS = 5.0
+BLIND = 0.15  # of y
+FORGOTTEN = 0.6  # [s]
+SHOWN = 4.0  # logarithm of how much likelier such a rise is where the object slides
+JUDGED = 0.15  # [s] that a grip takes to be back
+
+
+def begin_witness(g: GraspMemory, noise: float) -> None:
+    """Have seen nothing; ``noise`` is the std of a tangential force [N]."""
+    g.witness.noise, g.witness.least, g.witness.waits = noise, math.inf, 0.0
+    g.witness.pull = g.witness.force = g.witness.lost = g.witness.rested = g.witness.chance = 0.0
+    for i in range(BELIEF_MOST):
+        g.witness.forces[i] = g.witness.pulls[i] = 0.0
+
+
+def follow_forces(g: GraspMemory, i: int, dt: float, force: float, pull: float, touching: bool) -> None:
+    """Take in normal and tangential force [N] of finger ``i``."""
+    if not (touching and force > 0.0 and pull >= 0.0):
+        g.witness.forces[i] = g.witness.pulls[i] = 0.0
+        return
+    part = 1.0 - math.exp(-dt / SMOOTHING) if g.witness.forces[i] > 0.0 else 1.0
+    g.witness.forces[i] += part * (force - g.witness.forces[i])
+    g.witness.pulls[i] += part * (pull - g.witness.pulls[i])
+
+
+
+def rise_needed(g: GraspMemory, dt: float) -> float:
+    """Return the rise of y that is no noise; ``dt`` [s] is from sample to sample of one finger."""
+    n = int(g.belief.fingers)
+    pull = 0.0
+    for i in range(n):
+        pull += g.witness.pulls[i]
+    if not (pull > 0.0 and dt > 0.0):
+        return math.inf
+    std = g.witness.noise * math.sqrt(g.belief.fingers * dt / (dt + 2.0 * SMOOTHING))
+    return max(RISE, RISE_STDS * std / pull)
+
+
+def sees_slide(g: GraspMemory, dt: float, let_go: float) -> bool:
+    """Return whether the object has begun to slide, force having been ``let_go`` of [ln N]."""
+    n = int(g.belief.fingers)
+    force, pull = 0.0, 0.0
+    for i in range(n):
+        force += g.witness.forces[i]
+        pull += g.witness.pulls[i]
+    part = dt / g.belief.fingers
+    if g.witness.waits > 0.0:
+        wait_for_verdict(g, part, pull)
+        return False
+    if not (let_go > 0.0 and force > 0.0 and pull > 0.0):
+        g.witness.least = math.inf
+        return False
+    y = FOLLOWS * math.log(force) - math.log(pull)
+    rises = y - g.witness.least > rise_needed(g, dt)
+    if rises:
+        g.witness.lost = g.witness.pull - pull
+        g.witness.least = math.inf
+        likely = 0.0
+        for i in range(n):
+            likely = max(likely, g.slip.likely[i])
+        g.witness.chance = chance(logit(likely) + SHOWN)
+        if g.witness.lost > 0.0:
+            g.witness.waits, g.witness.rested = JUDGED + g.slip.delay, 0.0
+        return True
+    part = 1.0 if y <= g.witness.least else 1.0 - math.exp(-part / FORGOTTEN)
+    if g.witness.least == math.inf:
+        part = 1.0
+        g.witness.least = y
+    g.witness.least += part * (y - g.witness.least)
+    g.witness.pull += part * (pull - g.witness.pull)
+    g.witness.force += part * (force - g.witness.force)
+    return False
+
+
+def wait_for_verdict(g: GraspMemory, dt: float, pull: float) -> None:
+    """Wait until the grip is back; then a slide that no channel has told was missed."""
+    g.witness.waits -= dt
+    g.witness.rested += dt
+    if g.witness.waits > 0.0:
+        return
+    g.witness.waits = 0.0
+    if pull > g.witness.pull - 0.5 * g.witness.lost:
+        for i in range(int(g.belief.fingers)):
+            judge_miss(g, i, g.witness.rested + 2.0 * g.slip.delay, g.witness.chance)
