@@ -149,13 +149,15 @@ def stated_std(std: float) -> float:
 
 def note_slide(g: GraspMemory, i: int, dt: float, unsure: float) -> None:
     """Learn from a slide of finger ``i``; at its end the next one is another."""
+    if g.belief.slide[i] > 0.0 and tells_lies(g, i):
+        void_slide(g, i)
     if g.slip.slides[i] < SURE:
         if g.slip.slides[i] < UNSURE:
             g.slip.taught[i] = 0.0
         return
     if g.slip.taught[i] > 0.0 or not g.slip.top[i] > -math.inf:
         return
-    g.slip.taught[i] = 1.0
+    g.slip.taught[i], g.slip.held[i] = 1.0, g.slip.top[i]
     ln_u = g.slip.top[i] - g.belief.mean[int(g.belief.fingers)] * g.belief.load[i]
     absorb_slide(g, i, ln_u, SCATTER * SCATTER + unsure * unsure)
 

@@ -52,6 +52,7 @@ def begin_belief(g: GraspMemory, fingers: int, drift: float) -> None:
         g.belief.common[i] = g.belief.load[i] = g.belief.site[i] = 0.0
         g.belief.site_weighted[i] = g.belief.site_load[i] = 0.0
         g.belief.record[i] = -math.inf
+        g.belief.slide[i] = g.belief.slide_weighted[i] = g.belief.slide_load[i] = 0.0
 
 
 def expect_exponent(g: GraspMemory, mean: float, variance: float) -> None:
@@ -169,6 +170,15 @@ def absorb_slide(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
     most = FARTHEST_SLIDE * math.sqrt(believed_variance(g, i) + noise)
     counted = believed_mean(g, i) + min(max(off, -most), most)
     absorb_factor(g, i, g.belief.load[i], 1.0 / noise, counted / noise)
+    g.belief.slide[i], g.belief.slide_weighted[i], g.belief.slide_load[i] = (
+        1.0 / noise, counted / noise, g.belief.load[i],
+    )  # fmt: skip
+
+
+def void_slide(g: GraspMemory, i: int) -> None:
+    """Take off what the last slide of finger ``i`` has taught: its channel lies."""
+    absorb_factor(g, i, g.belief.slide_load[i], -g.belief.slide[i], -g.belief.slide_weighted[i])
+    g.belief.slide[i] = 0.0
 
 
 def chance_of_change(off: float, expected: float) -> float:

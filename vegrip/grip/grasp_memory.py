@@ -40,6 +40,9 @@ class Belief:
     site: Each  # precision of what that says, 0 = nothing
     site_weighted: Each  # that times its mean
     site_load: Each  # relative load of it
+    slide: Each  # precision of what the last slide of each has taught
+    slide_weighted: Each  # that times its mean
+    slide_load: Each  # relative load of it
     along: Annotated[MutableSequence[float], BELIEF_ROW]  # scratch
     p: Annotated[MutableSequence[float], BELIEF_ROW * BELIEF_ROW]  # covariance, by rows
 
@@ -87,6 +90,7 @@ class Slip:
     silent: Channels  # probability to be silent
     says: Channels  # 1, 0; NaN = not sensed
     heard: Channels  # [s] since it last said slip
+    rate: Channels  # how often it says slip
     shows: Channels  # what it adds to the logit of a slide
     level: Each  # ln u at the reference load, without noise; -inf: not known
     held: Each  # largest of late without a slide
@@ -97,7 +101,8 @@ class Slip:
     likely_age: Each  # [s]
     slides: Each  # probability that the finger slides
     taught: Each  # 1 where the present slide has taught
-    load: Each  # relative load
+    stays: Each  # how far the utilisation is still what it was, largest of the last delay
+    stays_next: Each
 
 
 class Witness:

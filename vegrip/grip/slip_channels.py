@@ -19,11 +19,14 @@ and a channel goes back to what is usual of such channels in ``RENEWED``: sensor
 **A slide of finger i.** ``w = ln u + g l`` is its utilisation referred to the reference load; it slides where
 ``w > x_i``. Having just held ``h`` cuts off the belief of x, so without any channel::
 
-    p = P(x < w + SCATTER | x > h - SCATTER),    at least CHANGED: friction may have changed
+    p = P(x < w + SCATTER | x > h - SCATTER),    at least CHANGED exp(-((h - w) / SCATTER)^2 / 2)
 
-taken at its largest over the delay of the channels, because they tell late. To its logit each channel adds what
-it says for as long as it says it: ``ln (S DETECTS + Y LIES) / (S FALSE + Y LIES)`` a look, S and Y being its
-probabilities to be sound and to lie.
+since friction may have changed, but not while w falls: a contact that slides has w = x. It is taken at its largest
+over the delay of the channels, because they tell late. To its logit a channel that says slip for n looks adds::
+
+    ln (S DETECTS + Y LIES) / (S FALSE^n + Y LIES),     S, Y its probabilities to be sound and to lie
+
+because a sound one errs anew at each look, and one that lies may go on.
 
 Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
@@ -36,14 +39,15 @@ from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 
 DETECTS = 0.95  # probability that a sound channel tells a slide
 FALSE = 1e-4  # the same in a look in which nothing slides
-LIES = 0.02  # the same of one that lies
+LIES = 0.02  # the same of one that lies, as far as it has not shown how often it does
+RATE_LOOKS = 100.0  # looks from which that is seen
 LOOK = 0.01  # [s] that what a channel says stays the same: a sample or two of published slip sensors
 SILENT_FIRST = 0.5  # probability of a channel that has proven nothing to be dead: half, for nothing is known of it
 LYING_FIRST = 0.02  # the same to lie
 RENEWED = 100.0  # [s]
 SCATTER = 0.1  # std of ln mu from one slide to the next
-CHANGED = 1e-3  # probability at a look that friction is not what was believed
-HELD_TIME = 1.0  # [s] in which ln u that was held falls by one
+CHANGED = 0.01  # probability that friction is not what was believed when a channel says slip
+HELD_TIME = 10.0  # [s] in which ln u that was held falls by one
 SMOOTHING = 0.01  # [s] of the utilisation: its noise is that of one sample
 SURE, UNSURE = 0.95, 0.05  # probability from which on a hypothesis is acted on, and below which it is not
 FEWEST = 1e-6  # probability that no hypothesis falls below
@@ -55,11 +59,12 @@ def begin_channels(g: GraspMemory, sliding: float, delay: float) -> None:
     for at in range(2 * BELIEF_MOST):
         g.slip.sound[at], g.slip.silent[at] = 1.0 - SILENT_FIRST - LYING_FIRST, SILENT_FIRST
         g.slip.says[at] = g.slip.heard[at] = g.slip.shows[at] = 0.0
+        g.slip.rate[at] = LIES
     for i in range(BELIEF_MOST):
         g.slip.level[i] = g.slip.held[i] = -math.inf
         g.slip.likely[i] = g.slip.likely_next[i] = g.slip.likely_age[i] = 0.0
         g.slip.top[i] = g.slip.top_next[i] = -math.inf
-        g.slip.slides[i] = g.slip.load[i] = 0.0
+        g.slip.slides[i] = g.slip.stays[i] = g.slip.stays_next[i] = 0.0
 
 
 def lying(g: GraspMemory, at: int) -> float:
@@ -74,7 +79,7 @@ def hear_slip(g: GraspMemory, i: int, dt: float, flag: float, speed: float) -> N
         fast = 1.0 if speed >= g.slip.sliding else 0.0
     hear_channel(g, i, i, dt, flag if flag <= 0.0 or flag >= 1.0 else math.nan)
     hear_channel(g, i, BELIEF_MOST + i, dt, fast)
-    shows = g.slip.shows[i] + g.slip.shows[BELIEF_MOST + i]
+    shows = max(g.slip.shows[i], g.slip.shows[BELIEF_MOST + i])  # both are of one sensor
     g.slip.slides[i] = chance(logit(g.slip.likely[i]) + shows) if shows > 0.0 else 0.0
 
 
@@ -89,18 +94,19 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
     if not says >= 0.5:
         g.slip.shows[at] = 0.0
         if says < 0.5:
-            weigh(g, at, 1.0, 1.0, math.exp(looks * math.log(1.0 - LIES)))
+            weigh(g, at, 1.0, 1.0, math.exp(looks * math.log(1.0 - g.slip.rate[at])))
+            g.slip.rate[at] += looks / RATE_LOOKS * (LIES - g.slip.rate[at])
         return
     g.slip.heard[at] = 0.0
-    other = BELIEF_MOST + i if at == i else i
-    p = chance(logit(g.slip.likely[i]) + g.slip.shows[other])
-    power = looks if before >= 0.5 else 1.0
-    tells = p * DETECTS + (1.0 - p) * FALSE
-    weigh(g, at, math.exp(power * math.log(tells)), FEWEST, math.exp(power * math.log(LIES)))
-    sound, lies = g.slip.sound[at], lying(g, at)
-    ratio = (sound * DETECTS + lies * LIES) / (sound * FALSE + lies * LIES)
-    most = math.log(1.0 / FALSE)
-    g.slip.shows[at] = min(g.slip.shows[at] + looks * math.log(ratio), most)
+    p, rate = g.slip.likely[i], g.slip.rate[at]
+    if before >= 0.5:
+        tells = g.slip.stays[i] * DETECTS + (1.0 - g.slip.stays[i]) * FALSE
+        weigh(g, at, math.exp(looks * math.log(tells)), FEWEST, math.exp(looks * math.log(DETECTS)))
+    else:
+        weigh(g, at, p * DETECTS + (1.0 - p) * FALSE, FEWEST, rate)
+    g.slip.rate[at] += looks / RATE_LOOKS * (1.0 - rate)
+    most = math.log(1.0 + g.slip.sound[at] * DETECTS / (lying(g, at) * rate))
+    g.slip.shows[at] = min(g.slip.shows[at] - looks * math.log(FALSE), most)
 
 
 def weigh(g: GraspMemory, at: int, sound: float, silent: float, lies: float) -> None:
@@ -135,11 +141,10 @@ def follow_utilisation(g: GraspMemory, i: int, dt: float, u: float, unsure: floa
         load: relative load of the finger.
 
     """
-    g.slip.load[i] = load
     if not 0.0 < u < math.inf:
         g.slip.level[i] = -math.inf
         g.slip.held[i] -= dt / HELD_TIME
-        remember(g, i, dt, CHANGED, -math.inf)
+        remember(g, i, dt, FALSE, -math.inf, 0.0)
         return
     w = math.log(u) + g.belief.mean[int(g.belief.fingers)] * load
     begins = g.slip.level[i] == -math.inf
@@ -149,18 +154,23 @@ def follow_utilisation(g: GraspMemory, i: int, dt: float, u: float, unsure: floa
     low = (g.slip.held[i] - near - g.belief.mean[i]) / std
     high = (w + near - g.belief.mean[i]) / std
     p = 1.0 - upper_tail(high) / upper_tail(low) if high > low else 0.0
-    remember(g, i, dt, min(max(p, CHANGED), SURE), w)
+    below = max(g.slip.held[i] - w, 0.0) / near
+    stays = math.exp(-0.5 * below * below)
+    remember(g, i, dt, min(max(p, CHANGED * stays, FALSE), SURE), w, stays)
     if g.slip.slides[i] < 0.5:
         g.slip.held[i] = max(g.slip.held[i] - dt / HELD_TIME, w)
 
 
-def remember(g: GraspMemory, i: int, dt: float, p: float, w: float) -> None:
+def remember(g: GraspMemory, i: int, dt: float, p: float, w: float, stays: float) -> None:
     """Keep the largest chance of a slide, and the largest utilisation, of the last one or two delays."""
     g.slip.likely_age[i] += dt
     if g.slip.likely_age[i] > g.slip.delay + 2.0 * SMOOTHING:
         g.slip.likely_age[i] = 0.0
         g.slip.likely[i], g.slip.top[i] = g.slip.likely_next[i], g.slip.top_next[i]
-        g.slip.likely_next[i], g.slip.top_next[i] = p, w
+        g.slip.stays[i] = g.slip.stays_next[i]
+        g.slip.likely_next[i], g.slip.top_next[i], g.slip.stays_next[i] = p, w, stays
+    g.slip.stays_next[i] = max(g.slip.stays_next[i], stays)
+    g.slip.stays[i] = max(g.slip.stays[i], g.slip.stays_next[i])
     g.slip.likely_next[i] = max(g.slip.likely_next[i], p)
     g.slip.top_next[i] = max(g.slip.top_next[i], w)
     g.slip.likely[i] = max(g.slip.likely[i], g.slip.likely_next[i])
@@ -187,12 +197,19 @@ def is_named(g: GraspMemory, at: int) -> bool:
     return g.slip.sound[at] < UNSURE
 
 
+def tells_lies(g: GraspMemory, i: int) -> bool:
+    """Return whether a channel of finger ``i`` says slip, and surely lies."""
+    flag, fast = i, BELIEF_MOST + i
+    lies = g.slip.says[flag] >= 0.5 and is_named(g, flag)
+    return lies or (g.slip.says[fast] >= 0.5 and is_named(g, fast))
+
+
 def chance(x: float) -> float:
     """Return the probability of a logit."""
     return 1.0 / (1.0 + math.exp(-min(max(x, -50.0), 50.0)))
 
 
 def logit(p: float) -> float:
-    """Return the logit of a probability, which is taken to be within CHANGED of 0 and 1."""
-    p = min(max(p, CHANGED), 1.0 - CHANGED)
+    """Return the logit of a probability, which is taken to be within FALSE of 0 and 1."""
+    p = min(max(p, FALSE), 1.0 - FALSE)
     return math.log(p / (1.0 - p))
