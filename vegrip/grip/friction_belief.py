@@ -147,9 +147,18 @@ def absorb_factor(g: GraspMemory, i: int, load: float, precision: float, weighte
     g.belief.version += 1.0
 
 
+def remove_factor(g: GraspMemory, i: int, load: float, precision: float, weighted: float) -> None:
+    """Take a factor off again; what has been forgotten since leaves less of it, and never more than the prior."""
+    variance = shared_part_of(g, i, i, load) - load * shared_part_of(g, int(g.belief.fingers), i, load)
+    if not (precision > 0.0 and 0.0 < variance < g.belief.prior_var):
+        return
+    part = min(1.0, (1.0 / variance - 1.0 / g.belief.prior_var) / precision)
+    absorb_factor(g, i, load, -part * precision, -part * weighted)
+
+
 def remove_hold(g: GraspMemory, i: int) -> None:
     """Take off what loads that held have said of finger ``i``."""
-    absorb_factor(g, i, g.belief.site_load[i], -g.belief.site[i], -g.belief.site_weighted[i])
+    remove_factor(g, i, g.belief.site_load[i], g.belief.site[i], g.belief.site_weighted[i])
     g.belief.site[i], g.belief.record[i] = 0.0, -math.inf
 
 
@@ -177,7 +186,7 @@ def absorb_slide(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
 
 def void_slide(g: GraspMemory, i: int) -> None:
     """Take off what the last slide of finger ``i`` has taught: its channel lies."""
-    absorb_factor(g, i, g.belief.slide_load[i], -g.belief.slide[i], -g.belief.slide_weighted[i])
+    remove_factor(g, i, g.belief.slide_load[i], g.belief.slide[i], g.belief.slide_weighted[i])
     g.belief.slide[i] = 0.0
 
 

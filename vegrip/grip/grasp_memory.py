@@ -116,6 +116,8 @@ class Witness:
     chance: float  # probability that it was one
     waits: float  # [s] until it is judged; 0: nothing is to be judged
     rested: float  # [s] since it was seen
+    low: float  # [N] least T since
+    high: float  # [N] largest T since that
     forces: Each  # [N] smoothed normal force; 0: the finger does not touch
     pulls: Each  # [N] smoothed tangential force
 

@@ -37,7 +37,7 @@ from vegrip.estimator.normal_law import upper_tail
 from vegrip.grip.friction_belief import *
 from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 
-DETECTS = 0.95  # probability that a sound channel tells a slide
+DETECTS = 0.99  # probability that a sound channel tells a slide
 FALSE = 1e-4  # the same in a look in which nothing slides
 LIES = 0.02  # the same of one that lies, as far as it has not shown how often it does
 RATE_LOOKS = 100.0  # looks from which that is seen

@@ -9,9 +9,9 @@ so the sum since the least y of late is the test of [Page1954]_ for the moment a
 from ``RISE`` on, or from five standard deviations of its noise; where that is beyond ``BLIND``, nothing is let
 go of. The least y is forgotten within ``FORGOTTEN``, because a load that changes slowly is no slide.
 
-It was a slide if T comes back with N: ``JUDGED`` after the grip is back, T must be more than half of the way back
-to what it was. A load that went away does not come back with the grip. Then each channel that has not told it
-has missed a slide.
+It was a slide if T comes back with N: within ``JUDGED`` T must rise from its least by more than half of what it had
+fallen by. A load that went away does not come back with the grip. Then each channel that has not told it has
+missed a slide.
 
 Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
@@ -26,7 +26,7 @@ RISE = 0.03  # of y
 RISE_STDS = 5.0
 BLIND = 0.15  # of y
 FORGOTTEN = 0.6  # [s]
-SHOWN = 4.0  # logarithm of how much likelier such a rise is where the object slides
+SHOWN = 5.0  # logarithm of how much likelier such a rise is where the object slides
 JUDGED = 0.15  # [s] that a grip takes to be back
 
 
@@ -86,6 +86,7 @@ def sees_slide(g: GraspMemory, dt: float, let_go: float) -> bool:
         g.witness.chance = chance(logit(likely) + SHOWN)
         if g.witness.lost > 0.0:
             g.witness.waits, g.witness.rested = JUDGED + g.slip.delay, 0.0
+            g.witness.low = g.witness.high = pull
         return True
     part = 1.0 if y <= g.witness.least else 1.0 - math.exp(-part / FORGOTTEN)
     if g.witness.least == math.inf:
@@ -101,9 +102,12 @@ def wait_for_verdict(g: GraspMemory, dt: float, pull: float) -> None:
     """Wait until the grip is back; then a slide that no channel has told was missed."""
     g.witness.waits -= dt
     g.witness.rested += dt
+    if pull < g.witness.low:
+        g.witness.low = g.witness.high = pull
+    g.witness.high = max(g.witness.high, pull)
     if g.witness.waits > 0.0:
         return
     g.witness.waits = 0.0
-    if pull > g.witness.pull - 0.5 * g.witness.lost:
+    if g.witness.high > g.witness.low + 0.5 * g.witness.lost:
         for i in range(int(g.belief.fingers)):
             judge_miss(g, i, g.witness.rested + 2.0 * g.slip.delay, g.witness.chance)
