@@ -162,6 +162,14 @@ def note_slide(g: GraspMemory, i: int, dt: float, unsure: float) -> None:
     absorb_slide(g, i, ln_u, SCATTER * SCATTER + unsure * unsure)
 
 
+def ends_slowly(g: GraspMemory, dt: float) -> bool:
+    """Return whether N falls too slowly for the load to be a witness."""
+    n, force = int(g.belief.fingers), 0.0
+    for i in range(n):
+        force += g.witness.forces[i]
+    return force > 0.0 and g.witness.lagging > 0.0 and is_slow(g, dt / float(n), force)
+
+
 def decide(g: GraspMemory, i: int, dt: float, margin: float, touching: bool, changed: bool) -> None:
     """Go on with what finger ``i`` counts on, after one sample of it."""
     n = int(g.belief.fingers)
@@ -172,7 +180,8 @@ def decide(g: GraspMemory, i: int, dt: float, margin: float, touching: bool, cha
     if g.slip.slides[i] >= 0.5 or sees_slide(g, dt, total):
         take_back(g, True)
         g.release.pause = PAUSE
-    elif changed:
+    elif changed or (total > 0.0 and chance_noticed(g) < SURE and ends_slowly(g, dt)):
         take_back(g, False)
+        g.release.pause = 0.0 if changed else PAUSE
     g.release.counted[i] = counted_on(g, i)
     let_go(g, i, dt, margin, touching)

@@ -111,11 +111,12 @@ class Witness:
     noise: float  # [N] std of a tangential force
     least: float  # least y of late; inf: no force is let go of
     pull: float  # [N] T then
-    force: float  # [N] N then
     lost: float  # [N] by which T had fallen when the slide was seen
     chance: float  # probability that it was one
     waits: float  # [s] until it is judged; 0: nothing is to be judged
     rested: float  # [s] since it was seen
+    first: float  # [N] N when force began to be let go of
+    lagging: float  # [N] N that lags
     low: float  # [N] least T since
     high: float  # [N] largest T since that
     forces: Each  # [N] smoothed normal force; 0: the finger does not touch

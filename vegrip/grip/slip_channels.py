@@ -10,9 +10,10 @@ is one of three:
 A *look* lasts ``LOOK``: what a channel says in between is the same noise. With the probability p that the finger
 slides by all that is known beside this channel, what it says multiplies the three by::
 
-    says slip:   p DETECTS + (1 - p) FALSE,    0,    LIES            once at a rise, then as far as a look has passed
-    is quiet:    1,                            1,    1 - LIES
-    has missed a slide that the load shows:    1 - DETECTS,   1,   1
+    begins to say slip:                        p DETECTS + (1 - p) FALSE,   0,   how often it says so, at least LIES
+    goes on, while w is still what it was:     DETECTS,                     0,   DETECTS
+    goes on, though w has fallen:              FALSE a look,                0,   DETECTS
+    has missed a slide that the load shows:    1 - DETECTS,                 1,   1
 
 and a channel goes back to what is usual of such channels in ``RENEWED``: sensors are mended, and they break.
 
@@ -94,7 +95,6 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
     if not says >= 0.5:
         g.slip.shows[at] = 0.0
         if says < 0.5:
-            weigh(g, at, 1.0, 1.0, math.exp(looks * math.log(1.0 - g.slip.rate[at])))
             g.slip.rate[at] += looks / RATE_LOOKS * (LIES - g.slip.rate[at])
         return
     g.slip.heard[at] = 0.0

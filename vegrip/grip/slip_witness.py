@@ -26,6 +26,9 @@ RISE = 0.03  # of y
 RISE_STDS = 5.0
 BLIND = 0.15  # of y
 FORGOTTEN = 0.6  # [s]
+SLOW = 0.25  # [1/s] of ln N, below which a slide would show too late
+BEGUN = 0.95  # of N at first, from which on it must fall that fast
+LAGGING = 0.15  # [s]
 SHOWN = 5.0  # logarithm of how much likelier such a rise is where the object slides
 JUDGED = 0.15  # [s] that a grip takes to be back
 
@@ -33,7 +36,7 @@ JUDGED = 0.15  # [s] that a grip takes to be back
 def begin_witness(g: GraspMemory, noise: float) -> None:
     """Have seen nothing; ``noise`` is the std of a tangential force [N]."""
     g.witness.noise, g.witness.least, g.witness.waits = noise, math.inf, 0.0
-    g.witness.pull = g.witness.force = g.witness.lost = g.witness.rested = g.witness.chance = 0.0
+    g.witness.first = g.witness.lagging = g.witness.pull = g.witness.lost = g.witness.rested = g.witness.chance = 0.0
     for i in range(BELIEF_MOST):
         g.witness.forces[i] = g.witness.pulls[i] = 0.0
 
@@ -61,6 +64,13 @@ def rise_needed(g: GraspMemory, dt: float) -> float:
     return max(RISE, RISE_STDS * std / pull)
 
 
+def is_slow(g: GraspMemory, dt: float, force: float) -> bool:
+    """Return whether N, ``force`` [N] now, has begun to fall and falls too slowly to show a slide in time."""
+    g.witness.lagging += (1.0 - math.exp(-dt / LAGGING)) * (force - g.witness.lagging)
+    rate = math.log(g.witness.lagging / force) / LAGGING
+    return force < BEGUN * g.witness.first and rate < SLOW
+
+
 def sees_slide(g: GraspMemory, dt: float, let_go: float) -> bool:
     """Return whether the object has begun to slide, force having been ``let_go`` of [ln N]."""
     n = int(g.belief.fingers)
@@ -74,6 +84,7 @@ def sees_slide(g: GraspMemory, dt: float, let_go: float) -> bool:
         return False
     if not (let_go > 0.0 and force > 0.0 and pull > 0.0):
         g.witness.least = math.inf
+        g.witness.first = g.witness.lagging = force
         return False
     y = FOLLOWS * math.log(force) - math.log(pull)
     rises = y - g.witness.least > rise_needed(g, dt)
@@ -94,7 +105,6 @@ def sees_slide(g: GraspMemory, dt: float, let_go: float) -> bool:
         g.witness.least = y
     g.witness.least += part * (y - g.witness.least)
     g.witness.pull += part * (pull - g.witness.pull)
-    g.witness.force += part * (force - g.witness.force)
     return False
 
 
