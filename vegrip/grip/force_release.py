@@ -35,7 +35,7 @@ COST = 1.0  # [s] of the least force, that a slide which is noticed costs
 WORTH = 0.12  # of the force, that knowing friction better does not save: it changes
 FAST_RELEASE = 5.0  # [1/s] of ln N, with which the load shows a slide before the object has gone a millimetre
 REACH = 2.0  # standard deviations above the mean up to which it is let go of
-WORTH_PROVING = 0.4  # probability of a sound channel from which on it is let go of to prove it
+WORTH_PROVING = 0.45  # probability of a sound channel from which on it is let go of to prove it
 LEAD_TIME = 0.35  # [s] with which the grip follows what is asked of it: so far ahead of u it is asked
 PAUSE = 0.5  # [s] after a slide
 FOLLOWING = 0.1  # [s] with which the load from which changes are counted follows
@@ -130,11 +130,12 @@ def let_go(g: GraspMemory, i: int, dt: float, margin: float, touching: bool) -> 
     ln_u = g.slip.level[i] - g.belief.mean[n] * g.belief.load[i]
     mean, std = believed_mean(g, i), math.sqrt(believed_variance(g, i) + FEWEST)
     counted = g.release.counted[i]
-    most, rate = mean + REACH * std, FAST_RELEASE
+    most, rate = math.inf, FAST_RELEASE
     if p >= SURE:
         z = (ln_u - mean) / std
         worth = max(math.exp(mean - counted) - 1.0 - WORTH, 0.0)
         ratio = 2.5066282746310002 * upper_tail(z) * math.exp(0.5 * z * z) if z < 6.0 else 1.0 / z
+        most = mean + REACH * std
         rate = min(worth / (COST * g.belief.fingers) * std * ratio, FAST_RELEASE)
     elif p < WORTH_PROVING or rise_needed(g, dt) > BLIND:
         return

@@ -118,14 +118,20 @@ def weigh(g: GraspMemory, at: int, sound: float, silent: float, lies: float) -> 
     g.slip.sound[at], g.slip.silent[at] = sound / total, silent / total
 
 
-def judge_miss(g: GraspMemory, i: int, since: float, p: float) -> None:
-    """With probability ``p`` the object has slid ``since`` [s] ago: which channels of finger ``i`` have told it?"""
-    for k in range(2):
-        at = i + k * BELIEF_MOST
-        if not math.isnan(g.slip.says[at]):
+def judge_slide(g: GraspMemory, since: float, p: float) -> None:
+    """With probability ``p`` the object has slid ``since`` [s] ago: which channels have told it?
+
+    Where one has, it may have been a slide of its finger alone, which the others need not tell.
+    """
+    n, last = int(g.belief.fingers), math.inf
+    for i in range(n):
+        last = min(last, min(g.slip.heard[i], g.slip.heard[BELIEF_MOST + i]))
+    for i in range(n):
+        for k in range(2):
+            at = i + k * BELIEF_MOST
             if g.slip.heard[at] <= since:
                 weigh(g, at, p * DETECTS + (1.0 - p) * LIES, FEWEST, LIES)
-            else:
+            elif last > since and not math.isnan(g.slip.says[at]):
                 weigh(g, at, 1.0 - p * DETECTS, 1.0, 1.0)
 
 

@@ -26,8 +26,8 @@ RISE = 0.03  # of y
 RISE_STDS = 5.0
 BLIND = 0.15  # of y
 FORGOTTEN = 0.6  # [s]
-SLOW = 0.25  # [1/s] of ln N, below which a slide would show too late
-BEGUN = 0.95  # of N at first, from which on it must fall that fast
+SLOW = 0.6  # [1/s] of ln N, below which a slide would show too late
+BEGUN = 0.85  # of N at first, from which on it must fall that fast
 LAGGING = 0.15  # [s]
 SHOWN = 5.0  # logarithm of how much likelier such a rise is where the object slides
 JUDGED = 0.15  # [s] that a grip takes to be back
@@ -119,5 +119,4 @@ def wait_for_verdict(g: GraspMemory, dt: float, pull: float) -> None:
         return
     g.witness.waits = 0.0
     if g.witness.high > g.witness.low + 0.5 * g.witness.lost:
-        for i in range(int(g.belief.fingers)):
-            judge_miss(g, i, g.witness.rested + 2.0 * g.slip.delay, g.witness.chance)
+        judge_slide(g, g.witness.rested + 2.0 * g.slip.delay, g.witness.chance)
