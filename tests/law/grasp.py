@@ -1,6 +1,5 @@
 """A grip controller holds the object of :mod:`.plant` by what a channel of :mod:`.channels` says."""
 
-import dataclasses
 import math
 import tomllib
 from collections import deque
@@ -18,7 +17,8 @@ from vegrip.grip.wires import COMMANDED
 from vegrip.messages import Condition, ModelHealth
 
 from .channels import FAULTS, FLICKER_S, Said, Sound
-from .plant import DEPTH, FORCE, FORCE_X, FORCE_Y, SPEED, Array, Make, Plant
+from .plant import DEPTH, FORCE, FORCE_X, FORCE_Y, SPEED, STATED_AT_N, Array, Make, Plant
+from .sensors import SENSOR_FAULTS, Measured, columns_of
 
 NS = 1_000_000_000
 LAUNCH = Path(__file__).parents[2] / "launch" / "demo.toml"
@@ -31,6 +31,15 @@ NOISE = {"force": 0.01, "tangential": 0.01, "torque": 1e-4, "depth": 5e-6}  # [N
 THRESHOLD_M_S, DELAY_S, SPEED_NOISE_M_S = 1e-4, 0.02, 5e-5  # of a sound slip channel
 SLID_M, DROPPED_M = 3e-3, 0.02  # by which the object may slide, and from which on it is lost
 LOOK_S = 0.05  # how often the condition is looked at
+
+
+@dataclass(frozen=True)
+class Occurrence:
+    """A fault of a slip channel or of another sensor: which, since when, where."""
+
+    fault: str  # of FAULTS or SENSOR_FAULTS
+    start: float = 0.0  # [s]
+    which: tuple[int, ...] = ()  # fingers; none = all
 
 
 @dataclass(frozen=True)
@@ -53,6 +62,28 @@ class Case:
     duration: float = 60.0
     rate: int = 200  # [Hz]
     seed: int = 1
+    also: tuple[Occurrence, ...] = ()  # further faults
+    tangential_gain: float = 1.0  # with which tangential forces are measured, without any fault
+
+    @property
+    def faults(self) -> tuple[Occurrence, ...]:
+        return (Occurrence(self.fault, self.start, self.which), *self.also)
+
+    @property
+    def slip_faults(self) -> tuple[Occurrence, ...]:
+        return tuple(one for one in self.faults if one.fault in FAULTS and one.fault != "none")
+
+    @property
+    def sensor_faults(self) -> tuple[Occurrence, ...]:
+        return tuple(one for one in self.faults if one.fault in SENSOR_FAULTS)
+
+    @property
+    def begins(self) -> float:
+        """When the first fault begins [s]."""
+        return min((one.start for one in self.faults if one.fault != "none"), default=self.start)
+
+    def fingers_of(self, fault: Occurrence) -> tuple[int, ...]:
+        return fault.which or tuple(range(self.make.fingers))
 
 
 @dataclass
@@ -189,18 +220,50 @@ FELT, IN_PLANT = [0, 1, 2, 4], [FORCE, FORCE_X, FORCE_Y, DEPTH]
 """Columns of what is measured, and of the plant."""
 
 
+class Stage:
+    """One fault of the slip channels; what comes in is sound, or what an earlier fault has left of it."""
+
+    def __init__(self, case: Case, fault: Occurrence, keeps: int, rng: np.random.Generator) -> None:
+        self._fault, self._fingers, self._start = FAULTS[fault.fault], case.fingers_of(fault), fault.start
+        self._flickers = fault.fault == "flicker"
+        self._past = [deque([(0.0, 0.0)] * keeps, keeps) for _ in range(case.make.fingers)]
+        self._held: dict[int, Said] = {}
+        self._rate, self._rng = case.rate, rng
+
+    def has_begun(self, i: int, t: float) -> bool:
+        """Return whether the fault spoils the channel of finger i at ``t`` [s]."""
+        return i in self._fingers and t >= self._start
+
+    def say(self, t: float, comes: list[Said], true_speeds: list[float]) -> list[Said]:
+        """Return what is said at ``t`` [s] of what comes in."""
+        for past, said in zip(self._past, comes, strict=True):
+            past.append(said)
+        says = list(comes)
+        for i in self._fingers:
+            if t >= self._start:
+                says[i] = self._wrong(i, t - self._start, comes, true_speeds[i])
+            elif self._flickers:
+                says[i] = math.nan, math.nan
+        return says
+
+    def _wrong(self, i: int, since: float, comes: list[Said], true_speed: float) -> Said:
+        past, other = self._past[i], comes[(i + 1) % len(comes)]
+        held = self._held.setdefault(i, past[-1])
+        earlier = lambda seconds: past[-1 - round(seconds * self._rate)]  # noqa: E731
+        return self._fault(Sound(*past[-1], since, earlier, other, true_speed, held, self._rng))
+
+
 class Channel:
-    """What the slip channels of all fingers say, sound and with the fault of a case."""
+    """What the slip channels of all fingers say, sound and with the faults of a case."""
 
     def __init__(self, case: Case, rng: np.random.Generator) -> None:
         n = case.make.fingers
-        self._case, self._rng, self._fault = case, rng, FAULTS[case.fault]
-        self._faulty = case.which or tuple(range(n))
+        self._case = case
         self._late = round(DELAY_S * case.rate)
         keeps = self._late + round(0.5 * case.rate) + 1
         self._truths = [deque([(0.0, 0.0)] * keeps, keeps) for _ in range(n)]  # flag and speed, newest last
-        self._sound = [deque([(0.0, 0.0)] * keeps, keeps) for _ in range(n)]
-        self._held: dict[int, Said] = {}
+        self._sound: list[Said] = [(0.0, 0.0)] * n
+        self._stages = [Stage(case, fault, keeps, rng) for fault in case.slip_faults]
         self._silent, self._lies = [0.0] * n, [0] * n
         self.contradicted = math.inf
         """[s] since when the channel has contradicted a sound one: 0.2 mm of a slide that it did not tell, or
@@ -212,36 +275,62 @@ class Channel:
             speed = float(row[SPEED])
             self._truths[i].append((float(speed >= THRESHOLD_M_S), speed))
             flag, speed = self._truths[i][-1 - self._late]
-            self._sound[i].append((flag, speed + noise[i]))
-        is_on, flickers = t >= self._case.start, self._case.fault == "flicker"
-        said = [past[-1] for past in self._sound]
-        for i in self._faulty:
-            if is_on:
-                said[i] = self._wrong(i, t - self._case.start)
-            elif flickers:
-                said[i] = math.nan, math.nan
-        return said
+            self._sound[i] = flag, speed + noise[i]
+        says = list(self._sound)
+        true_speeds = [truths[-1 - self._late][1] for truths in self._truths]
+        for stage in self._stages:
+            says = stage.say(t, says, true_speeds)
+        return says
 
     def judge(self, t: float, said: list[Said]) -> None:
         """Hold what was ``said`` at ``t`` [s] against what a sound channel says."""
-        if t >= self._case.start and self._case.fault != "none":
-            for i in self._faulty:
-                flag, speed = said[i]
-                sound = self._sound[i][-1]
-                is_silent = sound[0] >= 0.5 and not (flag >= 0.5 or speed >= 1e-3)
-                missed = self._truths[i][-1 - self._late][1] / self._case.rate if is_silent else 0.0
-                self._silent[i] = self._silent[i] * 0.99 + missed
-                self._lies[i] += sound[0] < 0.5 and (flag >= 0.5 or abs(speed - sound[1]) >= 1e-3)
-                if self._silent[i] > 2e-4 or self._lies[i] >= 10:
-                    self.contradicted = min(self.contradicted, t)
+        for i, (flag, speed) in enumerate(said):
+            if not any(stage.has_begun(i, t) for stage in self._stages):
+                continue
+            sound = self._sound[i]
+            is_silent = sound[0] >= 0.5 and not (flag >= 0.5 or speed >= 1e-3)
+            missed = self._truths[i][-1 - self._late][1] / self._case.rate if is_silent else 0.0
+            self._silent[i] = self._silent[i] * 0.99 + missed
+            self._lies[i] += sound[0] < 0.5 and (flag >= 0.5 or abs(speed - sound[1]) >= 1e-3)
+            if self._silent[i] > 2e-4 or self._lies[i] >= 10:
+                self.contradicted = min(self.contradicted, t)
 
-    def _wrong(self, i: int, since: float) -> Said:
-        past, rate = self._sound[i], self._case.rate
-        held = self._held.setdefault(i, past[-1])
-        other = self._sound[(i + 1) % len(self._sound)][-1]
-        true_speed = self._truths[i][-1 - self._late][1]
-        earlier = lambda seconds: past[-1 - round(seconds * rate)]  # noqa: E731
-        return self._fault(Sound(*past[-1], since, earlier, other, true_speed, held, self._rng))
+
+class Sensors:
+    """What is measured of forces and displacements, with the faults of a case."""
+
+    def __init__(self, case: Case) -> None:
+        gain = case.tangential_gain
+        self._case, self._gains = case, np.array([1.0, gain, gain, 1.0])
+        self._held: dict[tuple[int, int], Array] = {}
+        self._rng = np.random.default_rng([case.seed, 14])
+
+    def measure(self, t: float, rows: Array, noise: Array, values: Array) -> None:
+        """Write what is measured at ``t`` [s] into the first columns of ``values``."""
+        values[:, :5] = noise[:, :5]
+        values[:, FELT] += rows[:, IN_PLANT] * self._gains
+        if t <= TOUCH_S:
+            values[:, 4] = 1e-3 * (t - TOUCH_S) + noise[:, 4]
+        self._scale(t, values)
+        for number, fault in enumerate(self._case.sensor_faults):
+            if t >= fault.start:
+                self._spoil(number, fault, t - fault.start, values)
+
+    def _scale(self, t: float, values: Array) -> None:
+        case = self._case
+        since = t - (case.start if case.gain_start < 0.0 else case.gain_start)
+        if case.gain != 1.0 and since >= 0.0:
+            values[:, 1:3] *= case.gain ** min(since / 50.0, 1.0) if case.gain_drifts else case.gain
+        for fault in case.slip_faults:
+            if fault.fault == "flicker" and 0.0 <= t - fault.start < FLICKER_S:
+                values[:, 1:3] *= 3.0
+
+    def _spoil(self, number: int, fault: Occurrence, since: float, values: Array) -> None:
+        columns, spoil = columns_of(fault.fault), SENSOR_FAULTS[fault.fault]
+        for i in self._case.fingers_of(fault):
+            value = values[i, columns]
+            held = self._held.setdefault((number, i), value)
+            values[i, columns] = spoil(Measured(value, since, held, self._rng))
 
 
 class Trial:
@@ -259,7 +348,7 @@ class Trial:
         self._noise = rng.standard_normal((count, n, 6)) * [
             *scales, 0.0 if case.exact else SPEED_NOISE_M_S,
         ]  # fmt: skip
-        self._channel = Channel(case, rng)
+        self._channel, self._sensors = Channel(case, rng), Sensors(case)
         self._values = np.full((n, 9), math.nan)
         self._commands, self._acting = np.zeros(n), np.zeros(n)
         self._waiting: deque[tuple[float, Array]] = deque()
@@ -291,18 +380,9 @@ class Trial:
         return drives
 
     def _sense(self, t: float, rows: Array, noise: Array) -> None:
-        case, values = self.case, self._values
-        values[:, :5] = noise[:, :5]
-        values[:, FELT] += rows[:, IN_PLANT]
-        if t <= TOUCH_S:
-            values[:, 4] = 1e-3 * (t - TOUCH_S) + noise[:, 4]
-        since = t - (case.start if case.gain_start < 0.0 else case.gain_start)
-        if case.gain != 1.0 and since >= 0.0:
-            values[:, 1:3] *= case.gain ** min(since / 50.0, 1.0) if case.gain_drifts else case.gain
-        if case.fault == "flicker" and 0.0 <= t - case.start < FLICKER_S:
-            values[:, 1:3] *= 3.0
+        self._sensors.measure(t, rows, noise, self._values)
         self._said = self._channel.say(t, rows, noise[:, 5])
-        values[:, 6:8] = self._said
+        self._values[:, 6:8] = self._said
 
     def _note(self, t: float, least: float) -> None:
         told, squeeze, sums = self.told, float(self.plant.rows[0, FORCE]), self._sums
@@ -316,7 +396,7 @@ class Trial:
             sums[0] += squeeze
             sums[1] += least
             told.peak = max(told.peak, squeeze)
-        if t > max(LIFT_S, self.case.start + 5.0):
+        if t > max(LIFT_S, self.case.begins + 5.0):
             sums[2] += squeeze
             sums[3] += least
         told.over_least = sums[0] / sums[1] if sums[1] else math.nan
@@ -328,7 +408,7 @@ class Trial:
         wrong, why = self.hand.says(round(t * NS))
         if why and not told.unproven:
             told.unproven = f"{t:.2f} s: {why}"
-        if t >= self.case.start and wrong and told.named == math.inf:
+        if t >= self.case.begins and wrong and told.named == math.inf:
             told.named, told.said = t, f"{wrong}; {why}"
         if t >= told.contradicted and why and told.explained == math.inf:
             told.explained = t
@@ -355,29 +435,56 @@ def run(case: Case, *, objects: bool = False, course: list[tuple[float, ...]] | 
     return trial.told
 
 
-def draw(rng: np.random.Generator, fault: str = "") -> Case:
+@dataclass(frozen=True)
+class World:
+    """Between which bounds a case is drawn."""
+
+    mu: tuple[float, float]  # [-] at 5 N
+    exponent: float = 0.0  # [-] most by which friction falls with the force
+    tangential_gain: tuple[float, float] = (1.0, 1.0)
+
+
+WORLDS = {"old": World((0.15, 1.5)), "real": World((0.2, 1.1), 0.33, (0.8, 1.05))}
+"""old: friction that no force changes, gains that are right. real: what is published of soft fingertips,
+drawn independently of any belief."""
+
+
+def draw(rng: np.random.Generator, fault: str = "", world: World = WORLDS["real"]) -> Case:
     """Draw a case from the whole space."""
-    mu = float(np.exp(rng.uniform(math.log(0.15), math.log(1.5))))
-    most = 15.0 * 2.0 * mu / 1.8 * 0.5  # [N] load that half of the largest force holds
+    low, high = world.mu
+    mu = float(np.exp(rng.uniform(math.log(low), math.log(high))))
+    exponent = float(rng.uniform(0.0, world.exponent)) if world.exponent else 0.0
+    most = 15.0 * 2.0 * mu * (7.5 / STATED_AT_N) ** -exponent / 1.8 * 0.5
+    """[N] load that half of the largest force holds"""
     n = int(rng.integers(2, 6))
     make = Make(
         fingers=n, mu=mu, load=float(rng.uniform(0.4, 1.0)) * min(3.0, most),
         drive=float(np.exp(rng.uniform(math.log(3.0), math.log(80.0)))),
         stiffness=float(np.exp(rng.uniform(math.log(1000.0), math.log(4000.0)))),
-        kinetic=float(rng.choice([1.0, 0.9])), seed=int(rng.integers(1, 10_000)),
+        kinetic=float(rng.choice([1.0, 0.9])), seed=int(rng.integers(1, 10_000)), exponent=exponent,
     )  # fmt: skip
     names = [name for name in FAULTS if name not in ("none",)]
-    start = 0.0 if rng.random() < 0.4 else float(rng.uniform(0.5, 55.0))
-    size = int(rng.choice([n, n, 1, min(2, n)]))
-    which = () if size == n else tuple(int(i) for i in rng.choice(n, size, replace=False))
+    start, which = draw_occurrence(rng, n)
     gain = 1.0 if rng.random() < 0.7 else float(np.exp(rng.uniform(math.log(0.4), math.log(2.5))))
-    return Case(
+    case = Case(
         make, fault or str(rng.choice(names)), start, which, gain, bool(rng.random() < 0.5),
         rises=int(rng.integers(4, 16)), rise_at=start + float(rng.uniform(-0.1, 0.3)) if start > 2.0 else 0.0,
         exact=bool(rng.random() < 0.3), seed=int(rng.integers(1, 10_000)),
     )  # fmt: skip
+    low, high = world.tangential_gain
+    return replace(case, tangential_gain=float(rng.uniform(low, high))) if low < high else case
+
+
+def draw_occurrence(rng: np.random.Generator, fingers: int) -> tuple[float, tuple[int, ...]]:
+    """Draw when a fault begins [s], and on which fingers; none = all."""
+    start = 0.0 if rng.random() < 0.4 else float(rng.uniform(0.5, 55.0))
+    size = int(rng.choice([fingers, fingers, 1, min(2, fingers)]))
+    return start, () if size == fingers else tuple(int(i) for i in rng.choice(fingers, size, replace=False))
 
 
 def without_a_channel(case: Case) -> Case:
-    """Return the same without a slip channel and without learning: what there is to fall back to."""
-    return dataclasses.replace(case, fault="absent", start=0.0, which=(), learns=False)
+    """Return the same without a slip channel and without learning: what there is to fall back to.
+
+    Faults of other sensors stay.
+    """
+    return replace(case, fault="absent", start=0.0, which=(), learns=False, also=case.sensor_faults)

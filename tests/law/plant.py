@@ -1,14 +1,15 @@
 """An object between a thumb and other fingers, of a make of its own: nothing here is taken from vegrip.
 
 The object moves in the plane of its faces under a load F. Finger i presses with N_i and holds by one bristle
-of stiffness kt_i, stretched by e_i, that slides where it would carry more than Coulomb friction allows::
+of stiffness kt_i, stretched by e_i, that slides where it would carry more than friction allows::
 
-    m v' = F - sum_i T_i,    T_i = kt_i e_i + ct_i e_i',    |kt_i e_i| <= mu_i N_i
+    m v' = F - sum_i T_i,    T_i = kt_i e_i + ct_i e_i',    |kt_i e_i| <= mu_i(N_i) N_i
+    mu_i(N) = mu_i (N / 5 N)^-g
 
-with ``kinetic * mu_i`` while it slides. Drives follow their commands with one pole and a limit of rate. What
-thumb and others press differently is shared evenly: squeeze S = (D_thumb + sum D_others) / 2, N_thumb = S,
-and the others' shares are as their drives'. Tips are N = K (x / x_ref)^p - z, solved for x, with
-z' = nu (c K (x / x_ref)^p - z).
+with ``kinetic * mu_i`` while it slides; g = 0 is Coulomb's law. Drives follow their commands with one pole
+and a limit of rate. What thumb and others press differently is shared evenly: squeeze
+S = (D_thumb + sum D_others) / 2, N_thumb = S, and the others' shares are as their drives'. Tips are
+N = K (x / x_ref)^p - z, solved for x, with z' = nu (c K (x / x_ref)^p - z).
 """
 
 import math
@@ -23,6 +24,7 @@ Array = NDArray[np.float64]
 STEP = 2e-4  # [s] of the simulation
 DEPTH_UNIT = 0.9e-3  # [m] x_ref
 GRAVITY = 9.81  # [m/s^2]
+STATED_AT_N = 5.0  # [N] at which friction is mu
 
 OBJECT = 4  # x, y [m], their speeds [m/s]
 DRIVE, RELAXED, BRISTLE_X, BRISTLE_Y, SLID_X, SLID_Y, PATH, FORCE, DEPTH, FORCE_X, FORCE_Y, SPEED, SLIDES = (
@@ -34,7 +36,7 @@ CONSTANTS = 8  # of a finger: [Hz], [N/s], [N/m], [N s/m], [N], [-], [-], [1/s]
 
 
 @njit(cache=True)
-def advance(s, constants, mass, kinetic, command, mu_from, mu_to, load_from, load_to, steps):  # noqa: PLR0915
+def advance(s, constants, mass, kinetic, g, command, mu_from, mu_to, load_from, load_to, steps):  # noqa: PLR0915
     """Go on by ``steps`` of STEP in place; mu and load go straight from one value to the other."""
     n = constants.shape[0]
     for i in range(n):
@@ -65,6 +67,8 @@ def advance(s, constants, mass, kinetic, command, mu_from, mu_to, load_from, loa
             s[at + FORCE] = force
             stiffness = constants[i, STIFFNESS]
             mu = mu_from[i] + part * (mu_to[i] - mu_from[i])
+            if force > 0.0:
+                mu *= (force / STATED_AT_N) ** -g
             if s[at + SLIDES] > 0.5:
                 mu *= kinetic
             most = mu * force
@@ -103,7 +107,7 @@ class Make:
     """What a hand and its object are made of; the scatter between fingers follows from ``seed``."""
 
     fingers: int = 2
-    mu: float = 0.6
+    mu: float = 0.6  # at 5 N
     load: float = 1.0  # [N] weight, with mass = load / GRAVITY
     drive: float = 12.0  # [Hz]
     rate: float = 60.0  # [N/s]
@@ -111,6 +115,7 @@ class Make:
     spread: float = 0.05  # of ln mu between fingers, and of tips
     kinetic: float = 1.0  # friction while sliding over that at rest
     seed: int = 1
+    exponent: float = 0.0  # g, by which friction falls with the force
 
 
 class Plant:
@@ -138,8 +143,8 @@ class Plant:
         """Go on; ``friction`` multiplies mu, both it and ``load`` [N] are given at beginning and end."""
         steps = round(seconds / STEP)
         mu = self.mu
-        advance(self.state, self.constants, self.mass, self.make.kinetic, command, friction[0] * mu,
-                friction[1] * mu, load[0], load[1], steps)  # fmt: skip
+        advance(self.state, self.constants, self.mass, self.make.kinetic, self.make.exponent, command,
+                friction[0] * mu, friction[1] * mu, load[0], load[1], steps)  # fmt: skip
 
     @property
     def slid(self) -> Array:
@@ -147,7 +152,11 @@ class Plant:
         return np.hypot(self.rows[:, SLID_X], self.rows[:, SLID_Y])
 
     def least_squeeze(self, load: Array, friction: Array) -> Array:
-        """Return the least squeeze [N] that holds each ``load`` [N] where all others press alike."""
-        mu = friction * self.mu  # (loads, fingers)
-        least: Array = load / (mu[..., 0] + mu[..., 1:].mean(axis=-1))
+        """Return the least squeeze S [N] that holds each ``load`` F [N] where all others press alike.
+
+        ``F = S (S / 5 N)^-g (mu_0 + (n - 1)^g mean_i mu_i)``: each of the n - 1 others presses S / (n - 1).
+        """
+        mu, g = friction * self.mu, self.make.exponent  # (loads, fingers)
+        plain = load / (mu[..., 0] + mu[..., 1:].mean(axis=-1) * (self.fingers - 1.0) ** g)
+        least: Array = plain * (plain / STATED_AT_N) ** (g / (1.0 - g))
         return least

@@ -23,12 +23,13 @@ def breaches(case: Case, told: Outcome) -> Iterator[str]:
         yield f"DROPPED at {told.dropped:.1f} s"
     elif told.slid > SLID_M:
         yield f"SLID {1e3 * told.slid:.1f} mm"
-    due = told.contradicted + NAMED_S
-    if case.fault != "absent" and due < min(case.duration, told.dropped, told.named, told.explained):
+    due, slip_faults = told.contradicted + NAMED_S, {one.fault for one in case.slip_faults}
+    if slip_faults != {"absent"} and due < min(case.duration, told.dropped, told.named, told.explained):
         yield f"NOT NAMED, contradicted at {told.contradicted:.1f} s"
-    if case.fault == "none" and case.gain == 1.0 and told.named < math.inf:
+    if case.gain == 1.0 and not slip_faults and not case.sensor_faults and told.named < math.inf:
         yield f"NAMED though sound at {told.named:.1f} s"
-    if told.after_fault > CRUSHED * max(case.gain, 1.0):  # what is felt of a load is all that is known of it
+    felt = max(case.gain, 1.0) * max(case.tangential_gain, 1.0)
+    if told.after_fault > CRUSHED * felt:  # what is felt of a load is all that is known of it
         yield f"CRUSHED {told.after_fault:.1f} x"
 
 
@@ -52,31 +53,33 @@ def least_slide(make: Make, felt: float) -> float:
 
 def sound(case: Case) -> Outcome:
     """Return what the same grip does by a channel without a fault."""
-    return run(replace(case, fault="none", which=()))
+    return run(replace(case, fault="none", which=(), also=case.sensor_faults))
 
 
 def excused(case: Case, told: Outcome, found: Sequence[str]) -> tuple[list[str], str]:
     """Take out of what was ``found`` what the grip without a channel does, too; say what that does.
 
     An object that was held until the channel failed has shown its friction, so that is no excuse, unless
-    less and less is felt of its load. A slide that a sound channel lets be as long is one of the drives, up
-    to what no command could hold (:func:`least_slide`): a load that rises by half while the object is at its
-    limit has to be felt and answered first. A channel that is late, or one finger's that is dead beside sound
-    ones, contradicts no load as long as all is held.
+    less and less is felt of its load, or another sensor is wrong as well. A slide that a sound channel lets
+    be as long is one of the drives, up to what no command could hold (:func:`least_slide`): a load that rises
+    by half while the object is at its limit has to be felt and answered first. A channel that is late, or one
+    finger's that is dead beside sound ones, contradicts no load as long as all is held.
     """
     if not found:
         return [], ""
     bare = run(without_a_channel(case))
     left = []
     for one in found:
-        was_lifted = case.start > LIFTED_S and told.slid_at > case.start and case.gain >= 1.0
-        if one.startswith(("DROPPED", "SLID")) and bare.slid > SLID_M and not was_lifted:
+        was_lifted = case.begins > LIFTED_S and told.slid_at > case.begins
+        is_felt = case.gain >= 1.0 and not case.sensor_faults
+        if one.startswith(("DROPPED", "SLID")) and bare.slid > SLID_M and not (was_lifted and is_felt):
             continue
         if one.startswith("CRUSHED") and float(one.split()[1]) <= AS_WITHOUT * max(
             bare.after_fault, bare.over_least
         ):
             continue
-        if one.startswith("NOT NAMED") and told.slid <= SLID_M and (case.which or case.fault in LATE):
+        some = any(fault.which or fault.fault in LATE for fault in case.slip_faults)
+        if one.startswith("NOT NAMED") and told.slid <= SLID_M and some:
             continue
         is_of_the_drives = one.startswith("SLID") and told.slid <= least_slide(case.make, DELAY_S)
         if is_of_the_drives and told.slid <= AS_SOUND * sound(case).slid:
