@@ -31,8 +31,8 @@ from vegrip.estimator.normal_law import upper_tail
 from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
 from vegrip.grip.slip_witness import *
 
-COST = 1.0  # [s] of the least force, that a slide which is noticed costs
-WORTH = 0.12  # of the force, that knowing friction better does not save: it changes
+COST = 0.5  # [s] of the least force, that a slide which is noticed costs
+WORTH = 0.08  # of the force, that knowing friction better does not save: it changes
 FAST_RELEASE = 5.0  # [1/s] of ln N, with which the load shows a slide before the object has gone a millimetre
 REACH = 2.0  # standard deviations above the mean up to which it is let go of
 WORTH_PROVING = 0.45  # probability of a sound channel from which on it is let go of to prove it
@@ -43,6 +43,7 @@ QUIET_TIME = 0.2  # [s] without a change of any load before force is let go of
 QUIET_CHANGE = 0.05  # relative change of a load that is one
 LEAST_SHIFT = 1e-3  # of ln mu, from which on a finger counts as let go of
 HALVINGS = 16
+REACTED = 0.2  # probability of a slide from which on the grip grows
 UNFELT_CHANGE = 0.1  # std of ln mu by which friction changes between two slides
 
 
@@ -56,7 +57,7 @@ def begin_release(g: GraspMemory) -> None:
     """Take what is believed now as the prior."""
     n = int(g.belief.fingers)
     g.release.exponent, g.release.exponent_var = g.belief.mean[n], g.belief.p[n * BELIEF_ROW + n]
-    g.release.pause = 0.0
+    g.release.pause = g.release.ends = 0.0
     for i in range(BELIEF_MOST):
         g.release.prior[i], g.release.spread[i] = g.belief.mean[i], g.belief.p[i * BELIEF_ROW + i]
         g.release.shift[i] = g.release.steady[i] = g.release.smooth[i] = 0.0
@@ -66,6 +67,14 @@ def begin_release(g: GraspMemory) -> None:
 def chance_noticed(g: GraspMemory) -> float:
     """Return P, 0 where force is not let go of at all."""
     return noticed(g) if g.release.releases > 0.0 else 0.0
+
+
+def reacts(g: GraspMemory, i: int) -> bool:
+    """Return whether the grip must grow because finger ``i`` slides.
+
+    A slide that letting go has brought ends with that, and is told for a while longer.
+    """
+    return g.slip.slides[i] >= REACTED and g.release.ends <= 0.0
 
 
 def counted_on(g: GraspMemory, i: int) -> float:
@@ -150,7 +159,7 @@ def stated_std(std: float) -> float:
 
 def note_slide(g: GraspMemory, i: int, dt: float, unsure: float) -> None:
     """Learn from a slide of finger ``i``; at its end the next one is another."""
-    if g.belief.slide[i] > 0.0 and tells_lies(g, i):
+    if g.belief.before[i] > -math.inf and tells_lies(g, i):
         void_slide(g, i)
     if g.slip.slides[i] < SURE:
         if g.slip.slides[i] < UNSURE:
@@ -178,7 +187,10 @@ def decide(g: GraspMemory, i: int, dt: float, margin: float, touching: bool, cha
     for j in range(n):
         total += g.release.shift[j]
     g.release.pause = max(g.release.pause - dt / float(n), 0.0)
+    g.release.ends = max(g.release.ends - dt / float(n), 0.0)
     if g.slip.slides[i] >= 0.5 or sees_slide(g, dt, total):
+        if total > LEAST_SHIFT:
+            g.release.ends = 2.0 * (g.slip.delay + SMOOTHING)
         take_back(g, True)
         g.release.pause = PAUSE
     elif changed or (total > 0.0 and chance_noticed(g) < SURE and ends_slowly(g, dt)):

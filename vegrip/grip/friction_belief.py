@@ -37,6 +37,7 @@ FARTHEST_SLIDE = 4.0  # standard deviations by which one slide counts at most
 LEAST_SLIP_PRECISION = 11.0  # of ln mu (std 0.3); a slip that tells less is one of a light touch
 RECORD = 0.03  # of ln u, by which a load must exceed what has held before: noise exceeds it by less
 LEAST_PRECISION = 1e-12
+MOST_REMOVED = 0.8  # of the precision that is there
 
 
 def begin_belief(g: GraspMemory, fingers: int, drift: float) -> None:
@@ -52,7 +53,7 @@ def begin_belief(g: GraspMemory, fingers: int, drift: float) -> None:
         g.belief.common[i] = g.belief.load[i] = g.belief.site[i] = 0.0
         g.belief.site_weighted[i] = g.belief.site_load[i] = 0.0
         g.belief.record[i] = -math.inf
-        g.belief.slide[i] = g.belief.slide_weighted[i] = g.belief.slide_load[i] = 0.0
+        g.belief.before[i], g.belief.before_var[i] = -math.inf, 0.0
 
 
 def expect_exponent(g: GraspMemory, mean: float, variance: float) -> None:
@@ -148,12 +149,10 @@ def absorb_factor(g: GraspMemory, i: int, load: float, precision: float, weighte
 
 
 def remove_factor(g: GraspMemory, i: int, load: float, precision: float, weighted: float) -> None:
-    """Take a factor off again; what has been forgotten since leaves less of it, and never more than the prior."""
+    """Take a factor off again; not one that is nearly all that is known, which has come from elsewhere since."""
     variance = shared_part_of(g, i, i, load) - load * shared_part_of(g, int(g.belief.fingers), i, load)
-    if not (precision > 0.0 and 0.0 < variance < g.belief.prior_var):
-        return
-    part = min(1.0, (1.0 / variance - 1.0 / g.belief.prior_var) / precision)
-    absorb_factor(g, i, load, -part * precision, -part * weighted)
+    if precision * variance < MOST_REMOVED:
+        absorb_factor(g, i, load, -precision, -weighted)
 
 
 def remove_hold(g: GraspMemory, i: int) -> None:
@@ -178,16 +177,19 @@ def absorb_slide(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
     add_common(g, CHANGE_STD * CHANGE_STD * chance_of_change(off, expected))
     most = FARTHEST_SLIDE * math.sqrt(believed_variance(g, i) + noise)
     counted = believed_mean(g, i) + min(max(off, -most), most)
+    g.belief.before[i], g.belief.before_var[i] = g.belief.mean[i], g.belief.p[i * BELIEF_ROW + i]
     absorb_factor(g, i, g.belief.load[i], 1.0 / noise, counted / noise)
-    g.belief.slide[i], g.belief.slide_weighted[i], g.belief.slide_load[i] = (
-        1.0 / noise, counted / noise, g.belief.load[i],
-    )  # fmt: skip
 
 
 def void_slide(g: GraspMemory, i: int) -> None:
-    """Take off what the last slide of finger ``i`` has taught: its channel lies."""
-    remove_factor(g, i, g.belief.slide_load[i], g.belief.slide[i], g.belief.slide_weighted[i])
-    g.belief.slide[i] = 0.0
+    """Take off by how much the last slide of finger ``i`` has lowered all friction: its channel lies."""
+    lowered = g.belief.before[i] - g.belief.mean[i]
+    if lowered > 0.0:
+        for j in range(int(g.belief.fingers)):
+            g.belief.mean[j] += lowered
+        add_common(g, max(g.belief.before_var[i] - g.belief.p[i * BELIEF_ROW + i], 0.0))
+    g.belief.before[i] = -math.inf
+    g.belief.version += 1.0
 
 
 def chance_of_change(off: float, expected: float) -> float:

@@ -40,9 +40,8 @@ class Belief:
     site: Each  # precision of what that says, 0 = nothing
     site_weighted: Each  # that times its mean
     site_load: Each  # relative load of it
-    slide: Each  # precision of what the last slide of each has taught
-    slide_weighted: Each  # that times its mean
-    slide_load: Each  # relative load of it
+    before: Each  # mean of ln mu before the last slide of each; -inf: it is not kept
+    before_var: Each  # its variance
     along: Annotated[MutableSequence[float], BELIEF_ROW]  # scratch
     p: Annotated[MutableSequence[float], BELIEF_ROW * BELIEF_ROW]  # covariance, by rows
 
@@ -111,6 +110,7 @@ class Witness:
     noise: float  # [N] std of a tangential force
     least: float  # least y of late; inf: no force is let go of
     pull: float  # [N] T then
+    force: float  # [N] N when y was least
     lost: float  # [N] by which T had fallen when the slide was seen
     chance: float  # probability that it was one
     waits: float  # [s] until it is judged; 0: nothing is to be judged
@@ -132,6 +132,7 @@ class Release:
     exponent: float  # of friction over the load before anything was felt
     exponent_var: float
     pause: float  # [s] until force may be let go of again
+    ends: float  # [s] in which a slide that letting go has brought ends
     prior: Each  # mean of ln mu at the reference load before anything was felt
     spread: Each  # its variance
     shift: Each  # of ln mu, by which a finger counts on more

@@ -24,6 +24,7 @@ from vegrip.grip.slip_channels import *
 FOLLOWS = 0.3  # d ln T / d ln N between that of an object that holds, 0, and of one that slides, 1
 RISE = 0.03  # of y
 RISE_STDS = 5.0
+LOAD_FADES = 2.0  # times as far as N, T falls because the load goes away
 BLIND = 0.15  # of y
 FORGOTTEN = 0.6  # [s]
 SLOW = 0.6  # [1/s] of ln N, below which a slide would show too late
@@ -36,7 +37,8 @@ JUDGED = 0.15  # [s] that a grip takes to be back
 def begin_witness(g: GraspMemory, noise: float) -> None:
     """Have seen nothing; ``noise`` is the std of a tangential force [N]."""
     g.witness.noise, g.witness.least, g.witness.waits = noise, math.inf, 0.0
-    g.witness.first = g.witness.lagging = g.witness.pull = g.witness.lost = g.witness.rested = g.witness.chance = 0.0
+    g.witness.first = g.witness.lagging = g.witness.pull = g.witness.lost = 0.0
+    g.witness.force = g.witness.rested = g.witness.chance = 0.0
     for i in range(BELIEF_MOST):
         g.witness.forces[i] = g.witness.pulls[i] = 0.0
 
@@ -87,8 +89,10 @@ def sees_slide(g: GraspMemory, dt: float, let_go: float) -> bool:
         g.witness.first = g.witness.lagging = force
         return False
     y = FOLLOWS * math.log(force) - math.log(pull)
-    rises = y - g.witness.least > rise_needed(g, dt)
-    if rises:
+    if y - g.witness.least > rise_needed(g, dt):
+        if math.log(g.witness.pull / pull) > LOAD_FADES * math.log(g.witness.force / force):
+            g.witness.least = math.inf
+            return False
         g.witness.lost = g.witness.pull - pull
         g.witness.least = math.inf
         likely = 0.0
@@ -105,6 +109,7 @@ def sees_slide(g: GraspMemory, dt: float, let_go: float) -> bool:
         g.witness.least = y
     g.witness.least += part * (y - g.witness.least)
     g.witness.pull += part * (pull - g.witness.pull)
+    g.witness.force += part * (force - g.witness.force)
     return False
 
 

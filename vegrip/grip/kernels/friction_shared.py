@@ -18,7 +18,6 @@ from vegrip.grip.load_lead import *
 LONGEST_STEP = 0.1  # [s]; a longer pause between two states counts as so much
 NEW_CONTACT = 1e-4  # growth of the variance of ln mu between two states that only a new contact brings
 UNKNOWN_SLIP = 0.5  # a slip channel that says neither
-REACTED = 0.2  # probability of a slide from which on the grip grows
 VAGUE_LOAD = 0.1  # relative std of the utilisation beyond which it tells nothing: a light touch
 
 
@@ -64,7 +63,7 @@ def restore_slip(f: Floats, t: Wholes) -> None:
 
 def is_slipping(f: Floats, t: Wholes, g: GraspMemory) -> bool:
     """Return whether the finger slips: by what is believed where friction is shared, else by its flag."""
-    return g.slip.slides[t.setup.finger] >= REACTED if t.setup.shares == 1 else f.state.slip >= SLIDES
+    return reacts(g, t.setup.finger) if t.setup.shares == 1 else f.state.slip >= SLIDES
 
 
 def believe_friction(f: Floats, g: GraspMemory, i: int) -> None:
