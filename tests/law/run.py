@@ -10,8 +10,10 @@ import argparse
 import itertools
 import logging
 import math
+import re
 import sys
 import time
+from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
@@ -184,12 +186,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 print(line(case, told), "|", "; ".join(breaches(case, told)), flush=True)
         return 0
     bad = counted = forgiven = 0
-    outcomes = []
+    outcomes, kinds = [], Counter[str]()
     with ProcessPoolExecutor(given.jobs) as pool:
         for case, told, raw, left, bare in pool.map(judged, cases):
             counted += 1
             bad += bool(left)
             forgiven += bool(raw) and not left
+            kinds.update(re.match("[A-Z ]*[A-Z]", one)[0].lower() for one in raw)
             outcomes.append((told.over_least, told.slid, told.finger))
             if left or given.all:
                 print(
@@ -205,6 +208,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     ratios = np.array([ratio for ratio, _, _ in outcomes])
     print(
         f"{counted} cases: {bad} break the law, {forgiven} only as the grip without a channel does;"
+        f" in all {', '.join(f'{kind} {number}' for kind, number in sorted(kinds.items()))};"
         f" over least: median {np.nanmedian(ratios):.2f}, mean {np.nanmean(ratios):.2f};"
         f" slid by > 0.1 mm: {sum(slid > 1e-4 for _, slid, _ in outcomes)};"
         f" {(time.perf_counter() - began) / counted:.2f} s a case"

@@ -56,6 +56,11 @@ def sound(case: Case) -> Outcome:
     return run(replace(case, fault="none", which=(), also=case.sensor_faults))
 
 
+def sound_until(case: Case) -> float:
+    """Return until when all slip channels are sound [s]; one that flickers is missing before."""
+    return min((0.0 if one.fault == "flicker" else one.start for one in case.slip_faults), default=math.inf)
+
+
 def excused(case: Case, told: Outcome, found: Sequence[str]) -> tuple[list[str], str]:
     """Take out of what was ``found`` what the grip without a channel does, too; say what that does.
 
@@ -72,7 +77,9 @@ def excused(case: Case, told: Outcome, found: Sequence[str]) -> tuple[list[str],
     for one in found:
         was_lifted = case.begins > LIFTED_S and told.slid_at > case.begins
         is_felt = case.gain >= 1.0 and not case.sensor_faults
-        if one.startswith(("DROPPED", "SLID")) and bare.slid > SLID_M and not (was_lifted and is_felt):
+        was_sound = told.slid_at < min(sound_until(case), case.begins)
+        was_held = (was_lifted and is_felt) or was_sound
+        if one.startswith(("DROPPED", "SLID")) and bare.slid > SLID_M and not was_held:
             continue
         if one.startswith("CRUSHED") and float(one.split()[1]) <= AS_WITHOUT * max(
             bare.after_fault, bare.over_least
@@ -81,7 +88,9 @@ def excused(case: Case, told: Outcome, found: Sequence[str]) -> tuple[list[str],
         some = any(fault.which or fault.fault in LATE for fault in case.slip_faults)
         if one.startswith("NOT NAMED") and told.slid <= SLID_M and some:
             continue
-        is_of_the_drives = one.startswith("SLID") and told.slid <= least_slide(case.make, DELAY_S)
+        is_of_the_drives = one.startswith(
+            ("SLID", "DROPPED") if was_sound else "SLID"
+        ) and told.slid <= least_slide(case.make, DELAY_S)
         if is_of_the_drives and told.slid <= AS_SOUND * sound(case).slid:
             continue
         left.append(one)
