@@ -3,7 +3,7 @@
 Usage: ``python tests/law/run.py --fault dead --mu 0.6 --fingers 2 --drive 12 --from 0 --seed 1``,
 ``python tests/law/run.py --fault dead-flag --also tangential-drifts``,
 ``python tests/law/run.py --random 100 --seed 1 --jobs 2``, with two faults each ``--pairs 100``, with every
-pair of faults ``--all-pairs --mu 0.15 0.4 1.1``.
+pair of faults ``--all-pairs --mu 0.15 0.25 0.4 0.65 1.1``, with one friction each ``--in-turn``.
 """
 
 import argparse
@@ -129,6 +129,7 @@ def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
         default="real",
         help="of --random: old has no load-dependent friction",
     )
+    add("--in-turn", action="store_true", help="of --all-pairs: each pair with one --mu")
     add("--least-mu", type=float, default=LEAST_MU, help="of --pairs")
     add("--all", action="store_true", help="print all of them, not the breaches alone")
     add("--jobs", type=int, default=1)
@@ -165,7 +166,7 @@ def drawn(given: argparse.Namespace) -> list[Case]:
     """Draw the cases that are judged together."""
     seed = given.seed[0]
     if given.all_pairs:
-        return all_pairs(given.mu, seed)
+        return all_pairs(given.mu, seed, in_turn=given.in_turn)
     rng = np.random.default_rng([seed, 99])
     if given.pairs:
         world = replace(REAL, mu=(given.least_mu, MOST_MU))
