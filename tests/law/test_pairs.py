@@ -61,10 +61,10 @@ def test_no_pair_of_faults_drops_crushes_or_stays_unnamed(pair: tuple[str, str])
     assert left_of(case) == [], case
 
 
-@pytest.mark.parametrize("fault", ["random", *map(open_yet, ("none", "noisy", "absent", "dead", "stuck"))])
+@pytest.mark.parametrize("fault", ["none", "random", "noisy", *map(open_yet, ("absent", "dead", "stuck"))])
 def test_a_wooden_object_is_held_whatever_the_slip_channel_says(fault: str) -> None:
     """With 0.81 of the tangential force, as the pads felt it."""
-    told = run(Case(WOOD, fault, tangential_gain=0.81, duration=45.0))
+    told = run(Case(WOOD, fault, tangential_gain=0.81, duration=45.0, seed=2))
     assert told.slid < SLID_M, told
 
 
