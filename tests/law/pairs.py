@@ -1,7 +1,7 @@
 """Faults in pairs: any two of the slip channels and of the sensors of force and displacement."""
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +11,8 @@ from .grasp import WORLDS, Case, Occurrence, World, draw, draw_occurrence
 from .sensors import SENSOR_FAULTS
 
 LEAST_MU, MOST_MU = 0.15, 1.1  # at 5 N
+FRICTIONS = (0.15, 0.25, 0.4, 0.65, 1.1)
+"""That every pair is tried with."""
 REAL = replace(WORLDS["real"], mu=(LEAST_MU, MOST_MU))
 
 NAMED = (*(name for name in FAULTS if name != "none"), *SENSOR_FAULTS)
@@ -28,10 +30,14 @@ def draw_pair(rng: np.random.Generator, pair: tuple[str, str] | None = None, wor
     return replace(case, also=(Occurrence(other, *draw_occurrence(rng, case.make.fingers)),))
 
 
-def all_pairs(frictions: Iterable[float], seed: int = 1) -> list[Case]:
-    """Draw a case of every pair with each friction."""
-    return [
-        draw_pair(np.random.default_rng([seed, i, j]), pair, replace(REAL, mu=(mu, mu)))
-        for i, pair in enumerate(PAIRS)
-        for j, mu in enumerate(frictions)
-    ]
+def case_of(pair: tuple[str, str], mu: float, seed: int = 1) -> Case:
+    """Draw the rest of a case of a pair with this friction."""
+    rng = np.random.default_rng([seed, PAIRS.index(pair), round(1000.0 * mu)])
+    return draw_pair(rng, pair, replace(REAL, mu=(mu, mu)))
+
+
+def all_pairs(frictions: Sequence[float], seed: int = 1, *, in_turn: bool = False) -> list[Case]:
+    """Draw a case of every pair with each friction, or with one of them in turn."""
+    if in_turn:
+        return [case_of(pair, frictions[i % len(frictions)], seed) for i, pair in enumerate(PAIRS)]
+    return [case_of(pair, mu, seed) for pair in PAIRS for mu in frictions]

@@ -3,15 +3,17 @@
 Usage: ``python tests/law/run.py --fault dead --mu 0.6 --fingers 2 --drive 12 --from 0 --seed 1``,
 ``python tests/law/run.py --fault dead-flag --also tangential-drifts``,
 ``python tests/law/run.py --random 100 --seed 1 --jobs 2``, with two faults each ``--pairs 100``, with every
-pair of faults ``--all-pairs --mu 0.15 0.4 1.1``.
+pair of faults ``--all-pairs --mu 0.15 0.25 0.4 0.65 1.1``, with one friction each ``--in-turn``.
 """
 
 import argparse
 import itertools
 import logging
 import math
+import re
 import sys
 import time
+from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
@@ -127,6 +129,7 @@ def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
         default="real",
         help="of --random: old has no load-dependent friction",
     )
+    add("--in-turn", action="store_true", help="of --all-pairs: each pair with one --mu")
     add("--least-mu", type=float, default=LEAST_MU, help="of --pairs")
     add("--all", action="store_true", help="print all of them, not the breaches alone")
     add("--jobs", type=int, default=1)
@@ -163,7 +166,7 @@ def drawn(given: argparse.Namespace) -> list[Case]:
     """Draw the cases that are judged together."""
     seed = given.seed[0]
     if given.all_pairs:
-        return all_pairs(given.mu, seed)
+        return all_pairs(given.mu, seed, in_turn=given.in_turn)
     rng = np.random.default_rng([seed, 99])
     if given.pairs:
         world = replace(REAL, mu=(given.least_mu, MOST_MU))
@@ -184,12 +187,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 print(line(case, told), "|", "; ".join(breaches(case, told)), flush=True)
         return 0
     bad = counted = forgiven = 0
-    outcomes = []
+    outcomes, kinds = [], Counter[str]()
     with ProcessPoolExecutor(given.jobs) as pool:
         for case, told, raw, left, bare in pool.map(judged, cases):
             counted += 1
             bad += bool(left)
             forgiven += bool(raw) and not left
+            kinds.update(re.match("[A-Z ]*[A-Z]", one)[0].lower() for one in raw)
             outcomes.append((told.over_least, told.slid, told.finger))
             if left or given.all:
                 print(
@@ -205,6 +209,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     ratios = np.array([ratio for ratio, _, _ in outcomes])
     print(
         f"{counted} cases: {bad} break the law, {forgiven} only as the grip without a channel does;"
+        f" in all {', '.join(f'{kind} {number}' for kind, number in sorted(kinds.items()))};"
         f" over least: median {np.nanmedian(ratios):.2f}, mean {np.nanmean(ratios):.2f};"
         f" slid by > 0.1 mm: {sum(slid > 1e-4 for _, slid, _ in outcomes)};"
         f" {(time.perf_counter() - began) / counted:.2f} s a case"

@@ -6,13 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from .grasp import DELAY_S, SLID_M, Case, Outcome, run, without_a_channel
+from .grasp import DELAY_S, LIFT_S, SLID_M, Case, Outcome, run, without_a_channel
 from .plant import Make, Plant
+from .sensors import COLUMNS
 
 NAMED_S = 2.0  # after the first contradiction
 CRUSHED = 3.0  # times the least force, from 5 s after the beginning of the fault
 LIFTED_S = 2.0  # a sound channel has been of use until here
 LATE = ("late-100", "late-500", "ever-later")
+EVIDENT = ("tangential-stuck", "normal-stuck", *(f"{channel}-dropouts" for channel in COLUMNS))
+"""Faults of sensors that show by themselves: the noise is gone, samples are missing. A gain does not."""
 AS_SOUND = 1.1  # times the slide by a sound channel, where that is more than may be
 AS_WITHOUT = 1.3  # times the grip without a channel, where that is more: friction that is not known costs it
 
@@ -26,11 +29,20 @@ def breaches(case: Case, told: Outcome) -> Iterator[str]:
     due, slip_faults = told.contradicted + NAMED_S, {one.fault for one in case.slip_faults}
     if slip_faults != {"absent"} and due < min(case.duration, told.dropped, told.named, told.explained):
         yield f"NOT NAMED, contradicted at {told.contradicted:.1f} s"
+    yield from (f"NOT NAMED: {fault}" for fault in unnamed(case, told))
     if case.gain == 1.0 and not slip_faults and not case.sensor_faults and told.named < math.inf:
         yield f"NAMED though sound at {told.named:.1f} s"
     felt = max(case.gain, 1.0) * max(case.tangential_gain, 1.0)
     if told.after_fault > CRUSHED * felt:  # what is felt of a load is all that is known of it
         yield f"CRUSHED {told.after_fault:.1f} x"
+
+
+def unnamed(case: Case, told: Outcome) -> Iterator[str]:
+    """Yield the evident faults of sensors of which nothing has been said in time."""
+    for fault in case.sensor_faults:
+        due = max(fault.start, LIFT_S) + NAMED_S
+        if fault.fault in EVIDENT and due < min(case.duration, told.dropped, told.named):
+            yield fault.fault
 
 
 def least_slide(make: Make, felt: float) -> float:
@@ -56,6 +68,11 @@ def sound(case: Case) -> Outcome:
     return run(replace(case, fault="none", which=(), also=case.sensor_faults))
 
 
+def sound_until(case: Case) -> float:
+    """Return until when all slip channels are sound [s]; one that flickers is missing before."""
+    return min((0.0 if one.fault == "flicker" else one.start for one in case.slip_faults), default=math.inf)
+
+
 def excused(case: Case, told: Outcome, found: Sequence[str]) -> tuple[list[str], str]:
     """Take out of what was ``found`` what the grip without a channel does, too; say what that does.
 
@@ -72,16 +89,20 @@ def excused(case: Case, told: Outcome, found: Sequence[str]) -> tuple[list[str],
     for one in found:
         was_lifted = case.begins > LIFTED_S and told.slid_at > case.begins
         is_felt = case.gain >= 1.0 and not case.sensor_faults
-        if one.startswith(("DROPPED", "SLID")) and bare.slid > SLID_M and not (was_lifted and is_felt):
+        was_sound = told.slid_at < min(sound_until(case), case.begins)
+        was_held = (was_lifted and is_felt) or was_sound
+        if one.startswith(("DROPPED", "SLID")) and bare.slid > SLID_M and not was_held:
             continue
         if one.startswith("CRUSHED") and float(one.split()[1]) <= AS_WITHOUT * max(
             bare.after_fault, bare.over_least
         ):
             continue
         some = any(fault.which or fault.fault in LATE for fault in case.slip_faults)
-        if one.startswith("NOT NAMED") and told.slid <= SLID_M and some:
+        if one.startswith("NOT NAMED,") and told.slid <= SLID_M and some:
             continue
-        is_of_the_drives = one.startswith("SLID") and told.slid <= least_slide(case.make, DELAY_S)
+        is_of_the_drives = one.startswith(
+            ("SLID", "DROPPED") if was_sound else "SLID"
+        ) and told.slid <= least_slide(case.make, DELAY_S)
         if is_of_the_drives and told.slid <= AS_SOUND * sound(case).slid:
             continue
         left.append(one)

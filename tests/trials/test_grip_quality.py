@@ -37,12 +37,20 @@ def pinch() -> Course:
     return run_quality_trial(QualityTrial("constant", 3, 4.0, 8.0, "pinch"))
 
 
-def scanned(now: float, tangential: float, torque: float, mu: float, radius: float, k: float) -> float:
+@pytest.fixture(scope="module")
+def steep() -> Course:
+    """The same where friction falls with the force; the seed's exponent is large."""
+    return run_quality_trial(QualityTrial("constant", 6, 4.0, 8.0, "pinch", world="published"))
+
+
+def scanned(
+    now: float, tangential: float, torque: float, mu: float, radius: float, k: float, g: float = 0.0
+) -> float:
     """Return the least force by trying forces on a fine patch of elements, without any limit surface."""
     grid = even_grid(24, 48)
     for force in np.geomspace(0.02, 20.0, 1500):
         a = radius * (force / now) ** (1.0 / 3.0)
-        limit = mu * force
+        limit = mu * (force / now) ** -g * force
         if utilisation(grid, k, tangential / limit, torque / (limit * a)) <= 1.0:
             return float(force)
     return math.inf
@@ -56,6 +64,17 @@ def test_the_least_possible_force_is_the_least_that_holds_when_forces_are_tried_
         for finger in (0, 1):
             tried = scanned(pinch.force[row][finger], *pinch.contact[row][finger])
             assert least[row, finger] == pytest.approx(tried, rel=0.01)
+
+
+def test_the_least_possible_force_is_that_of_friction_that_falls_with_the_force(steep: Course) -> None:
+    assert steep.friction_exponent > 0.2
+    least = least_forces(steep)
+    for row in (150, 250, 380):
+        for finger in (0, 1):
+            contact = steep.contact[row][finger]
+            tried = scanned(steep.force[row][finger], *contact, steep.friction_exponent)
+            assert least[row, finger] == pytest.approx(tried, rel=0.01)
+            assert least[row, finger] < 0.9 * scanned(steep.force[row][finger], *contact)
 
 
 def test_a_grip_never_holds_with_less_than_the_least_possible_force(pinch: Course) -> None:
@@ -193,6 +212,8 @@ def test_the_command_prints_the_figures_of_every_controller(
     )
     one = told["controllers"]["constant"]  # type: ignore[index]
     assert told["slip_channel"] == "sound"
+    assert list(told["worlds"]) == ["old", "published"]  # type: ignore[call-overload]
+    assert told["worlds"]["old"] == told["controllers"]  # type: ignore[index]
     asked = {
         "slips", "drops", "trials", "mean_force", "force_over_least", "largest_micro_slip", "margin_q05",
         "time_below_002", "by_class", "front", "friction_inside", "friction_std",
@@ -205,7 +226,18 @@ def test_the_command_prints_the_figures_of_every_controller(
 
 
 def test_what_did_not_occur_is_a_dash_in_the_tables(capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ["--grasp", "pinch", "--seeds", "1", "--duration", "2.5", "--only", "constant"]
+    arguments = [
+        "--grasp",
+        "pinch",
+        "--seeds",
+        "1",
+        "--duration",
+        "2.5",
+        "--only",
+        "constant",
+        "--world",
+        "old",
+    ]
     one = answer(arguments, capsys.readouterr)["controllers"]["constant"]  # type: ignore[index]
     absent = sum(math.isnan(by["force_over_least"] or math.nan) for by in one["by_class"].values())
     assert main(["controllers", *arguments]) == 0
@@ -217,11 +249,21 @@ def test_what_did_not_occur_is_a_dash_in_the_tables(capsys: pytest.CaptureFixtur
     assert row.split().count("-") == absent > 0
 
 
+def test_one_world_is_shown_alone_and_both_say_which_they_are(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["--grasp", "pinch", "--seeds", "1", "--duration", "2.5", "--only", "constant"]
+    alone = answer([*arguments, "--world", "published"], capsys.readouterr)
+    assert list(alone["worlds"]) == ["published"]  # type: ignore[call-overload]
+    assert alone["controllers"] == alone["worlds"]["published"]  # type: ignore[index]
+    assert main(["controllers", *arguments]) == 0
+    rows = [line.split()[:2] for line in capsys.readouterr().out.splitlines() if "constant" in line]
+    assert rows == 3 * [["old", "constant"], ["published", "constant"]]
+
+
 @pytest.mark.parametrize(
     "wrong",
     [["--grasp", "fist"], ["--only", "vegri"], ["--duration", "1"], ["--friction-scale", "0"],
      ["--drive-bandwidth", "1e6"], ["--slip-delay", "nan"], ["--duration", "nan"],
-     ["--slip-channel", "ded"], ["--slip-channel", "dead", "--no-slip-channel"]],
+     ["--world", "new"], ["--slip-channel", "ded"], ["--slip-channel", "dead", "--no-slip-channel"]],
 )  # fmt: skip
 def test_what_cannot_be_asked_is_one_sentence_and_exit_code_two(
     wrong: list[str], capsys: pytest.CaptureFixture[str]

@@ -64,6 +64,12 @@ def test_noise_has_the_stated_standard_deviation() -> None:
     assert std == pytest.approx(stated, rel=0.03)
 
 
+def test_a_tangential_gain_scales_what_is_measured_of_tangential_forces_and_not_their_noise() -> None:
+    plain = measured(SensorSettings(**AT_ONCE, force_step=0.0), 50)
+    low = measured(SensorSettings(**AT_ONCE, force_step=0.0, tangential_gain=0.8), 50)
+    assert (low - plain)[:, :7] == pytest.approx(np.tile([0.0, -0.1, 0.2, 0.0, 0.0, 0.0, 0.0], (50, 1)))
+
+
 def test_bias_is_constant_in_a_run_and_scatters_between_runs_as_stated() -> None:
     settings = SensorSettings(**{**EXACT, "force_bias": 0.02})
     runs = np.array([measured(settings, 2, seed) for seed in range(400)])

@@ -26,6 +26,10 @@ def test_a_hand_is_built_from_a_table() -> None:
         {"tip": {"relaxation": "power_law"}},
         {"plate": {"mass": -1.0}},
         {"rings": 1},
+        {"tip": {"friction_exponent": 0.95}},
+        {"tip": {"friction_exponent": -0.6}},
+        {"sensor": {"tangential_gain": 0.4}},
+        {"sensor": {"tangential_gain": 2.1}},
     ],
 )
 def test_nonsense_is_refused_in_a_sentence(table) -> None:

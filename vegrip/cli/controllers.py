@@ -13,7 +13,11 @@ from vegrip.cli._terminal import answer, progress, show, table
 from vegrip.errors import UsageError, suggestion
 
 if TYPE_CHECKING:
-    from vegrip.trials.fronts import Surroundings
+    from collections.abc import Sequence
+
+    from vegrip.trials.fronts import QualityTrial, Surroundings
+
+BOTH = "both"
 
 GRASP = Annotated[str, typer.Option("--grasp", help="hand (five fingers) or pinch (two).")]
 SEEDS = Annotated[int, typer.Option("--seeds", "-n", min=1, help="How many scenarios.")]
@@ -42,6 +46,14 @@ NO_CHANNEL = Annotated[bool, typer.Option("--no-slip-channel", help="The same as
 LAG = Annotated[
     bool, typer.Option("--measure-lag", help="Controllers that lead the load measure the drives' lag.")
 ]
+WORLD = Annotated[
+    str,
+    typer.Option(
+        "--world",
+        help="old: constant friction, drawn evenly; published: friction that falls with the load, and gains"
+        " of the tangential forces, as measured by others; or both.",
+    ),
+]
 JOBS = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Processes.")]
 PICTURE = Annotated[Path | None, typer.Option("-o", "--output", help="Picture of the fronts.")]
 
@@ -60,6 +72,7 @@ def controllers(
     slip_channel: CHANNEL = "sound",
     no_slip_channel: NO_CHANNEL = False,
     measure_lag: LAG = False,
+    world: WORLD = BOTH,
     jobs: JOBS = 1,
     output: PICTURE = None,
     force: FORCE = False,
@@ -68,15 +81,16 @@ def controllers(
     """Measure how hard each controller grips over the least force that would hold, and how often it slips.
 
     Every controller meets the same simulated hands, objects and disturbances. The least possible force is
-    that of a controller that knows the true friction and contact at every instant.
+    that of a controller that knows the true friction and contact at every instant. In the old world friction
+    is constant; in the published one it falls with the load, as measured by others.
 
     Example: vegrip controllers --grasp pinch --seeds 2 --only vegrip --only constant
 
-    Fifty scenarios of all controllers take about two minutes; with --sweep, ten.
+    Fifty scenarios of all controllers take about two minutes in each world; with --sweep, ten.
     """
     from vegrip.trials import fronts
 
-    names = _known(grasp, only or [])
+    names, worlds = _known(grasp, only or []), _worlds(world)
     if no_slip_channel and slip_channel != "sound":
         raise UsageError(f"give --slip-channel {slip_channel} or --no-slip-channel, not both")
     channel = "absent" if no_slip_channel else slip_channel
@@ -87,18 +101,38 @@ def controllers(
     with Outputs(force=force) as outputs:
         outputs.picture(output)
         seen = range(first_seed, first_seed + seeds)
-        trials = fronts.trials_of(knobs, seen, duration, grasp, around, measures_lag=measure_lag)
-        every = max(1, len(trials) // 20)
-        with progress("controllers") as report:
-            found = fronts.run_fronts(
-                trials,
-                jobs,
-                lambda done: None if done % every else report(f"{done} of {len(trials)} scenarios"),
+        told = {}
+        for here in worlds:
+            trials = fronts.trials_of(
+                knobs, seen, duration, grasp, around, measures_lag=measure_lag, world=here
             )
-        told = fronts.told_of(found, grasp)
+            told[here] = fronts.told_of(_run(trials, jobs, here), grasp)
         outputs.write(output, lambda path: fronts.draw_fronts(told, grasp, path))
         said = {"grasp": grasp, "seeds": seeds, "duration": duration, "slip_channel": channel}
-        answer(said | {"controllers": told}, lambda: _print(told, measure_lag), as_json=as_json)
+        figures = {"controllers": told[worlds[0]], "worlds": told}
+        answer(said | figures, lambda: _print(told, measure_lag), as_json=as_json)
+
+
+def _run(trials: "Sequence[QualityTrial]", jobs: int, world: str) -> "dict[str, dict[float, dict[str, Any]]]":
+    from vegrip.trials import fronts
+
+    every = max(1, len(trials) // 20)
+    with progress("controllers") as report:
+        return fronts.run_fronts(
+            trials,
+            jobs,
+            lambda done: (
+                None if done % every else report(f"{done} of {len(trials)} scenarios, {world} world")
+            ),
+        )
+
+
+def _worlds(world: str) -> tuple[str, ...]:
+    from vegrip.trials.closed_loop import WORLDS
+
+    if world not in (*WORLDS, BOTH):
+        raise UsageError(f"there is no world {world!r}; {suggestion(world, (*WORLDS, BOTH))}")
+    return WORLDS if world == BOTH else (world,)
 
 
 def _known(grasp: str, only: list[str]) -> list[str]:
@@ -137,34 +171,45 @@ def _surroundings(
     )
 
 
-def _print(told: dict[str, Any], shows_lags: bool) -> None:
+def _print(worlds: dict[str, dict[str, Any]], shows_lags: bool) -> None:
+    shown = len(worlds) > 1
     columns = table(
-        "controller", "knob", "slips", "drops", "slips per trial, 95 %", "force [N]", "over least",
-        "micro-slip [um]", "margin, 5 %", "below 0.02 [s]",
+        *["world"] * shown, "controller", "knob", "slips", "drops", "slips per trial, 95 %", "force [N]",
+        "over least", "micro-slip [um]", "margin, 5 %", "below 0.02 [s]",
     )  # fmt: skip
-    for name, one in told.items():
-        for point in one["front"]:
-            low, high = point["slip_probability_bounds"]
-            columns.add_row(
-                name + (" *" if point["knob"] == one["knob"] and len(one["front"]) > 1 else ""),
-                f"{point['knob']:g}", str(point["slips"]), str(point["drops"]), f"{low:.2f} to {high:.2f}",
-                f"{point['mean_force']:.2f}", f"{point['force_over_least']:.2f}",
-                f"{1e6 * point['largest_micro_slip']:.0f}", f"{point['margin_q05']:.2f}",
-                f"{point['time_below_002']:.3f}",
-            )  # fmt: skip
+    for world, told in worlds.items():
+        for name, one in told.items():
+            for point in one["front"]:
+                star = " *" if point["knob"] == one["knob"] and len(one["front"]) > 1 else ""
+                columns.add_row(*[world] * shown, name + star, *_figures(point))
     show(columns)
-    classes = next(iter(told.values()))["by_class"]
-    forces = table("force over least (slips)", *classes)
-    friction = table("friction inside its 95 %", "in all", *classes, "std of ln mu")
-    for name, one in told.items():
-        some = one["by_class"].values()
-        forces.add_row(name, *(_or_dash(f"{by['force_over_least']:.2f} ({by['slips']})") for by in some))
-        inside = [_or_dash(f"{100.0 * by['friction_inside']:.0f} %") for by in (one, *some)]
-        friction.add_row(name, *inside, _or_dash(f"{one['friction_std']:.2f}"))
+    some = next(iter(worlds.values()))
+    classes = next(iter(some.values()))["by_class"]
+    forces = table(*["world"] * shown, "force over least (slips)", *classes)
+    friction = table(*["world"] * shown, "friction inside its 95 %", "in all", *classes, "std of ln mu")
+    for world, told in worlds.items():
+        for name, one in told.items():
+            of_class, head = one["by_class"].values(), [*[world] * shown, name]
+            forces.add_row(
+                *head, *(_or_dash(f"{by['force_over_least']:.2f} ({by['slips']})") for by in of_class)
+            )
+            inside = [_or_dash(f"{100.0 * by['friction_inside']:.0f} %") for by in (one, *of_class)]
+            friction.add_row(*head, *inside, _or_dash(f"{one['friction_std']:.2f}"))
     show(forces)
     show(friction)
     if shows_lags:
-        _print_lags(told)
+        for world, told in worlds.items():
+            _print_lags(told, f" in the {world} world" * shown)
+
+
+def _figures(point: dict[str, Any]) -> tuple[str, ...]:
+    low, high = point["slip_probability_bounds"]
+    return (
+        f"{point['knob']:g}", str(point["slips"]), str(point["drops"]), f"{low:.2f} to {high:.2f}",
+        f"{point['mean_force']:.2f}", f"{point['force_over_least']:.2f}",
+        f"{1e6 * point['largest_micro_slip']:.0f}", f"{point['margin_q05']:.2f}",
+        f"{point['time_below_002']:.3f}",
+    )  # fmt: skip
 
 
 def _or_dash(figure: str) -> str:
@@ -172,11 +217,11 @@ def _or_dash(figure: str) -> str:
     return "-" if figure.startswith("nan") else figure
 
 
-def _print_lags(told: dict[str, Any]) -> None:
+def _print_lags(told: dict[str, Any], where: str) -> None:
     from vegrip.grip.drive_log import describe_lag
     from vegrip.trials.candidates import parameters
 
     for name, one in told.items():
         if math.isfinite(one["drive_lag"]):
             grip = replace(parameters(name, one["knob"]).grip, measure_lag=True)
-            typer.echo(f"drives of {name}: {describe_lag(one['drive_lag'], grip)}")
+            typer.echo(f"drives of {name}{where}: {describe_lag(one['drive_lag'], grip)}")

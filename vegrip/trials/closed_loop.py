@@ -20,6 +20,7 @@ from vegrip.hand_sample import HandSample
 from vegrip.messages import ContactEstimate, FingertipState
 from vegrip.trials.candidates import BOUND, parameters
 from vegrip.trials.known_contact import KnownContact
+from vegrip.trials.published_friction import TANGENTIAL_GAIN_RANGE, draw_friction
 from vegrip.types import Floats
 from vegrip.virtual import Disturbance, HandSettings, VirtualHand, disturbances
 from vegrip.virtual.disturbance import Wetting
@@ -27,6 +28,10 @@ from vegrip.virtual.hand import TRUTHS
 
 SETTLED_S = 1.0
 """[s] from here on the hand carries the object by itself; figures of the comparison start here."""
+
+WORLDS = ("old", "published")
+"""old: constant friction that is drawn evenly, and tangential forces as they are. published: friction, its
+exponent and the gain of tangential forces as published (:mod:`.published_friction`)."""
 
 FRICTION_RANGE = (0.45, 1.0)
 WETTING = (0.6, 0.9)
@@ -59,6 +64,7 @@ class Scenario:
     seed: int
     duration: float  # [s]
     grasp: str = "hand"  # one of GRASPS
+    world: str = "old"  # one of WORLDS
     relaxes_slowly: bool = True  # the tips have a second relaxation, which the model of no controller has
     names: tuple[str, ...] = ()  # of the first fingers of the grasp, which has no others; () = its own
 
@@ -71,7 +77,14 @@ class Scenario:
         if self.names:
             n = len(self.names)
             hand = replace(hand, fingers=self.names, x=hand.x[:n], y=hand.y[:n])
-        return replace(hand, tip=replace(tip, friction=float(rng.uniform(*FRICTION_RANGE))))
+        friction = float(rng.uniform(*FRICTION_RANGE))
+        if self.world == "old":
+            return replace(hand, tip=replace(tip, friction=friction))
+        rng = np.random.default_rng([self.seed, 6])
+        _, mu, exponent = draw_friction(rng)
+        gain = float(rng.uniform(*TANGENTIAL_GAIN_RANGE))
+        tip = replace(tip, friction=mu, friction_exponent=exponent)
+        return replace(hand, tip=tip, sensor=replace(hand.sensor, tangential_gain=gain))
 
     @property
     def events(self) -> tuple[Disturbance, ...]:
@@ -119,6 +132,7 @@ class Course:
     slipped: list[int] = field(default_factory=list)  # slips so far
     contact: list[Floats] = field(default_factory=list)
     """True tangential force [N], torque [N m], friction, contact radius [m] and pressure exponent."""
+    friction_exponent: float = 0.0  # [-] by which friction falls with the force
     stated: list[Floats] = field(default_factory=list)
     """Mean and std of ln mu as stated of each finger, (fingers, 2); NaN without a contact or look."""
     friction: list[tuple[float, float, float]] = field(default_factory=list)
@@ -163,7 +177,7 @@ class Loop:
     def __init__(self, hand: VirtualHand, grip: GripController, spoil: Spoil | None = None) -> None:
         self.hand, self.grip, self._spoil = hand, grip, spoil
         self.commands = np.full(len(hand.fingers), np.nan)  # [N]
-        self.course = Course(hand.fingers)
+        self.course = Course(hand.fingers, friction_exponent=hand.friction_exponent)
 
     def run(self, duration: float) -> Course:
         """Run to ``duration`` [s] of simulated time, or until the object is lost."""

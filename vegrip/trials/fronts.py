@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.special import betaincinv
@@ -23,6 +23,9 @@ from vegrip.types import Floats
 from vegrip.virtual import Disturbance, HandSettings, VirtualHand
 from vegrip.virtual.disturbance import AddedMass, Push, Shake, SlowLoad, Turn, Twist, Wetting
 from vegrip.virtual.settings import SensorSettings
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 CLASSES = ("static", "slow", "shock", "torsion", "wet", "lift")
 """Of disturbances; where several act, the last of this order counts, the lift always."""
@@ -65,7 +68,8 @@ def least_forces(course: Course) -> Floats:
     """Return the least possible force [N] of each finger at every time of ``course``; (n, fingers)."""
     forces, contacts = np.array(course.force), np.array(course.contact).reshape(-1, 5)
     rows = zip(forces.ravel().tolist(), contacts.tolist(), strict=True)
-    least = [least_force(force, *contact) for force, contact in rows]
+    g = course.friction_exponent
+    least = [least_force(force, f, m, mu, radius, k, g) for force, (f, m, mu, radius, k) in rows]
     return np.array(least).reshape(-1, len(course.fingers))
 
 
@@ -249,10 +253,15 @@ class QualityTrial:
     grasp: str
     surroundings: Surroundings = Surroundings()
     measures_lag: bool = False  # of the drives, instead of being told
+    world: str = "old"  # one of WORLDS
+
+    @property
+    def scenario(self) -> Scenario:
+        return Scenario(self.seed, self.duration, self.grasp, self.world)
 
 
 def run_quality_trial(trial: QualityTrial) -> Course:
-    scenario = Scenario(trial.seed, trial.duration, trial.grasp)
+    scenario = trial.scenario
     hand = trial.surroundings.applied(scenario.settings)
     settings = told_of_slip(parameters(trial.name, trial.knob, hand.tip.friction), hand.sensor)
     grip = replace(settings.grip, measure_lag=trial.measures_lag and settings.grip.drive_lag > 0.0)
@@ -264,7 +273,7 @@ def run_quality_trial(trial: QualityTrial) -> Course:
 
 
 def record_trial(trial: QualityTrial) -> GripRecord:
-    scenario = Scenario(trial.seed, trial.duration, trial.grasp)
+    scenario = trial.scenario
     return record_of(run_quality_trial(trial), scenario.events, scenario.settings.actuator.close_time)
 
 
@@ -276,10 +285,11 @@ def trials_of(
     surroundings: Surroundings,
     *,
     measures_lag: bool = False,
+    world: str = "old",
 ) -> list[QualityTrial]:
     """Return every controller with every knob on every seed; those that lead the load may measure the lag."""
     return [
-        QualityTrial(name, seed, duration, knob, grasp, surroundings, measures_lag)
+        QualityTrial(name, seed, duration, knob, grasp, surroundings, measures_lag, world)
         for name, values in knobs.items()
         for knob in values
         for seed in seeds
@@ -377,28 +387,36 @@ COLOURS = {
 }  # fmt: skip
 
 
-def draw_fronts(told: Mapping[str, Any], grasp: str, path: Path) -> None:
-    """Draw the share of trials with a slip against the force over the least, of ``told`` as in the JSON."""
-    figure, (axes,) = new_figure(size=(8.0, 5.0))
-    for name, one in told.items():
-        front = one["front"]
-        colour = COLOURS.get(name, "#000000")
-        across = [point["force_over_least"] for point in front]
-        up = [100.0 * point["trials_with_slip"] / point["trials"] for point in front]
-        axes.plot(across, up, "o-", color=colour, markersize=4, linewidth=1.2, label=name)
-        point = next(point for point in front if point["knob"] == one["knob"])
-        at = point["force_over_least"], 100.0 * point["trials_with_slip"] / point["trials"]
-        low, high = (100.0 * bound for bound in point["slip_probability_bounds"])
-        axes.errorbar(
-            *at, yerr=[[at[1] - low], [high - at[1]]], color=colour, capsize=3, linewidth=0.8, alpha=0.6
+def draw_fronts(worlds: Mapping[str, Mapping[str, Any]], grasp: str, path: Path) -> None:
+    """Draw the share of trials with a slip against the force over the least, of each world as in the JSON."""
+    figure, panels = new_figure(len(worlds), size=(8.0, 5.0 * len(worlds)), share_x=True)
+    for axes, (world, told) in zip(panels, worlds.items(), strict=True):
+        for name, one in told.items():
+            _draw_front(axes, name, one)
+        axes.axvline(1.0, color="black", linewidth=0.8)
+        axes.set_ylabel("trials with a slip [%]")
+        axes.set_ylim(bottom=-1.0)
+        axes.grid(alpha=0.25)
+        axes.set_title(
+            f"{grasp}, {world} world: every controller over its knob; squares: operating points with 95 %"
+            " intervals",
+            fontsize="medium",
         )
-        axes.plot(*at, "s", color=colour, markersize=10, fillstyle="none", markeredgewidth=1.6)
-    axes.axvline(1.0, color="black", linewidth=0.8)
-    axes.set_xlabel("grip force over the least possible force [-]")
-    axes.set_ylabel("trials with a slip [%]")
-    axes.set_xlim(left=0.95)
-    axes.set_ylim(bottom=-1.0)
-    axes.grid(alpha=0.25)
-    axes.set_title(f"{grasp}: every controller over its knob; squares: operating points with 95 % intervals")
-    axes.legend(frameon=False)
+    panels[0].set_xlim(left=0.95)
+    panels[-1].set_xlabel("grip force over the least possible force [-]")
+    panels[0].legend(frameon=False)
     save_figure(figure, path, dpi=140)
+
+
+def _draw_front(axes: "Axes", name: str, one: Mapping[str, Any]) -> None:
+    front, colour = one["front"], COLOURS.get(name, "#000000")
+    across = [point["force_over_least"] for point in front]
+    up = [100.0 * point["trials_with_slip"] / point["trials"] for point in front]
+    axes.plot(across, up, "o-", color=colour, markersize=4, linewidth=1.2, label=name)
+    point = next(point for point in front if point["knob"] == one["knob"])
+    at = point["force_over_least"], 100.0 * point["trials_with_slip"] / point["trials"]
+    low, high = (100.0 * bound for bound in point["slip_probability_bounds"])
+    axes.errorbar(
+        *at, yerr=[[at[1] - low], [high - at[1]]], color=colour, capsize=3, linewidth=0.8, alpha=0.6
+    )
+    axes.plot(*at, "s", color=colour, markersize=10, fillstyle="none", markeredgewidth=1.6)

@@ -10,16 +10,27 @@ HERTZ_POWER = 1.0 / 3.0
 
 
 def least_force(
-    force: float, tangential: float, torque: float, mu: float, radius: float, exponent: float
+    force: float,
+    tangential: float,
+    torque: float,
+    mu: float,
+    radius: float,
+    exponent: float,
+    friction_exponent: float = 0.0,
 ) -> float:
     """Return the normal force [N] at which a load is on the limit surface.
 
-    The contact ``radius`` [m] at the present ``force`` [N] goes with its cube root; without a contact only no
-    load can be carried.
+    Friction ``mu`` and contact ``radius`` [m] are those of the present ``force`` N_0 [N], and go with
+    ``(N / N_0)^-g`` and ``(N / N_0)^(1/3)``; without a contact only no load can be carried. In
+    ``n = (N / N_0)^(1-g)`` the load is ``f / n`` and ``m / n^(1 + 1/(3(1-g)))``: that of constant friction
+    with another power of the radius.
     """
     if not (force > 0.0 and radius > 0.0):
         return 0.0 if tangential + torque == 0.0 else math.inf
-    return least_normal_force(tangential, torque, mu, radius, exponent, force, HERTZ_POWER, 0.0)
+    power = 1.0 / (1.0 - friction_exponent)
+    plain = least_normal_force(tangential, torque, mu, radius, exponent, force, HERTZ_POWER * power, 0.0)
+    least: float = plain * (plain / force) ** (friction_exponent * power)
+    return least
 
 
 class KnownContact:
@@ -68,7 +79,8 @@ class KnownContact:
         """Return the least normal force [N] for the wanted margin, under the last load or the given one."""
         force, mu, radius, exponent = self._hand.contact(self._number)
         tangential, torque = self._load if load is None else load
-        return least_force(force, tangential, abs(torque), mu * (1.0 - margin), radius, exponent)
+        falls = self._hand.friction_exponent
+        return least_force(force, tangential, abs(torque), mu * (1.0 - margin), radius, exponent, falls)
 
     def reset(self) -> None:
         self._stamp, self._load = 0, (0.0, 0.0)

@@ -77,6 +77,7 @@ class Fingertips:
         r["p"] = [tip.exponent for tip in tips]
         r["C_fresh"] = profile.coefficient(np.array(profile.HERTZ))
         r["friction"] = r["mu"] = [tip.friction for tip in tips]
+        r["friction_exponent"] = [tip.friction_exponent for tip in tips]
         r["stiffness"] = [tip.bristle_stiffness for tip in tips]
         r["damping"] = [tip.bristle_damping for tip in tips]
         self.radius, self.instant, self.force, self.indentation = (

@@ -161,9 +161,14 @@ class VirtualHand:
         return FingerTruth(*row)
 
     def contact(self, number: int) -> tuple[float, float, float, float]:
-        """Return true normal force [N], friction, contact radius [m] and exponent of a finger."""
+        """Return true normal force [N], friction at it, contact radius [m] and exponent of a finger."""
         tip = self.tips[number]
         return float(tip["force"]), float(tip["mu"]), float(tip["a"]), float(tip["k"])
+
+    @property
+    def friction_exponent(self) -> float:
+        """By which friction falls with the normal force [-], see :class:`.settings.FingertipSettings`."""
+        return self.settings.tip.friction_exponent
 
     def truths(self) -> Floats:
         """Return what is really the case at all contacts, in the order of :data:`TRUTHS`; (n, 14)."""

@@ -29,6 +29,9 @@ DISTANCE = 1e-4
 SEPARATING_REST_S = 0.05
 """A slip is over when no patch has slid for this long [s]."""
 
+FRICTION_STATED_AT_N = 5.0
+"""Normal force of a contact at which its friction is the one that is stated [N]."""
+
 Records = NDArray[Any]
 
 
@@ -44,7 +47,8 @@ class Tip:
     p: float
     F0: float  # [N] at the present temperature
     instant: float  # [-] share of an increment of N_e that is felt within the step
-    friction: float  # [-] of the dry surface
+    friction: float  # [-] of the dry surface at 5 N
+    friction_exponent: float  # [-] by which it falls with the force
     stiffness: float  # [N/m^3] of the bristles
     damping: float  # [s] of them
     C_fresh: float  # [-] pressure coefficient of a contact that has just been made
@@ -62,7 +66,7 @@ class Tip:
     a: float  # [m] radius
     C: float  # [-] pressure coefficient
     k: float  # [-] and exponent
-    mu: float  # [-]
+    mu: float  # [-] at the present force
     # what the object does to it, in the hand's frame
     pull_x: float  # [N]
     pull_y: float
@@ -93,6 +97,7 @@ class Spoke:
 class Channel:
     """A quantity that is sensed."""
 
+    gain: float  # [-] with which it is measured
     step: float  # resolution; 0 = exact
     present: float  # 0 where there is no sensor
 
@@ -196,7 +201,7 @@ def advance(hand: Hand, tick: int, ticks: int, filled: int, commands: Floats, bu
             memory.recent[i, full] = tip.increment
             find_contact(tip)
             tip.k = pressure_exponent(tip.C, hand.coefficients)
-            tip.mu = burdens[step, 5] * tip.friction
+            tip.mu = friction_of(tip, burdens[step, 5])
         if body.dropped == 0.0:
             hold_object(hand, burdens[step], now)
 
@@ -374,6 +379,15 @@ def find_contact(tip: Tip) -> None:
     fresh = tip.d0 * (max(tip.reference, 0.0) / tip.F0) ** (1.0 / tip.p)
     creep = tip.depth / fresh if fresh > 0.0 else 1.0
     tip.C = tip.C_fresh / max(creep, 1.0)
+
+
+@njit
+def friction_of(tip: Tip, factor: float) -> float:
+    """Return ``mu(N) = factor friction (N / 5 N)^-g`` at the present force; out of contact that of 5 N."""
+    mu = factor * tip.friction
+    if tip.force > 0.0:
+        mu *= (tip.force / FRICTION_STATED_AT_N) ** -tip.friction_exponent
+    return mu
 
 
 @njit
@@ -577,7 +591,7 @@ def sense(
             felt[late, i, 1], tip.a,
         )  # fmt: skip
         for j in range(8):
-            value = true[j] + errors[i, j]
+            value = channels[j].gain * true[j] + errors[i, j]
             if channels[j].step > 0.0:
                 value = round(value / channels[j].step) * channels[j].step
             if j >= 6:  # a magnitude

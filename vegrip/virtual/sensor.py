@@ -36,6 +36,7 @@ class Sensors:
             s.slip_speed, s.contact_radius,
         ])  # fmt: skip
         self._channels = np.zeros(len(SENSED_CHANNELS), CHANNEL)
+        self._channels["gain"] = [1.0, s.tangential_gain, s.tangential_gain, *[1.0] * 5]
         self._channels["step"][:5] = [s.force_step] * 3 + [s.torque_step, s.displacement_step]
         self._channels["present"] = [1.0] * 6 + [float(s.slip_sensor), float(s.radius_sensor)]
         spread = np.array([force, force, force, 0.0, shift, 0.0, 0.0, 0.0])

@@ -24,7 +24,10 @@ class FingertipSettings:
     amplitudes: tuple[float, ...] = parameter((0.2, 0.1), unit="1", doc="c_i of g; one for a power law")
     rates: tuple[float, ...] = parameter((3.1, 0.15), unit="1/s", doc="nu_i of g; 1/tau of a power law")
     relaxation_exponent: float = parameter(0.15, unit="1", low=0.0, high=1.0, doc="alpha of a power law")
-    friction: float = parameter(0.8, unit="1", low=0.01, high=5.0, doc="Coulomb friction coefficient mu")
+    friction: float = parameter(0.8, unit="1", low=0.01, high=5.0, doc="friction coefficient mu at 5 N")
+    friction_exponent: float = parameter(
+        0.0, unit="1", low=-0.5, high=0.9, doc="g of mu = friction (N / 5 N)^-g; 0 = Coulomb's law"
+    )
     bristle_stiffness: float = parameter(
         8e7, unit="N/m^3", low=0.0, high=1e18, doc="tangential stiffness per area before slip"
     )
@@ -120,6 +123,9 @@ class SensorSettings:
     tangential_force: float = parameter(0.01, unit="N", low=0.0, high=1e3, doc="noise")
     torque_z: float = parameter(1e-4, unit="N m", low=0.0, high=10.0, doc="noise")
     displacement: float = parameter(5e-6, unit="m", low=0.0, high=0.1, doc="noise")
+    tangential_gain: float = parameter(
+        1.0, unit="1", low=0.5, high=2.0, doc="measured tangential force over the true one"
+    )
     temperature: float = parameter(0.05, unit="degC", low=0.0, high=10.0, doc="noise")
     slip_speed: float = parameter(5e-5, unit="m/s", low=0.0, high=1.0, doc="noise")
     contact_radius: float = parameter(5e-5, unit="m", low=0.0, high=0.1, doc="noise")

@@ -159,7 +159,7 @@ class _Bench:
         """Move the counter-surface for one step."""
         soft, felt, speed = self._soft, self.felt, float(self.felt["slip_speed"][0])
         felt["a"], felt["force"], felt["k"] = soft.contact_radius, soft.force, soft.pressure_exponent
-        mu = self._tip.friction
+        mu = kernels.friction_of(felt[0], 1.0)
         for one in self._hidden:
             mu = one.friction(mu, self.force, speed)
         felt["mu"] = mu
