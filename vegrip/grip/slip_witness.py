@@ -30,7 +30,7 @@ FORGOTTEN = 0.6  # [s]
 SLOW = 0.6  # [1/s] of ln N, below which a slide would show too late
 BEGUN = 0.85  # of N at first, from which on it must fall that fast
 LAGGING = 0.15  # [s]
-SHOWN = 5.0  # logarithm of how much likelier such a rise is where the object slides
+SHOWN = 4.0  # logarithm of how much likelier such a rise is where the object slides
 JUDGED = 0.15  # [s] that a grip takes to be back
 
 
