@@ -91,7 +91,7 @@ class InPython:
         self.request = request
         self.estimator = ContactEstimator(request.model, request.noise, replace(request.settings, late=0))
         self.saved = SavedNumbers(request.model, self.estimator.layout)
-        self.settable = tuple(finger.settable(len(request.fingers)))
+        self.settable = tuple(finger.settable())
         self.needs = np.full(len(request.fingers), np.nan)
         self.ones = [alone(request, mode) for _ in range(FINGERS)]
         self.blank = [(one.memory.f.copy(), one.memory.t.copy()) for one in self.ones]

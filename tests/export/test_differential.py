@@ -42,7 +42,7 @@ REQUEST = Request(paper_model(8e-3), frames=80, entry="finger")
 FRAMES = int(os.environ.get("VEGRIP_FUZZ_C", "120"))  # `make fuzz-c` has a million
 BY_NUMBA = 20_000  # frames from which on it pays to compile
 SEED = int(os.environ.get("VEGRIP_FUZZ_SEED", "26"))
-SETTINGS = tuple(settable(len(REQUEST.fingers)))
+SETTINGS = tuple(settable())
 LAYOUT = layout_of(REQUEST.model)
 PLACES = LAYOUT.places()
 

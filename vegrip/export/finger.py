@@ -18,7 +18,6 @@ from vegrip.grip.compiled import finger_places, finger_text
 from vegrip.grip.controller import GripController
 from vegrip.grip.finger import RENEWAL, GraspFinger
 from vegrip.grip.grasp_memory import GraspMemory
-from vegrip.grip.joint_confidence import FINGER_CORRELATION, each_confidence
 from vegrip.grip.layout import RULES, FingerLayout
 from vegrip.grip.node import GraspForce
 from vegrip.grip.settings import ControlSettings
@@ -153,7 +152,7 @@ def unit(request: Request) -> Unit:
     """Return what is exported."""
     model, p, precision = request.model, request.prefix, PRECISIONS[request.precision]
     vectors = record(request)
-    memory, settings = vectors.blank.memory, tuple(settable(len(request.fingers)))
+    memory, settings = vectors.blank.memory, tuple(settable())
     finger = FingerLayout(layout_of(model))
     entries = {name: ENTRIES[name] for name in ("finger_receive", "finger_tick")}
     words = {
@@ -203,17 +202,17 @@ class Setting:
     words: str
 
 
-def settable(fingers: int) -> Iterator[Setting]:
-    """Yield what can be set, for a grasp of so many ``fingers``."""
+def settable() -> Iterator[Setting]:
+    """Yield what can be set."""
     for name, (section, key, scale) in RULES.items():
         if name in FIXED:
             continue
         declared = declaration(getattr(ControlSettings(), section), key)
         low, high, doc = declared.low * scale, declared.high * scale, declared.doc
         unit = "ns" if scale == NS else "-" if declared.unit == "1" else declared.unit
-        if name == "QUANTILE":  # as GripController.wanted, where friction is not shared
-            low, high = (quantile(each_confidence(one, fingers, FINGER_CORRELATION)) for one in (low, high))
-            doc = f"standard normal, of each finger's probability: {doc}"
+        if name == "QUANTILE":
+            low, high = quantile(low), quantile(high)
+            doc = f"standard normal, of the probability: {doc}"
         yield Setting(name, f"{section}.{key}", scale, low, high, f"[{unit}] {low:.6g} .. {high:.6g}, {doc}")
 
 

@@ -24,7 +24,6 @@ from vegrip.grip.finger import GraspFinger, Place, Wanted
 from vegrip.grip.grasp_friction import share_friction
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.settings import ControlSettings, make_share
-from vegrip.grip.slip_table import derive_grip
 from vegrip.model import ContactModel
 from vegrip.transport.codec.frame_codec import Line
 
@@ -72,7 +71,7 @@ class GripController:
         self.names = tuple(fingers)
         self.rejected: Counter[str] = Counter()
         """States that were not for a finger of this hand, counted by name."""
-        self._settings = self._derived(settings or ControlSettings())
+        self._settings = settings or ControlSettings()
         believed = replace(estimator or EstimatorSettings(), friction=self._settings.friction.prior)
         self._make_estimator = make_estimator or _from_models(self.names, model, noise, believed)
         self._known_object = known_object
@@ -131,16 +130,13 @@ class GripController:
 
     @property
     def settings(self) -> ControlSettings:
-        """How the grasp is controlled; new settings take effect at once, what is held and learned stays.
-
-        With ``grip.slip_every`` they hold what follows from it.
-        """
+        """How the grasp is controlled; new settings take effect at once, what is held and learned stays."""
         return self._settings
 
     @settings.setter
     def settings(self, settings: ControlSettings) -> None:
         self._share_of = make_share(settings, self.names)
-        self._settings = self._derived(settings)
+        self._settings = settings
         self._apply()
 
     def reset(self) -> None:
@@ -206,10 +202,6 @@ class GripController:
             name, estimator, self._settings, self.place_of(name), self.friction.memory,
             phase=phase, line=self._lines.get(name), mode=self._mode,
         )  # fmt: skip
-
-    def _derived(self, settings: ControlSettings) -> ControlSettings:
-        grip = derive_grip(settings.grip, len(self.names))
-        return settings if grip is settings.grip else replace(settings, grip=grip)
 
     def _apply(self) -> None:
         noise = getattr(self._settings, "noise", SensorNoise())

@@ -149,10 +149,15 @@ def absorb_factor(g: GraspMemory, i: int, load: float, precision: float, weighte
 
 
 def remove_factor(g: GraspMemory, i: int, load: float, precision: float, weighted: float) -> None:
-    """Take a factor off again; not one that is nearly all that is known, which has come from elsewhere since."""
+    """Take a factor off again, as far as no more is left open than at first: some of it has been forgotten.
+
+    One that is nearly all that is known stays: rounding would be what is left.
+    """
     variance = shared_part_of(g, i, i, load) - load * shared_part_of(g, int(g.belief.fingers), i, load)
-    if precision * variance < MOST_REMOVED:
-        absorb_factor(g, i, load, -precision, -weighted)
+    if precision > 0.0 and 0.0 < variance < g.belief.prior_var:
+        part = min(1.0, (1.0 / variance - 1.0 / g.belief.prior_var) / precision)
+        if part * precision * variance < MOST_REMOVED:
+            absorb_factor(g, i, load, -part * precision, -part * weighted)
 
 
 def remove_hold(g: GraspMemory, i: int) -> None:

@@ -39,7 +39,7 @@ GROUPS = {
     "fail_safe": FailSafeSettings,
     "watchdog": WatchdogSettings,
 }
-OF_GRASP = ("slip_every", "known_probability", "drive_lag", "burst_rate")
+OF_GRASP = ("known_probability", "drive_lag", "burst_rate")
 """Settings that the fingers follow together, and not the step of one."""
 RENAMED = {"probability": "QUANTILE", "force": "SAFE_FORCE"}
 

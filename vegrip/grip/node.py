@@ -23,7 +23,6 @@ from vegrip.grip.known_objects import KnownObjects, ObjectFriction
 from vegrip.grip.learned_store import InMemory
 from vegrip.grip.model_swap import ModelSwap
 from vegrip.grip.settings import ControlSettings, make_share
-from vegrip.grip.slip_table import describe_derived
 from vegrip.grip.wires import COMMANDED, LEFT_ALONE, REPORT
 from vegrip.host.realtime import NODE_PRIORITY
 from vegrip.messages import (
@@ -173,8 +172,6 @@ class GraspForce(NodeBase):
             self._names, settings=self._bounded(), make_estimator=self._new_estimator,
             known_object=self._known_object,
         )  # fmt: skip
-        if taken := describe_derived(self.parameters.grip, len(self._names)):
-            logging.getLogger(f"vegrip.{self.name}").info("%s", taken)
         self.run_compiled(self._lines, self._kernel_mode)
 
     def activate(self) -> None:

@@ -59,8 +59,8 @@ def begin_channels(g: GraspMemory, sliding: float, delay: float) -> None:
     g.slip.sliding, g.slip.delay = sliding, delay
     for at in range(2 * BELIEF_MOST):
         g.slip.sound[at], g.slip.silent[at] = 1.0 - SILENT_FIRST - LYING_FIRST, SILENT_FIRST
-        g.slip.says[at] = g.slip.heard[at] = g.slip.shows[at] = 0.0
-        g.slip.rate[at] = LIES
+        g.slip.says[at], g.slip.heard[at] = math.nan, math.inf
+        g.slip.shows[at], g.slip.rate[at] = 0.0, LIES
     for i in range(BELIEF_MOST):
         g.slip.level[i] = g.slip.held[i] = -math.inf
         g.slip.likely[i] = g.slip.likely_next[i] = g.slip.likely_age[i] = 0.0

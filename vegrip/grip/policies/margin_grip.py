@@ -1,7 +1,7 @@
 """The margin grip: raise at once, lower slowly, react to slip, and do not chatter.
 
-Let ``L`` be the least normal force for the wanted margin over the horizon, at the confidence that each finger
-needs for the wanted probability of the grasp (``confidence.py``), and ``c`` the command held so far.
+Let ``L`` be the least normal force for the wanted margin over the horizon, at the wanted probability, and ``c``
+the command held so far.
 
 1. Envelope of the need, fast up and slow down, not below the usual need ``U``::
 
@@ -31,16 +31,12 @@ from vegrip.grip.policies.policy import PolicyKind
 class GripSettings:
     """How the margin grip trades effort against the risk of slip."""
 
-    slip_every: float = parameter(
-        0.0, unit="s", low=0.0, high=1e6,
-        doc="target: one slip in so many disturbed seconds, gives the parameters below; 0 = none",
-    )  # fmt: skip
     wanted_margin: float = parameter(0.15, unit="1", low=0.0, high=0.9, doc="slip margin whose bound is kept")
     probability: float = parameter(
-        0.95, unit="1", low=0.5, high=0.9999, doc="that all fingers keep the margin over the horizon"
+        0.95, unit="1", low=0.5, high=0.9999, doc="that a finger keeps the margin over the horizon, where its slip would not be noticed"
     )
     known_probability: float = parameter(
-        0.76, unit="1", low=0.5, high=0.9999, doc="the same of each finger once friction is known"
+        0.76, unit="1", low=0.5, high=0.9999, doc="the same where a slip would surely be noticed"
     )
     dead_band: float = parameter(0.04, unit="1", low=0.0, high=0.5, doc="relative dead band of the command")
     release_time: float = parameter(0.3, unit="s", low=0.01, high=60.0, doc="time constant of lowering")

@@ -1,0 +1,147 @@
+"""What is counted on, and when force is let go of: expected loss against independent quadrature and limits."""
+
+import math
+
+import pytest
+from scipy.optimize import brentq
+from scipy.stats import norm
+
+from vegrip.grip.force_release import *
+from vegrip.grip.friction_belief import absorb_slide, begin_belief, expect_exponent, expect_finger
+from vegrip.grip.grasp_memory import GraspMemory
+from vegrip.grip.slip_channels import begin_channels, hear_slip
+
+MEAN, STD, EXPONENT, EXPONENT_STD, RISK, NOTICED = math.log(0.5), 0.35, 0.15, 0.12, 0.05, 0.24
+
+
+def grasp(releases: bool = True, fingers: int = 2) -> GraspMemory:
+    g = GraspMemory()
+    begin_belief(g, fingers, 0.0)
+    expect_exponent(g, EXPONENT, EXPONENT_STD**2)
+    for i in range(fingers):
+        expect_finger(g, i, MEAN, STD, 0.08)
+    begin_channels(g, 1e-3, 0.02)
+    begin_witness(g, 0.01)
+    begin_release(g)
+    set_risk(g, RISK, NOTICED, releases)
+    for i in range(fingers):
+        hear_slip(g, i, 1e-6, 0.0, math.nan)
+    return g
+
+
+def prove(g: GraspMemory, sound: float) -> None:
+    g.slip.sound[0], g.slip.silent[0] = sound, 1.0 - sound - 1e-6
+    g.slip.sound[1], g.slip.silent[1] = 0.0, 1.0
+
+
+@pytest.mark.parametrize("load", [-2.0, 0.0, 1.1])
+def test_where_no_slide_would_be_noticed_the_bound_of_the_prior_is_counted_on(load: float) -> None:
+    g = grasp(releases=False)
+    g.belief.load[0] = load
+    expected = MEAN - EXPONENT * load + norm.ppf(RISK) * math.hypot(STD, EXPONENT_STD * load)
+    assert counted_on(g, 0) == pytest.approx(expected, abs=1e-3)
+
+
+def test_where_friction_is_lower_than_expected_that_is_counted_on_though_nothing_is_noticed() -> None:
+    g = grasp(releases=False)
+    absorb_slide(g, 0, math.log(0.15), 0.01)
+    assert counted_on(g, 0) < math.log(0.15)
+
+
+def test_where_every_slide_is_noticed_the_belief_alone_counts_at_the_larger_risk() -> None:
+    g = grasp()
+    prove(g, 1.0 - 1e-9)
+    absorb_slide(g, 0, math.log(0.7), 0.01)
+    mean, std = believed_mean(g, 0), math.sqrt(believed_variance(g, 0))
+    assert counted_on(g, 0) == pytest.approx(mean + norm.ppf(NOTICED) * std, abs=1e-3)
+
+
+@pytest.mark.parametrize("p", [0.2, 0.6, 0.95])
+def test_between_them_the_expected_loss_is_the_risk(p: float) -> None:
+    g = grasp()
+    prove(g, p)
+    absorb_slide(g, 0, math.log(0.8), 0.01)
+    mean, std = believed_mean(g, 0), math.sqrt(believed_variance(g, 0))
+
+    def loss(x: float) -> float:
+        believed, first = norm.cdf(x, mean, std), norm.cdf(x, MEAN, STD)
+        return (1.0 - p) * max(believed, first) + p * RISK / NOTICED * believed - RISK
+
+    assert counted_on(g, 0) == pytest.approx(brentq(loss, -3.0, 1.0), abs=1e-3)
+
+
+def test_the_surer_a_slide_is_noticed_the_more_is_counted_on() -> None:
+    found = []
+    for p in (0.0, 0.3, 0.7, 0.99):
+        g = grasp()
+        prove(g, p)
+        found.append(counted_on(g, 0))
+    assert found == sorted(found)
+    assert found[0] < found[-1]
+
+
+def held(g: GraspMemory, u: float) -> None:
+    """Let both fingers hold this utilisation in quiet for a while."""
+    for _ in range(400):
+        for i in range(2):
+            follow_utilisation(g, i, 0.002, u, 0.02, 0.0)
+            watch_quiet(g, i, 0.002, 1.0, 0.01, True)
+            follow_forces(g, i, 0.002, 1.0 / u, 1.0, True)
+            decide(g, i, 0.002, 0.15, True, False)
+
+
+@pytest.mark.parametrize(
+    ("sound", "releases", "lets_go"),
+    [(0.99, True, True), (0.48, True, True), (0.3, True, False), (0.01, True, False), (0.99, False, False)],
+    ids=["proven", "not proven yet", "doubted", "named", "switched off"],
+)
+def test_force_is_let_go_of_while_a_slide_would_be_noticed(sound, releases, lets_go) -> None:  # type: ignore[no-untyped-def]
+    g = grasp(releases)
+    prove(g, sound)
+    held(g, 0.25)
+    assert (g.release.shift[0] > LEAST_SHIFT) == lets_go
+
+
+def test_what_is_known_well_is_not_let_go_of() -> None:
+    g = grasp()
+    prove(g, 0.999)
+    for k in range(40):
+        g.belief.load[k % 2] = 0.0
+        absorb_slide(g, k % 2, math.log(0.5), 0.01)
+    held(g, 0.35)
+    assert g.release.shift[0] == 0.0
+
+
+def test_a_slide_takes_all_back_and_waits() -> None:
+    g = grasp()
+    prove(g, 0.99)
+    held(g, 0.25)
+    g.slip.slides[1] = 0.9
+    decide(g, 1, 0.002, 0.15, True, False)
+    assert g.release.shift[0] == g.release.shift[1] == 0.0
+    assert g.release.pause == pytest.approx(PAUSE)
+    assert g.release.ends > 0.0
+    assert not reacts(g, 1)  # it ends with what was let go of
+
+
+def test_a_load_that_changes_takes_all_back_and_what_has_held_is_learned() -> None:
+    g = grasp()
+    prove(g, 0.99)
+    held(g, 0.45)
+    before, g.release.still[0] = believed_mean(g, 0), 0.0
+    decide(g, 0, 0.002, 0.15, True, True)
+    assert g.release.shift[0] == 0.0
+    assert believed_mean(g, 0) > before + 0.03
+
+
+def test_a_finger_that_lets_go_of_the_object_is_not_let_go_of() -> None:
+    g = grasp()
+    prove(g, 0.99)
+    held(g, 0.25)
+    watch_quiet(g, 0, 0.002, math.nan, 0.01, False)
+    assert g.release.shift[0] == 0.0
+
+
+def test_what_is_stated_is_wider_than_what_is_believed_by_what_changes_unfelt() -> None:
+    assert stated_std(0.0) == pytest.approx(0.1)
+    assert stated_std(0.3) == pytest.approx(math.hypot(0.3, 0.1))

@@ -1,0 +1,153 @@
+"""Channels that are sound, silent or lying are told apart by what they say, and by what the load shows."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from vegrip.grip.friction_belief import begin_belief, expect_exponent, expect_finger
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
+from vegrip.grip.slip_channels import *
+
+DT, DELAY, MU = 0.005, 0.02, 0.5
+
+
+def grasp(fingers: int = 2, std: float = 0.35) -> GraspMemory:
+    g = GraspMemory()
+    begin_belief(g, fingers, 0.03)
+    expect_exponent(g, 0.0, 0.0)
+    for i in range(fingers):
+        expect_finger(g, i, math.log(MU), std, 0.08)
+    begin_channels(g, 1e-3, DELAY)
+    return g
+
+
+def run(
+    g: GraspMemory, seconds: float, u: Callable[[float], float], flag: Callable[[float], float], i: int = 0
+) -> None:
+    """Let finger ``i`` be loaded and say what its flag says, after so many seconds."""
+    for k in range(round(seconds / DT)):
+        t = k * DT
+        hear_slip(g, i, DT, flag(t), math.nan)
+        follow_utilisation(g, i, DT, u(t), 0.02, 0.0)
+
+
+def rising(to: float, seconds: float) -> Callable[[float], float]:
+    return lambda t: 0.1 * (to / 0.1) ** min(t / seconds, 1.0)
+
+
+QUIET, ALWAYS = (lambda _: 0.0), (lambda _: 1.0)
+
+
+def probabilities(g: GraspMemory, at: int = 0) -> tuple[float, float, float]:
+    return g.slip.sound[at], g.slip.silent[at], lying(g, at)
+
+
+def test_silence_proves_nothing() -> None:
+    g = grasp()
+    run(g, 30.0, rising(0.3, 1.0), QUIET)
+    assert probabilities(g)[0] == pytest.approx(1.0 - SILENT_FIRST - LYING_FIRST, abs=0.02)
+
+
+def test_slip_that_the_load_makes_likely_proves_a_channel_for_a_while() -> None:
+    g = grasp()
+    run(g, 2.0, rising(0.5, 2.0), lambda t: float(t > 1.97))
+    assert g.slip.sound[0] > SURE
+    assert g.slip.slides[0] > SURE
+    run(g, 30.0, rising(0.2, 0.1), QUIET)
+    assert 0.6 < g.slip.sound[0] < SURE
+
+
+def test_slip_far_below_what_was_held_is_a_lie() -> None:
+    g = grasp()
+    run(g, 2.0, rising(0.4, 1.0), QUIET)
+    run(g, 1.0, lambda _: 0.15, lambda t: float(t > 0.5))
+    assert probabilities(g)[2] > SURE
+    assert is_named(g, 0)
+    assert tells_lies(g, 0)
+    assert g.slip.slides[0] < 0.05
+
+
+@pytest.mark.parametrize("share", [0.02, 0.3])
+def test_flags_at_random_are_lies_within_two_seconds(share: float) -> None:
+    g, rng = grasp(), np.random.default_rng(3)
+    run(g, 2.0, rising(0.3, 0.5), QUIET)
+    run(g, 2.0, lambda _: 0.2, lambda _: float(rng.random() < share))
+    assert g.slip.sound[0] < UNSURE
+
+
+def test_a_slide_that_goes_on_while_n_grows_is_one_and_a_flag_that_stays_while_u_falls_lies() -> None:
+    """While it slides T = mu N, so u stays; a stuck flag stays though the grip has grown."""
+    slides, stuck = grasp(), grasp()
+    for g in (slides, stuck):
+        run(g, 1.0, rising(0.45, 1.0), lambda t: float(t > 0.95))
+    run(slides, 0.2, lambda _: 0.45, ALWAYS)
+    run(stuck, 0.3, lambda t: 0.45 * math.exp(-6.0 * t), ALWAYS)
+    assert slides.slip.slides[0] > SURE
+    assert slides.slip.sound[0] > SURE
+    assert stuck.slip.sound[0] < UNSURE
+
+
+def test_in_the_air_every_slip_is_a_lie() -> None:
+    g = grasp()
+    run(g, 0.1, lambda _: math.nan, ALWAYS)
+    assert probabilities(g)[2] > SURE
+
+
+def test_one_sample_is_not_believed() -> None:
+    g = grasp()
+    run(g, 1.0, rising(0.3, 1.0), QUIET)
+    hear_slip(g, 0, 0.001, 1.0, math.nan)
+    assert g.slip.slides[0] < 0.5
+    hear_slip(g, 0, 0.001, 0.0, math.nan)
+    assert g.slip.slides[0] == 0.0
+
+
+def test_a_slide_that_no_channel_has_told_counts_against_all_and_one_that_one_has_told_against_none() -> None:
+    missed, told = grasp(), grasp()
+    for g in (missed, told):
+        run(g, 1.0, rising(0.3, 1.0), QUIET, 0)
+        run(g, 1.0, rising(0.3, 1.0), QUIET, 1)
+    hear_slip(told, 1, DT, 1.0, math.nan)
+    for g in (missed, told):
+        judge_slide(g, 0.2, 0.95)
+    assert missed.slip.sound[0] < 0.1
+    assert missed.slip.silent[1] > 0.9
+    assert told.slip.sound[0] == pytest.approx(0.48, abs=0.01)
+    assert told.slip.silent[1] < 1e-3
+
+
+def test_a_channel_that_is_not_sensed_says_nothing_and_is_not_named() -> None:
+    g = grasp()
+    run(g, 5.0, rising(0.3, 1.0), lambda _: math.nan)
+    judge_slide(g, 0.2, 0.99)
+    assert g.slip.sound[0] == pytest.approx(0.48, abs=0.01)
+    assert sound_channel(g, 0) == noticed(g) == 0.0
+
+
+def test_the_sign_of_a_speed_is_none_of_its_business_and_a_threshold_of_zero_switches_it_off() -> None:
+    g = grasp()
+    hear_slip(g, 0, DT, 0.0, 2e-3)
+    assert g.slip.says[BELIEF_MOST] == 1.0
+    begin_channels(g, 0.0, DELAY)
+    hear_slip(g, 0, DT, 0.0, 2e-3)
+    assert math.isnan(g.slip.says[BELIEF_MOST])
+
+
+def test_probabilities_stay_probabilities_whatever_is_said() -> None:
+    g, rng = grasp(), np.random.default_rng(5)
+    for _ in range(20_000):
+        i, dt = int(rng.integers(2)), float(rng.choice([0.0, 1e-4, 2e-3, 0.1]))
+        flag = float(rng.choice([0.0, 1.0, 0.5, math.nan, -3.0, math.inf]))
+        speed = float(rng.choice([0.0, 1e-2, math.nan, math.inf]))
+        hear_slip(g, i, dt, flag, speed)
+        u = float(rng.choice([0.0, 0.3, 3.0, 1e-300, 1e300, math.nan, math.inf]))
+        follow_utilisation(g, i, dt, u, float(rng.choice([0.0, 0.1, 5.0])), float(rng.uniform(-4.0, 3.0)))
+        if rng.random() < 0.01:
+            judge_slide(g, 0.1, float(rng.random()))
+        for at in (0, 1, BELIEF_MOST, BELIEF_MOST + 1):
+            sound, silent, lies = probabilities(g, at)
+            assert 0.0 <= min(sound, silent, lies)
+            assert sound + silent <= 1.0 + 1e-12
+        assert 0.0 <= g.slip.slides[i] <= 1.0

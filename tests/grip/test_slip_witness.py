@@ -1,0 +1,97 @@
+"""While an object holds, T stays as N is let go of; while it slides, T = mu N."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vegrip.grip.friction_belief import begin_belief, expect_finger
+from vegrip.grip.grasp_memory import GraspMemory
+from vegrip.grip.slip_channels import begin_channels, follow_utilisation, hear_slip
+from vegrip.grip.slip_witness import *
+
+DT, NOISE, MU, LOAD = 0.002, 0.01, 0.5, 1.0
+
+
+def grasp() -> GraspMemory:
+    g = GraspMemory()
+    begin_belief(g, 2, 0.03)
+    for i in range(2):
+        expect_finger(g, i, math.log(MU), 0.35, 0.08)
+    begin_channels(g, 1e-3, 0.0)
+    begin_witness(g, NOISE)
+    return g
+
+
+def let_go(g: GraspMemory, rate: float, seconds: float, load: float = LOAD, fade: float = 0.0) -> float:
+    """Let N fall from 4 N at ``rate`` [1/s]; return N / N at which it slides when a slide is seen, NaN: never.
+
+    ``fade`` [1/s] is the rate at which the load goes away.
+    """
+    rng = np.random.default_rng(1)
+    for k in range(round(seconds / DT)):
+        t = k * DT
+        force = 4.0 * math.exp(-rate * t)
+        weight = load * math.exp(-fade * t)
+        pull = min(0.5 * weight, MU * force)
+        for i in range(2):
+            hear_slip(g, i, DT, 0.0, math.nan)
+            follow_utilisation(g, i, DT, pull / force, 0.02, 0.0)
+            follow_forces(g, i, DT, force, pull + NOISE * rng.standard_normal(), True)
+        if sees_slide(g, 2.0 * DT, 0.5):
+            return force / (0.5 * load / MU)
+    return math.nan
+
+
+@pytest.mark.parametrize("rate", [1.0, 3.0, 6.0])
+def test_a_slide_shows_before_n_is_a_tenth_below_the_least(rate: float) -> None:
+    assert 0.85 < let_go(grasp(), rate, 4.0 / rate) < 1.0
+
+
+def test_an_object_that_holds_shows_no_slide() -> None:
+    assert math.isnan(let_go(grasp(), 1.0, 1.3))
+
+
+def test_a_load_that_goes_away_faster_than_n_is_no_slide() -> None:
+    assert math.isnan(let_go(grasp(), 0.5, 1.0, fade=2.0))
+
+
+def test_without_anything_let_go_of_nothing_is_seen() -> None:
+    g = grasp()
+    for k in range(500):
+        for i in range(2):
+            follow_forces(g, i, DT, 4.0 - 0.006 * k, 2.0 - 0.003 * k, True)
+        assert not sees_slide(g, 2.0 * DT, 0.0)
+
+
+@pytest.mark.parametrize(("comes_back", "named"), [(True, True), (False, False)])
+def test_a_slide_was_missed_if_t_comes_back_with_n_and_not_else(comes_back: bool, named: bool) -> None:
+    g = grasp()
+    assert let_go(g, 4.0, 1.5) < 1.0
+    silent = g.slip.silent[0]
+    for _ in range(120):
+        for i in range(2):
+            hear_slip(g, i, DT, 0.0, math.nan)
+            follow_forces(g, i, DT, 3.0, 0.5 if comes_back else 0.4, True)
+        sees_slide(g, 2.0 * DT, 0.0)
+    assert (g.slip.silent[0] > silent + 0.2) == named
+    assert g.witness.waits == 0.0
+
+
+def test_noise_that_hides_a_slide_is_known() -> None:
+    g = grasp()
+    for i in range(2):
+        follow_forces(g, i, DT, 1.0, 0.02, True)
+    assert rise_needed(g, DT) > BLIND
+    for i in range(2):
+        follow_forces(g, i, DT, math.nan, 0.02, False)
+    assert rise_needed(g, DT) == math.inf
+
+
+def test_a_slow_fall_is_no_witness() -> None:
+    slow, fast = grasp(), grasp()
+    for g, rate in ((slow, 0.2), (fast, 3.0)):
+        g.witness.first = g.witness.lagging = 4.0
+        told = [is_slow(g, DT, 4.0 * math.exp(-rate * k * DT)) for k in range(round(1.0 / rate / DT))]
+        assert told[-1] == (g is slow)
+        assert not told[0]
