@@ -84,7 +84,7 @@ def held(g: GraspMemory, u: float) -> None:
     """Let both fingers hold this utilisation in quiet for a while."""
     for _ in range(400):
         for i in range(2):
-            follow_utilisation(g, i, 0.002, u, 0.02, 0.0)
+            follow_utilisation(g, i, 0.002, u, 0.02, 0.0, True)
             watch_quiet(g, i, 0.002, 1.0, 0.01, True)
             follow_forces(g, i, 0.002, 1.0 / u, 1.0, True)
             decide(g, i, 0.002, 0.15, True, False)

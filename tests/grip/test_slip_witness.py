@@ -36,7 +36,7 @@ def let_go(g: GraspMemory, rate: float, seconds: float, load: float = LOAD, fade
         pull = min(0.5 * weight, MU * force)
         for i in range(2):
             hear_slip(g, i, DT, 0.0, math.nan)
-            follow_utilisation(g, i, DT, pull / force, 0.02, 0.0)
+            follow_utilisation(g, i, DT, pull / force, 0.02, 0.0, True)
             follow_forces(g, i, DT, force, pull + NOISE * rng.standard_normal(), True)
         if sees_slide(g, 2.0 * DT, 0.5):
             return force / (0.5 * load / MU)

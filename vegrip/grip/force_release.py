@@ -42,6 +42,7 @@ FOLLOWING = 0.1  # [s] with which the load from which changes are counted follow
 QUIET_TIME = 0.2  # [s] without a change of any load before force is let go of
 QUIET_CHANGE = 0.05  # relative change of a load that is one
 LEAST_SHIFT = 1e-3  # of ln mu, from which on a finger counts as let go of
+ENDS_A_SLIDE = 0.1  # of ln mu: to take so much back ends a slide that letting go has brought
 HALVINGS = 16
 REACTED = 0.2  # probability of a slide from which on the grip grows
 UNFELT_CHANGE = 0.1  # std of ln mu by which friction changes between two slides
@@ -159,15 +160,18 @@ def stated_std(std: float) -> float:
 
 def note_slide(g: GraspMemory, i: int, dt: float, unsure: float) -> None:
     """Learn from a slide of finger ``i``; at its end the next one is another."""
-    if g.belief.before[i] > -math.inf and tells_lies(g, i):
+    teacher = int(g.slip.teacher[i])
+    if g.belief.before[i] > -math.inf and is_named(g, teacher):
         void_slide(g, i)
     if g.slip.slides[i] < SURE:
-        if g.slip.slides[i] < UNSURE:
+        if g.slip.slides[i] < UNSURE and g.slip.taught[i] > 0.0:
             g.slip.taught[i] = 0.0
+            if g.slip.sound[teacher] >= SURE:
+                g.belief.before[i] = -math.inf
         return
     if g.slip.taught[i] > 0.0 or not g.slip.top[i] > -math.inf:
         return
-    g.slip.taught[i], g.slip.held[i] = 1.0, g.slip.top[i]
+    g.slip.taught[i], g.slip.held[i], g.slip.teacher[i] = 1.0, g.slip.top[i], float(teller(g, i))
     ln_u = g.slip.top[i] - g.belief.mean[int(g.belief.fingers)] * g.belief.load[i]
     absorb_slide(g, i, ln_u, SCATTER * SCATTER + unsure * unsure)
 
@@ -189,7 +193,7 @@ def decide(g: GraspMemory, i: int, dt: float, margin: float, touching: bool, cha
     g.release.pause = max(g.release.pause - dt / float(n), 0.0)
     g.release.ends = max(g.release.ends - dt / float(n), 0.0)
     if g.slip.slides[i] >= 0.5 or sees_slide(g, dt, total):
-        if total > LEAST_SHIFT:
+        if total > ENDS_A_SLIDE:
             g.release.ends = 2.0 * (g.slip.delay + SMOOTHING)
         take_back(g, True)
         g.release.pause = PAUSE

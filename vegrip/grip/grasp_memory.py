@@ -89,7 +89,7 @@ class Slip:
     silent: Channels  # probability to be silent
     says: Channels  # 1, 0; NaN = not sensed
     heard: Channels  # [s] since it last said slip
-    rate: Channels  # how often it says slip
+    rate: Channels  # how often it begins to say slip, per look
     shows: Channels  # what it adds to the logit of a slide
     level: Each  # ln u at the reference load, without noise; -inf: not known
     held: Each  # largest of late without a slide
@@ -100,6 +100,7 @@ class Slip:
     likely_age: Each  # [s]
     slides: Each  # probability that the finger slides
     taught: Each  # 1 where the present slide has taught
+    teacher: Each  # channel that has told the last slide that taught
     stays: Each  # how far the utilisation is still what it was, largest of the last delay
     stays_next: Each
 

@@ -10,7 +10,7 @@ is one of three:
 A *look* lasts ``LOOK``: what a channel says in between is the same noise. With the probability p that the finger
 slides by all that is known beside this channel, what it says multiplies the three by::
 
-    begins to say slip:                        p DETECTS + (1 - p) FALSE,   0,   how often it says so, at least LIES
+    begins to say slip:                        p DETECTS + (1 - p) FALSE,   0,   how often it begins, at least LIES
     goes on, while w is still what it was:     DETECTS,                     0,   DETECTS
     goes on, though w has fallen:              FALSE a look,                0,   DETECTS
     has missed a slide that the load shows:    1 - DETECTS,                 1,   1
@@ -41,13 +41,13 @@ from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 DETECTS = 0.99  # probability that a sound channel tells a slide
 FALSE = 1e-4  # the same in a look in which nothing slides
 LIES = 0.02  # the same of one that lies, as far as it has not shown how often it does
-RATE_LOOKS = 100.0  # looks from which that is seen
+RATE_LOOKS = 100.0  # looks from which it is seen how often one begins to say slip
 LOOK = 0.01  # [s] that what a channel says stays the same: a sample or two of published slip sensors
 SILENT_FIRST = 0.5  # probability of a channel that has proven nothing to be dead: half, for nothing is known of it
 LYING_FIRST = 0.02  # the same to lie
 RENEWED = 100.0  # [s]
 SCATTER = 0.1  # std of ln mu from one slide to the next
-CHANGED = 0.01  # probability that friction is not what was believed when a channel says slip
+CHANGED = 0.02  # probability that friction is not what was believed when a channel says slip
 HELD_TIME = 10.0  # [s] in which ln u that was held falls by one
 SMOOTHING = 0.01  # [s] of the utilisation: its noise is that of one sample
 SURE, UNSURE = 0.95, 0.05  # probability from which on a hypothesis is acted on, and below which it is not
@@ -92,10 +92,9 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
     g.slip.sound[at] += usual * (1.0 - SILENT_FIRST - LYING_FIRST - g.slip.sound[at])
     g.slip.silent[at] += usual * (SILENT_FIRST - g.slip.silent[at])
     g.slip.heard[at] += dt
+    g.slip.rate[at] += looks / RATE_LOOKS * (LIES - g.slip.rate[at])
     if not says >= 0.5:
         g.slip.shows[at] = 0.0
-        if says < 0.5:
-            g.slip.rate[at] += looks / RATE_LOOKS * (LIES - g.slip.rate[at])
         return
     g.slip.heard[at] = 0.0
     p, rate = g.slip.likely[i], g.slip.rate[at]
@@ -104,7 +103,7 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
         weigh(g, at, math.exp(looks * math.log(tells)), FEWEST, math.exp(looks * math.log(DETECTS)))
     else:
         weigh(g, at, p * DETECTS + (1.0 - p) * FALSE, FEWEST, rate)
-    g.slip.rate[at] += looks / RATE_LOOKS * (1.0 - rate)
+        g.slip.rate[at] += (1.0 - rate) / RATE_LOOKS
     most = math.log(1.0 + g.slip.sound[at] * DETECTS / (lying(g, at) * rate))
     g.slip.shows[at] = min(g.slip.shows[at] - looks * math.log(FALSE), most)
 
@@ -135,7 +134,9 @@ def judge_slide(g: GraspMemory, since: float, p: float) -> None:
                 weigh(g, at, 1.0 - p * DETECTS, 1.0, 1.0)
 
 
-def follow_utilisation(g: GraspMemory, i: int, dt: float, u: float, unsure: float, load: float) -> None:
+def follow_utilisation(
+    g: GraspMemory, i: int, dt: float, u: float, unsure: float, load: float, touching: bool
+) -> None:
     """Note how likely finger ``i`` slides by its load.
 
     Args:
@@ -145,12 +146,13 @@ def follow_utilisation(g: GraspMemory, i: int, dt: float, u: float, unsure: floa
         u: utilisation at mu = 1; NaN where it is not known.
         unsure: its relative std.
         load: relative load of the finger.
+        touching: whether it touches: in the air nothing slides, and of a light touch it is not known.
 
     """
     if not 0.0 < u < math.inf:
         g.slip.level[i] = -math.inf
         g.slip.held[i] -= dt / HELD_TIME
-        remember(g, i, dt, FALSE, -math.inf, 0.0)
+        remember(g, i, dt, CHANGED if touching else FALSE, -math.inf, 1.0 if touching else 0.0)
         return
     w = math.log(u) + g.belief.mean[int(g.belief.fingers)] * load
     begins = g.slip.level[i] == -math.inf
@@ -203,11 +205,9 @@ def is_named(g: GraspMemory, at: int) -> bool:
     return g.slip.sound[at] < UNSURE
 
 
-def tells_lies(g: GraspMemory, i: int) -> bool:
-    """Return whether a channel of finger ``i`` says slip, and surely lies."""
-    flag, fast = i, BELIEF_MOST + i
-    lies = g.slip.says[flag] >= 0.5 and is_named(g, flag)
-    return lies or (g.slip.says[fast] >= 0.5 and is_named(g, fast))
+def teller(g: GraspMemory, i: int) -> int:
+    """Return the channel by which it is believed that finger ``i`` slides."""
+    return i if g.slip.shows[i] >= g.slip.shows[BELIEF_MOST + i] else BELIEF_MOST + i
 
 
 def chance(x: float) -> float:

@@ -91,7 +91,8 @@ def update_shared_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     give_evidence(f, g, i)
     u, unsure = utilised_friction(f, is_touching)
     x, y = f.state.tangential_force_x, f.state.tangential_force_y
-    follow_utilisation(g, i, dt, u if unsure < VAGUE_LOAD else math.nan, unsure, f.friction.load)
+    known = u if unsure < VAGUE_LOAD else math.nan
+    follow_utilisation(g, i, dt, known, unsure, f.friction.load, is_touching)
     follow_forces(g, i, dt, f.state.normal_force, math.sqrt(x * x + y * y), is_touching)
     changed = watch_quiet(g, i, dt, armed_load(f, is_touching), f.shared.load_noise, is_touching)
     note_slide(g, i, dt, unsure)
