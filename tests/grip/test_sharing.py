@@ -5,12 +5,12 @@ import math
 from collections.abc import Callable
 
 import pytest
+from vegrip.grip.joint_confidence import each_confidence
 
 from vegrip.config import build
 from vegrip.errors import ConfigError
 from vegrip.grip.controller import GripController
 from vegrip.grip.friction_settings import FrictionSettings
-from vegrip.grip.joint_confidence import each_confidence
 from vegrip.grip.node import GraspForce
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.settings import ControlSettings

@@ -143,11 +143,13 @@ def test_probabilities_stay_probabilities_whatever_is_said() -> None:
         speed = float(rng.choice([0.0, 1e-2, math.nan, math.inf]))
         hear_slip(g, i, dt, flag, speed)
         u = float(rng.choice([0.0, 0.3, 3.0, 1e-300, 1e300, math.nan, math.inf]))
-        follow_utilisation(g, i, dt, u, float(rng.choice([0.0, 0.1, 5.0])), float(rng.uniform(-4.0, 3.0)), True)
+        follow_utilisation(
+            g, i, dt, u, float(rng.choice([0.0, 0.1, 5.0])), float(rng.uniform(-4.0, 3.0)), True
+        )
         if rng.random() < 0.01:
             judge_slide(g, 0.1, float(rng.random()))
         for at in (0, 1, BELIEF_MOST, BELIEF_MOST + 1):
             sound, silent, lies = probabilities(g, at)
-            assert 0.0 <= min(sound, silent, lies)
+            assert min(sound, silent, lies) >= 0.0
             assert sound + silent <= 1.0 + 1e-12
         assert 0.0 <= g.slip.slides[i] <= 1.0

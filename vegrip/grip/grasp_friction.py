@@ -14,7 +14,6 @@ from vegrip.estimator.estimator import ContactEstimator
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.grip.drive_lag import begin_drives, measured_lag, tell_drives
 from vegrip.grip.force_release import *
-from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.load_lead import begin_lead

@@ -165,9 +165,7 @@ SIZE: Final = PLACES[-1][2] + PLACES[-1][3]
 def constants() -> str:
     """Return the places as program text."""
     places = [f"{section}_{name}".upper() + f" = {at}" for section, name, at, _ in PLACES]
-    return "\n".join(
-        [f"BELIEF_MOST = {BELIEF_MOST}", f"BELIEF_ROW = {BELIEF_ROW}", *places]
-    )
+    return "\n".join([f"BELIEF_MOST = {BELIEF_MOST}", f"BELIEF_ROW = {BELIEF_ROW}", *places])
 
 
 class GraspMemory:

@@ -23,7 +23,8 @@ and a channel goes back to what is usual of such channels in ``RENEWED``: sensor
     p = P(x < w + SCATTER | x > h - SCATTER),    at least CHANGED exp(-((h - w) / SCATTER)^2 / 2)
 
 since friction may have changed, but not while w falls: a contact that slides has w = x. It is taken at its largest
-over the delay of the channels, because they tell late. To its logit a channel that says slip for n looks adds::
+over the delay of the channels, because they tell late, and at least TOGETHER the probability that another finger
+slides. To its logit a channel that says slip for n looks adds::
 
     ln (S DETECTS + Y LIES) / (S FALSE^n + Y LIES),     S, Y its probabilities to be sound and to lie
 
@@ -43,10 +44,13 @@ FALSE = 1e-4  # the same in a look in which nothing slides
 LIES = 0.02  # the same of one that lies, as far as it has not shown how often it does
 RATE_LOOKS = 100.0  # looks from which it is seen how often one begins to say slip
 LOOK = 0.01  # [s] that what a channel says stays the same: a sample or two of published slip sensors
-SILENT_FIRST = 0.5  # probability of a channel that has proven nothing to be dead: half, for nothing is known of it
+SILENT_FIRST = (
+    0.5  # probability of a channel that has proven nothing to be dead: half, for nothing is known of it
+)
 LYING_FIRST = 0.02  # the same to lie
 RENEWED = 100.0  # [s]
 SCATTER = 0.1  # std of ln mu from one slide to the next
+TOGETHER = 0.5  # probability that a finger slides with another one: the object does, or that one alone
 CHANGED = 0.02  # probability that friction is not what was believed when a channel says slip
 HELD_TIME = 10.0  # [s] in which ln u that was held falls by one
 SMOOTHING = 0.01  # [s] of the utilisation: its noise is that of one sample
@@ -81,7 +85,16 @@ def hear_slip(g: GraspMemory, i: int, dt: float, flag: float, speed: float) -> N
     hear_channel(g, i, i, dt, flag if flag <= 0.0 or flag >= 1.0 else math.nan)
     hear_channel(g, i, BELIEF_MOST + i, dt, fast)
     shows = max(g.slip.shows[i], g.slip.shows[BELIEF_MOST + i])  # both are of one sensor
-    g.slip.slides[i] = chance(logit(g.slip.likely[i]) + shows) if shows > 0.0 else 0.0
+    g.slip.slides[i] = chance(logit(likely_slide(g, i)) + shows) if shows > 0.0 else 0.0
+
+
+def likely_slide(g: GraspMemory, i: int) -> float:
+    """Return p of finger ``i``, by its load and by the slides of the others."""
+    p = g.slip.likely[i]
+    for j in range(int(g.belief.fingers)):
+        if j != i:
+            p = max(p, TOGETHER * g.slip.slides[j])
+    return p
 
 
 def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> None:
@@ -97,7 +110,7 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
         g.slip.shows[at] = 0.0
         return
     g.slip.heard[at] = 0.0
-    p, rate = g.slip.likely[i], g.slip.rate[at]
+    p, rate = likely_slide(g, i), g.slip.rate[at]
     if before >= 0.5:
         tells = g.slip.stays[i] * DETECTS + (1.0 - g.slip.stays[i]) * FALSE
         weigh(g, at, math.exp(looks * math.log(tells)), FEWEST, math.exp(looks * math.log(DETECTS)))

@@ -30,7 +30,7 @@ FORGOTTEN = 0.6  # [s]
 SLOW = 0.6  # [1/s] of ln N, below which a slide would show too late
 BEGUN = 0.85  # of N at first, from which on it must fall that fast
 LAGGING = 0.15  # [s]
-SHOWN = 4.0  # logarithm of how much likelier such a rise is where the object slides
+SHOWN = 3.0  # logarithm of how much likelier such a rise is where the object slides
 JUDGED = 0.15  # [s] that a grip takes to be back
 
 
@@ -51,7 +51,6 @@ def follow_forces(g: GraspMemory, i: int, dt: float, force: float, pull: float, 
     part = 1.0 - math.exp(-dt / SMOOTHING) if g.witness.forces[i] > 0.0 else 1.0
     g.witness.forces[i] += part * (force - g.witness.forces[i])
     g.witness.pulls[i] += part * (pull - g.witness.pulls[i])
-
 
 
 def rise_needed(g: GraspMemory, dt: float) -> float:

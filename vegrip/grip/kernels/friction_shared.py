@@ -10,9 +10,9 @@ from vegrip.estimator.kernels.friction import HELD, SLID
 from vegrip.estimator.kernels.load_law import remove_site
 from vegrip.estimator.kernels.load_loss import is_load_doubted
 from vegrip.estimator.kernels.sense import touches
+from vegrip.grip.force_release import *
 from vegrip.grip.grasp_memory import BELIEF_ROW, GraspMemory
 from vegrip.grip.kernels.generated import *
-from vegrip.grip.force_release import *
 from vegrip.grip.load_lead import *
 
 LONGEST_STEP = 0.1  # [s]; a longer pause between two states counts as so much

@@ -33,7 +33,11 @@ class GripSettings:
 
     wanted_margin: float = parameter(0.15, unit="1", low=0.0, high=0.9, doc="slip margin whose bound is kept")
     probability: float = parameter(
-        0.95, unit="1", low=0.5, high=0.9999, doc="that a finger keeps the margin over the horizon, where its slip would not be noticed"
+        0.95,
+        unit="1",
+        low=0.5,
+        high=0.9999,
+        doc="that a finger keeps the margin over the horizon, where its slip would not be noticed",
     )
     known_probability: float = parameter(
         0.76, unit="1", low=0.5, high=0.9999, doc="the same where a slip would surely be noticed"
