@@ -87,6 +87,7 @@ def kept_rows(
     if not columns:
         raise RecordingError(f"{path}: no channel holds a single value")
     report_doubts(t[keep], episode[keep], columns, radius, lines[keep], report)
+    report.place_losses(t[keep], lines[keep], columns)
     return t[keep], episode[keep], columns
 
 

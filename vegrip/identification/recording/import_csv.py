@@ -27,12 +27,14 @@ from vegrip.identification.recording.column_map import (
     ColumnMap,
     header_units,
     own_columns,
+    row_units,
     step_columns,
     suspect_units,
 )
 from vegrip.identification.recording.data import MATERIAL, STRETCH, Columns, Recording, join_recordings
+from vegrip.identification.recording.mended_times import mended
 from vegrip.identification.recording.report import Kind, LoadReport
-from vegrip.identification.recording.table import Progress, Table, read_header, read_table
+from vegrip.identification.recording.table import Layout, Progress, Table, read_header, read_table
 from vegrip.identification.recording.table_form import find_layout
 from vegrip.identification.recording.units import to_si
 from vegrip.types import Floats
@@ -50,6 +52,8 @@ SPECIMEN = {
 }  # length [m] and section [m^2] of one that is stretched
 EARLIEST, EARLY_ROWS = 1e-3, 12  # of the time of a creep's first row, from which it is continued backwards
 STEPS_HELD = {"modulus": "relaxation", "compliance": "creep"}
+LATE_STEPS, LATE_GROWTH = 100.0, 3.0
+"""A step is sampled at even or at geometric times; what grows quicker began elsewhere (origin: rule)."""
 TOUCH_SHARE = 0.01  # of the peak force
 
 
@@ -153,7 +157,7 @@ def import_csv(
     path, report = Path(path), LoadReport()
     chart = column_map or ColumnMap()
     form = chart.table
-    layout, unusual = find_layout(path, form.delimiter, form.decimal, form.skip, form.section)
+    layout, unusual = find_layout(path, form.delimiter, form.decimal, form.skip, form.section, form.thousands)
     if unusual:
         report.add(Kind.NOTE, f"found by itself: {unusual}")
     header = read_header(path, layout)
@@ -161,6 +165,9 @@ def import_csv(
     if taken := chart.channels.keys() - mapped.channels.keys() if mapped.channels else ():
         report.add(Kind.NOTE, f"taken by their names: {', '.join(sorted(taken))}")
     _check_mapped(path, chart, header)
+    chart, below = row_units(chart, header, _below(layout), path)
+    if below:
+        report.add(Kind.NOTE, f"units taken from the line below the header: {', '.join(below)}")
     chart, units = header_units(chart)
     for sentence in suspect_units(chart):
         report.add(Kind.SUSPECT, sentence)
@@ -170,6 +177,11 @@ def import_csv(
     words = [chart.episode.column] if chart.episode.column else []
     table = read_table(path, list(dict.fromkeys(numbers)), words, layout, report, progress)
     return recording_of(path, table, chart, report, radius)
+
+
+def _below(layout: Layout) -> tuple[str, ...]:
+    """Return the line of units, with a cell for the number of the section where there are several."""
+    return ("", *layout.units) if layout.section else layout.units
 
 
 def recording_of(
@@ -225,6 +237,7 @@ def recording_of(
     report_doubts(t, trial, columns, fingertip.radius, lines, report)
     source = {"file": path.name, "map": chart.name or "command line"}
     source |= {MATERIAL: STRETCH} if is_stretch else {}
+    report.place_losses(t, lines, columns)
     ordered = {key: columns[key] for key in RECORDED if key in columns}
     name = path.name.removesuffix(".gz").rsplit(".", 1)[0]
     return Recording(name, t, trial, ordered, fingertip, noise, source, start, report)
@@ -284,6 +297,7 @@ def steps_of(
                 f"{path}: has fewer than {LEAST_STEP_ROWS} rows of a step with a {kind} above zero"
             )
         one = {name: values[rows][keep] for name, values in columns.items()}
+        _suspect_begin(since[rows][keep], report)
         steps.append(
             step_recording(path.name.removesuffix(".gz").rsplit(".", 1)[0], since[rows][keep], one, kind)
         )
@@ -323,11 +337,23 @@ def step_recording(name: str, since: Floats, columns: Columns, kind: str) -> Rec
     )  # fmt: skip
 
 
+def _suspect_begin(since: Floats, report: LoadReport) -> None:
+    """Report a step whose first rows follow each other closer than they follow the step."""
+    first, step = float(since[0]), float(np.median(np.diff(since[:LEAST_STEP_ROWS])))
+    grown = float(np.median(np.diff(since[-LEAST_STEP_ROWS:])) / step) if step > 0.0 else 1.0
+    if first > LATE_STEPS * step and grown > LATE_GROWTH * float(since[-1]) / first:
+        report.add(
+            Kind.SUSPECT,
+            f"the first row is {first:.4g} s after the step, and the next {step:.3g} s after that: where the "
+            "test has a time of its own, make it count from the step",
+        )
+
+
 def _suspect_trials(t: Floats, report: LoadReport) -> None:
     begun = int(np.count_nonzero(np.diff(t) < -0.5 * (np.nanmax(t) - np.nanmin(t))))
     if begun:
         report.add(
-            Kind.SUSPECT,
+            Kind.AMBIGUOUS,
             f"the time begins anew {begun} x, and rows of trials lie over each other; say which column "
             "distinguishes the trials with --map episode=COLUMN, or give each trial as a table of its own",
         )
@@ -403,6 +429,7 @@ def _seconds(
     t = table.numbers[chart.time.column] * scale + offset
     moved = 0
     for rows in stretches_of(trial):
+        t[rows] = mended(t[rows], report, spread=chart.time.spread)
         if rows.start and t[rows.start] <= t[rows.start - 1]:
             t[rows] += t[rows.start - 1] + chart.episode.gap - t[rows.start]
             moved += 1

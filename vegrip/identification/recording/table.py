@@ -6,7 +6,9 @@ megabytes of gzip can hold gigabytes of text, so a larger table than ``MOST_CELL
 """
 
 import csv
+import dataclasses
 import gzip
+import re
 import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -18,6 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.errors import RecordingError, suggestion
+from vegrip.identification.recording.cell_numbers import (
+    NONE,
+    is_doubtful,
+    plain_number,
+    thousands_read,
+)
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.types import Floats
 from vegrip.whole_file import reading
@@ -57,6 +65,8 @@ class Layout:
     sealed: bool = False  # a last line without its line end is cut, not only unusual
     encoding: str = "utf-8-sig"
     section: str = ""  # the line above each table, in a file of several
+    thousands: str = ""  # what stands between thousands; empty: what can be nothing else, "none": nothing
+    units: tuple[str, ...] = ()  # what stands below each column's name, as ``(mm)``
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +102,7 @@ def read_table(
 
     """
     blocks: list[Table] = []
-    of_use = 0
+    of_use, is_marked, mark = 0, False, re.compile(rf"\{layout.decimal}\d{{3}}(?!\d)")
     with _opened(path, layout) as file:
         texts = _texts(path, file, layout)
         header = _header(path, texts, layout)
@@ -100,6 +110,7 @@ def read_table(
         cells = 0
         for block in _blocks(texts, layout.delimiter):
             report.rows_read += len(block)
+            is_marked = is_marked or any(mark.search(text) for _, text in block)
             cells += sum(_width(text, layout.delimiter) for _, text in block)
             if report.rows_read * len(wanted) > MOST_CELLS or cells > MOST_CELLS_ALL:
                 raise _too_large(path, f"more than {MOST_CELLS} numbers")
@@ -121,7 +132,31 @@ def read_table(
             progress(report.rows_read)
     if not report.rows_read:
         raise RecordingError(f"{path}: holds a header and no rows")
-    return _joined(blocks, numbers, words)
+    table = _joined(blocks, numbers, words)
+    doubtful = [name for name in numbers if not layout.thousands and is_marked]
+    doubtful = [name for name in doubtful if is_doubtful(table.numbers[name])]
+    if doubtful:
+        decided = dataclasses.replace(layout, thousands=NONE)
+        cells = read_table(path, numbers, [*words, *doubtful], decided, LoadReport()).words
+        for name in doubtful:
+            _decide_thousands(table, name, cells[name], layout, report)
+    return table
+
+
+def _decide_thousands(table: Table, name: str, cells: list[str], layout: Layout, report: LoadReport) -> None:
+    """Read the column ``name`` with marks between thousands where it is the smoother for it."""
+    whole, is_sure = thousands_read(cells, table.numbers[name])
+    mark = layout.decimal
+    if not is_sure:
+        report.add(
+            Kind.AMBIGUOUS,
+            f"the column {name!r} has whole numbers and numbers like "
+            f"{next(cell for cell in cells if mark in cell)!r}: --thousands {mark} reads it as thousands, "
+            f"--thousands {NONE} as decimals",
+        )
+    if whole is not None:
+        table.numbers[name][:] = whole
+        report.add(Kind.NOTE, f"found by itself: in {name!r} a {mark!r} stands between thousands")
 
 
 def _opened(path: Path, layout: Layout) -> TextIO:
@@ -173,7 +208,8 @@ def _filled_lines(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[in
                 raise _too_large(f"{path}:{line}", f"more than {limit}")
             if "\0" in text:
                 raise RecordingError(f"{path}:{line}: is not a text file; give a table of numbers (CSV)")
-            if line > layout.skip and not text.isspace():
+            is_table = line > layout.skip and not text.isspace()
+            if is_table and not (layout.units and is_units_line(text, layout)):
                 yield line, text
     except UnicodeDecodeError:
         name = layout.encoding.removesuffix("-sig").upper()
@@ -188,6 +224,10 @@ def _filled_lines(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[in
         ) from None
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+def is_units_line(text: str, layout: Layout) -> bool:
+    return tuple(cell.strip() for cell in text.rstrip("\r\n").split(layout.delimiter)) == layout.units
 
 
 def _too_large(where: Path | str, what: str) -> RecordingError:
@@ -250,6 +290,7 @@ def _plain_block(
     lines, texts = zip(*block, strict=True)
     whole = "".join(texts)
     is_odd = layout.decimal != "." or len(layout.delimiter) != 1 or any(c in whole for c in '"_')
+    is_odd = is_odd or layout.thousands not in ("", NONE)
     is_odd = is_odd or (layout.sealed and texts[-1][-1] not in "\r\n") or not numbers
     if is_odd or any(text.count(layout.delimiter) != width - 1 for text in texts):
         return None
@@ -287,6 +328,10 @@ def _header(path: Path, texts: Iterator[tuple[int, str]], layout: Layout) -> lis
     first = _rows(path, [top], layout)[0]
     header = [cell.strip() for cell in first[1]]
     header[0] = header[0].removeprefix("#").strip() or header[0]  # a header that is a comment
+    if all(cell and not _float(cell)[1] for cell in header):
+        raise RecordingError(
+            f"{path}:{first[0]}: the table has no header; write the names of the columns above the numbers"
+        )
     repeated = {name for name in header if name and header.count(name) > 1}
     if repeated:
         raise RecordingError(f"{path}:{first[0]}: the column {min(repeated)!r} stands twice; rename one")
@@ -340,7 +385,7 @@ def _converted(
     keep = np.ones(len(block), dtype=bool)
     values: dict[str, Floats] = {}
     for name in numbers:
-        values[name], bad = _floats(columns[name], layout.decimal)
+        values[name], bad = _floats(columns[name], layout)
         infinite = np.isinf(values[name])
         report_if(report, Kind.NUMBER, name, lines[bad])
         report_if(report, Kind.INFINITE, name, lines[infinite])
@@ -350,16 +395,15 @@ def _converted(
     return Table({name: values[name][keep] for name in numbers}, texts, lines[keep])
 
 
-def _floats(cells: list[str], decimal: str) -> tuple[Floats, NDArray[np.bool_]]:
+def _floats(cells: list[str], layout: Layout) -> tuple[Floats, NDArray[np.bool_]]:
     """Convert a column at once, or cell by cell when something in it is not a plain number."""
-    if decimal != ".":
-        cells = [cell.replace(decimal, ".") for cell in cells]
+    is_plain = layout.decimal == "." and layout.thousands in ("", NONE)
     try:
-        if not any("_" in cell for cell in cells):
+        if is_plain and not any("_" in cell for cell in cells):
             return np.array(cells, dtype=np.float64), np.zeros(len(cells), dtype=bool)
     except ValueError:
         pass
-    pairs = [_float(cell) for cell in cells]
+    pairs = [_float(plain_number(cell, layout.decimal, layout.thousands)) for cell in cells]
     return np.array([value for value, _ in pairs]), np.array([bad for _, bad in pairs])
 
 

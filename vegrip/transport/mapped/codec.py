@@ -3,7 +3,7 @@
 import math
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 from vegrip.clock import NS
@@ -19,7 +19,7 @@ from vegrip.transport.mapped.compiled import reading
 from vegrip.transport.mapped.database import ForeignMessage
 from vegrip.transport.mapped.dialogue import Dialogue, Step
 from vegrip.transport.mapped.plan import NOT_YET, ChannelPlan, FingerPlan, Plan, Slot
-from vegrip.transport.mapped.schema import REPORTED
+from vegrip.transport.mapped.schema import REPORTED, MessageMap
 
 MAX_MESSAGE_BYTES: Final = 65_536  # [bytes] on a network
 MODULUS: Final = 1 << 32
@@ -274,17 +274,51 @@ class MappedCodec(ForeignHand):
 
     def _of_frame(self, message: ForeignMessage, first: int, groups: list[compiled.Group]) -> Take:
         length = message.length
-        head = [f" if len(data) != {length}:", f"  if len(data) < {length}:"]
-        head += ["   return refuse('length', owners)", f"  data = data[:{length}]"]  # CAN FD fills up
-        scope: dict[str, Any] = {}
+        ends = {
+            number: [(slot.number, slot.place.end) for slot in group.slots if slot.place is not None]
+            for number, group in enumerate(groups, first)
+        }
+        scope: dict[str, Any] = {"trim": self._trimming(ends)}
         spec = self.plan.protection.get(message.name)
         where = f"{self.plan.hand.path} [messages.{message.name}.checksum]"
         guard = protection(spec.checksum, message, where) if spec and not message.checked else None
         if guard is not None:
             scope["check"] = guard.check
+        needed = _least_bytes(message, ends, spec, groups) if guard is None else length
+        head = [" size = len(data)", f" if size != {length}:", f"  if size < {needed}:"]
+        head += ["   return refuse('length', owners)"]
+        head += [f"  data = data[:{length}] + bytes({length} - min(size, {length}))"]  # CAN FD fills up
+        if guard is not None:
             head += [" if not check(data):", "  return refuse('checksum', owners)"]
-        lines = reading(message, groups, first)
+        lines = [*reading(message, groups, first), f" if size < {length}:", "  trim(size, found)"]
         return self._taking(message.name, head, lines, scope, message.has_validity)
+
+
+    def _trimming(self, ends: Mapping[int, list[tuple[int, int]]]) -> Callable[[int, Sequence[int]], None]:
+        """Return what makes the slots missing that a short frame does not hold, and counts it."""
+
+        def trim(size: int, found: Sequence[int]) -> None:
+            lost = [number for group in found for number, end in ends[group] if end > size]
+            for number in lost:
+                self._slots[number] = math.nan
+            self.rejected["length"] += bool(lost)
+
+        return trim
+
+
+def _least_bytes(
+    message: ForeignMessage,
+    ends: Mapping[int, list[tuple[int, int]]],
+    spec: MessageMap | None,
+    groups: Sequence[compiled.Group],
+) -> int:
+    """Return how many bytes tell anything: multiplexers, the counter, and one signal."""
+    switches = {name for group in groups for name, _ in group.condition}
+    whole = [message.signals[name].end for name in switches]
+    if spec is not None and spec.counter:
+        whole.append(message.signals[spec.counter].end)
+    least = min((end for own in ends.values() for _, end in own), default=message.length)
+    return max([least, *whole])
 
 
 def _nodes(plan: Plan, rejected: Counter[str]) -> CanopenNodes | None:
