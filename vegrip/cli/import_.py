@@ -125,10 +125,13 @@ def import_(
         chart = column_map.with_columns(read, columns or [], units or [], negated or [], zeros or [])
         if baseline is not None:
             chart = dataclasses.replace(chart, baseline=column_map.BaselineMap(baseline))
-        said = {"decimal": decimal, "thousands": thousands}
         if decimal not in ("", ".", ","):
             raise UsageError(f"--decimal is {decimal!r}; it is . or ,")
-        form = dataclasses.replace(chart.table, **{key: text for key, text in said.items() if text})
+        form = dataclasses.replace(
+            chart.table,
+            decimal=decimal or chart.table.decimal,
+            thousands=thousands or chart.table.thousands,
+        )
         chart = dataclasses.replace(chart, table=form)
         if spread:
             chart = dataclasses.replace(chart, time=dataclasses.replace(chart.time, spread=True))

@@ -163,7 +163,9 @@ def _play_log(log: Path, config: Path | None, speed: float, values: list[str]) -
         assigned(table, assignment)
     settings = build(CanSettings, table["transport"], f"{config} [transport]")
     codec = MappedCodec(open_plan(settings.map))
-    heard = [frame for frame in frames_of(log, extended=True) if frame.arbitration_id in codec.identifiers]
+    own = codec.identifiers
+    frames = frames_of(log, extended=True, channel=str(table["transport"].get("channel", "")), wanted=own)
+    heard = [frame for frame in frames if frame.arbitration_id in own]
     if not heard:
         raise UsageError(f"{log}: none of its frames is one that {settings.map} reads")
     bus, _, _ = open_bus(settings)

@@ -93,4 +93,5 @@ def _spread(t: Floats, report: LoadReport, *, asked: bool) -> Floats:
     report.add(
         Kind.NOTE, f"{len(t)} rows have {len(starts)} time stamps, and were spread evenly between them"
     )
-    return np.repeat(stamps + late, counts) + within * np.repeat(period, counts)
+    spread: Floats = np.repeat(stamps + late, counts) + within * np.repeat(period, counts)
+    return spread

@@ -271,4 +271,4 @@ def _lacks_its_peak(values: Floats, holes: NDArray[np.int64], counts: NDArray[np
     sides = np.concatenate([[0.0], known, [0.0]])
     at_top = (np.minimum(sides[holes], sides[holes + 1]) >= level) & (level > 0.0)
     lost = int(np.sum(counts[at_top]))
-    return lost >= LEAST_TOP and 2 * lost >= np.count_nonzero(known >= level)
+    return lost >= LEAST_TOP and bool(2 * lost >= np.count_nonzero(known >= level))

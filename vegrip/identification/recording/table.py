@@ -137,9 +137,9 @@ def read_table(
     doubtful = [name for name in doubtful if is_doubtful(table.numbers[name])]
     if doubtful:
         decided = dataclasses.replace(layout, thousands=NONE)
-        cells = read_table(path, numbers, [*words, *doubtful], decided, LoadReport()).words
+        again = read_table(path, numbers, [*words, *doubtful], decided, LoadReport())
         for name in doubtful:
-            _decide_thousands(table, name, cells[name], layout, report)
+            _decide_thousands(table, name, again.words[name], layout, report)
     return table
 
 

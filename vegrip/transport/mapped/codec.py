@@ -7,8 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 from vegrip.clock import NS
+from vegrip.errors import ConfigError
 from vegrip.messages import DeviceReport, FingertipState, ForceCommand, Message
 from vegrip.transport.codec import Frame
+from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.codec.sequence import Sequence as Counted
 from vegrip.transport.mapped import compiled
 from vegrip.transport.mapped.bodies import bodies_of, parse_path
@@ -219,10 +221,15 @@ class MappedCodec(ForeignHand):
         super().__init__(plan, groups)
         self.fingers = tuple(self._states)
         self.foreign = 0
-        self._takes = {
-            plan.database.messages[name].identifier: self._of_frame(plan.database.messages[name], *each)
-            for name, each in found.items()
-        }
+        self._takes: dict[int, Take] = {}
+        for name, each in found.items():
+            message = plan.database.messages[name]
+            if message.identifier in self._takes:
+                raise ConfigError(
+                    f"{plan.database.name}: {name} has the identifier of another message of the map, "
+                    f"0x{message.identifier & ~EXTENDED:X}; take the signals of one of the two"
+                )
+            self._takes[message.identifier] = self._of_frame(message, *each)
         self._names = {plan.database.messages[name].identifier: name for name in found}
         self.encoder = FrameCommands(plan, self.state_of, self.clipped)
         self._nodes = _nodes(plan, self.rejected)
@@ -260,6 +267,12 @@ class MappedCodec(ForeignHand):
         nodes = self._nodes.due(now) if self._nodes is not None else ()
         return [*self.encoder.due(now), *(step.frame for step in said), *nodes]
 
+    def begin(self) -> list[Frame]:
+        """Return the frames to send to a bus that has just been opened."""
+        if self._nodes is not None:
+            self._nodes.begin()
+        return self.opening
+
     @property
     def identifiers(self) -> set[int]:
         return set(self._takes) | (self._nodes.identifiers if self._nodes is not None else set())
@@ -293,7 +306,6 @@ class MappedCodec(ForeignHand):
         lines = [*reading(message, groups, first), f" if size < {length}:", "  trim(size, found)"]
         return self._taking(message.name, head, lines, scope, message.has_validity)
 
-
     def _trimming(self, ends: Mapping[int, list[tuple[int, int]]]) -> Callable[[int, Sequence[int]], None]:
         """Return what makes the slots missing that a short frame does not hold, and counts it."""
 
@@ -301,7 +313,8 @@ class MappedCodec(ForeignHand):
             lost = [number for group in found for number, end in ends[group] if end > size]
             for number in lost:
                 self._slots[number] = math.nan
-            self.rejected["length"] += bool(lost)
+            if lost:
+                self.rejected["length"] += 1
 
         return trim
 
@@ -330,7 +343,14 @@ def _nodes(plan: Plan, rejected: Counter[str]) -> CanopenNodes | None:
         if plan.database.messages[slot.message].asked and slot.place is not None
         for where in slot.place.selectors[:1]
     ]
-    return CanopenNodes(plan.hand.nodes.values(), objects, round(plan.hand.command.poll * NS), rejected)
+    names = {node: finger for finger, node in plan.hand.nodes.items()}
+    pdos = {
+        plan.database.messages[name].identifier: plan.hand.nodes[finger]
+        for name in plan.messages
+        for finger in plan.hand.nodes
+        if name.startswith(f"{finger}_TPDO")
+    }
+    return CanopenNodes(names, objects, round(plan.hand.command.poll * NS), rejected, names, pdos)
 
 
 class TopicCodec(ForeignHand):

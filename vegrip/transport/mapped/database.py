@@ -59,7 +59,7 @@ class Signal:
 
     @property
     def bounds(self) -> tuple[float, float] | None:
-        """The raw values between which the declared range lies; None where it has all, or none is declared."""
+        """The raw values of the declared range; None where it has all, or none is declared."""
         if not self.low < self.high or not self.scale:
             return None
         ends = ((each - self.offset) / self.scale for each in (self.low, self.high))
@@ -196,9 +196,7 @@ def read_dbc(path: Path) -> Database:
     messages = getattr(database, "messages", None)
     if not messages or not hasattr(messages[0], "frame_id"):
         raise ConfigError(f"{path}: declares no CAN message")
-    found = [
-        _message(message) for message in messages if message.length and message.frame_id not in left_out
-    ]
+    found = [_message(message) for message in messages if message.length and message.frame_id not in left_out]
     found = _named_apart(found)
     return Database(path.name, {message.name: message for message in found}, left_out=left_out)
 

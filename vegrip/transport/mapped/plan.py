@@ -239,7 +239,14 @@ class _Maker:
         return find_signal(self._database, name, where)[1].unit
 
     def _slot(
-        self, name: str, scale: float, offset: float, where: str, *, raw: bool, source: schema.SourceMap | None = None
+        self,
+        name: str,
+        scale: float,
+        offset: float,
+        where: str,
+        *,
+        raw: bool,
+        source: schema.SourceMap | None = None,
     ) -> int:
         number, invalid = len(self.slots), source.invalid if source is not None else ()
         if self._hand.format:

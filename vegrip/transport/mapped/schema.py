@@ -73,7 +73,9 @@ class SourceMap:
     gain: str = parameter("", doc="to our quantity, with its unit, as '2.5 N/A' or '40 mm/rad'")
     table: tuple[Any, ...] = parameter((), doc="pairs [value in unit, our value in table_unit], ascending")
     table_unit: str = parameter("", doc="of our value; empty: SI")
-    invalid: tuple[int, ...] = parameter((), doc="raw values that say: not measured; none: those that the database names")
+    invalid: tuple[int, ...] = parameter(
+        (), doc="raw values that say: not measured; none: those that the database names"
+    )
     all_values: bool = parameter(
         False, doc="also raw values that the database names invalid, and those beyond its range, are measured"
     )

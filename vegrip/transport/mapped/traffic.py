@@ -96,7 +96,7 @@ def traces(traffic: Traffic, database: Database) -> dict[str, Trace]:
             values = row.tolist()
             read(frame.data[: message.length].ljust(message.length, b"\0"), values)
             row[:] = values
-        if (cut := _without_what_is_cut(message, frames, rows)):
+        if cut := _without_what_is_cut(message, frames, rows):
             traffic.short[message.name] = cut
         t = np.array([(frame.stamp - traffic.start) / NS for frame in frames])
         found |= {
@@ -112,7 +112,9 @@ def _without_what_is_cut(message: ForeignMessage, frames: Sequence[Frame], rows:
     sizes = np.array([len(frame.data) for frame in frames])[:, None]
     signals = message.signals
     ends = np.array([signals[name].end for name in signals])
-    switched = np.array([signals[one.selected_by].end if one.selected_by in signals else 0 for one in signals.values()])
+    switched = np.array(
+        [signals[one.selected_by].end if one.selected_by in signals else 0 for one in signals.values()]
+    )
     is_cut = ~np.isnan(rows) & (sizes < np.maximum(ends, switched))
     rows[is_cut] = np.nan
     return int(np.count_nonzero(is_cut.any(axis=1)))
@@ -137,6 +139,21 @@ def _raw_reader(message: ForeignMessage) -> Read:
 def _trace(signal: Signal, t: Floats, raw: Floats) -> Trace:
     there = ~np.isnan(raw)
     return Trace(t[there], raw[there] * signal.scale + signal.offset, raw[there])
+
+
+def without_what_is_none(
+    heard: Mapping[str, Trace], database: Database, keys: Mapping[str, Mapping[str, Any]]
+) -> tuple[dict[str, Trace], dict[str, int]]:
+    """Return the traces without values that are no measurement, and how many of each signal those are.
+
+    ``keys`` are those of the map, by signal.
+    """
+    found = {
+        name: measured(trace, database.signal(name), keys.get(name, {})) for name, trace in heard.items()
+    }
+    lost = {name: len(heard[name].t) - len(trace.t) for name, trace in found.items()}
+    there = {name: trace for name, trace in found.items() if len(trace.t)}
+    return there, {name: count for name, count in lost.items() if count}
 
 
 class SignalsNow:
