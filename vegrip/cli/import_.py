@@ -104,14 +104,17 @@ def import_(
         "--map-file": map_file,
     }
     table_options |= {"--zero": zeros, "--baseline": baseline, "--step": step, "--decimal": decimal}
-    table_options |= {"--thousands": thousands, "--spread": spread}
+    table_options |= {"--thousands": thousands}
     is_alone = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
     if len(src) > 1 and (is_alone or any(map(_is_can_log, src))):
         raise UsageError(
             "only tables and mapped bags can be joined; import MCAP files and CAN logs one by one"
         )
     if is_alone:
-        _refuse_options({**table_options, "--radius": radius}, "a recording in MCAP, which describes itself")
+        _refuse_options(
+            {**table_options, "--radius": radius, "--spread": spread},
+            "a recording in MCAP, which describes itself",
+        )
     elif _is_can_log(one):
         _refuse_options(table_options, "a CAN log, which is read by the message set of vegrip")
     _claim(output, one, fingers, force=force)
@@ -119,7 +122,7 @@ def import_(
     if is_alone:
         found = _mcap(one, output)
     elif _is_can_log(one):
-        found = _can_log(one, output, fingers, metres, channel, accepted=accept)
+        found = _can_log(one, output, fingers, metres, channel, spread=spread, accepted=accept)
     else:
         read = column_map.read_column_map(map_file) if map_file else column_map.ColumnMap()
         chart = column_map.with_columns(read, columns or [], units or [], negated or [], zeros or [])
@@ -177,11 +180,18 @@ def _mcap(src: Path, output: Path) -> "Mapping[Path, Recording]":
 
 
 def _can_log(
-    src: Path, output: Path, fingers: str, radius: float, channel: str, *, accepted: bool
+    src: Path,
+    output: Path,
+    fingers: str,
+    radius: float,
+    channel: str,
+    *,
+    spread: bool,
+    accepted: bool,
 ) -> "Mapping[Path, Recording]":
     from vegrip.identification.recording.can_log import read_can_log
 
-    found = read_can_log(src, fingers.split(","), radius=radius, channel=channel)
+    found = read_can_log(src, fingers.split(","), radius=radius, channel=channel, spread=spread)
     for finger, recording in found.items():
         recording.report.refuse(f"{src}: {finger}", accepted=accepted)
     return _written({output / finger: recording for finger, recording in found.items()})
@@ -214,11 +224,14 @@ def _mapped(
 
 def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":
     from vegrip.identification.recording import write_recording
+    from vegrip.identification.recording.report import DOUBTS
     from vegrip.identification.recording.session import replaced
 
     for folder, recording in found.items():
+        doubts = [*recording.report.warnings(), *recording.report.doubts]
+        source = {**recording.source, **({DOUBTS: "; ".join(doubts)} if doubts else {})}
         with replaced(folder):
-            write_recording(recording, folder)
+            write_recording(dataclasses.replace(recording, source=source), folder)
     return found
 
 

@@ -174,7 +174,7 @@ def _candump(path: Path, report: LoadReport) -> Iterator[Stamped]:
             match = CANDUMP.fullmatch(line)
             if match is None:
                 if line.strip():
-                    report.add(Kind.FIELDS, "no frame of candump", [number])
+                    report.add(Kind.DECODE, "no frame of candump", [number])
                 continue
             identifier, data = int(match["id"], 16), match["data"]
             if data[:1] in ("R", "r") or identifier & ERROR_FRAME:
@@ -256,7 +256,7 @@ def _resumed(reader: Any, lines: _Lines, first: str, report: LoadReport) -> Iter
                 if (found := _stamped(message, report, lines.number)) is not None:
                     yield found
         except BROKEN:
-            report.add(Kind.FIELDS, "no frame", [lines.number])
+            report.add(Kind.DECODE, "no frame", [lines.number])
             lines.resume(first)
         else:
             return
@@ -266,7 +266,7 @@ def _stamped(message: can.Message, report: LoadReport, place: int) -> Stamped | 
     if message.is_error_frame or message.is_remote_frame:
         return None
     if len(message.data) < (message.dlc if message.is_fd else min(message.dlc, 8)):
-        report.add(Kind.FIELDS, "cut within its data", [place])
+        report.add(Kind.DECODE, "cut within its data", [place])
         return None
     identifier = message.arbitration_id | (EXTENDED if message.is_extended_id else 0)
     channel = message.channel

@@ -22,7 +22,12 @@ __all__ = ["frames_of", "read_can_log"]
 
 
 def read_can_log(
-    path: Path | str, fingers: Sequence[str], *, radius: float = math.nan, channel: str = ""
+    path: Path | str,
+    fingers: Sequence[str],
+    *,
+    radius: float = math.nan,
+    channel: str = "",
+    spread: bool = False,
 ) -> dict[str, Recording]:
     """Return the recording of every finger that speaks in the log, by finger.
 
@@ -31,6 +36,7 @@ def read_can_log(
         fingers: names in the order of the bus.
         radius: of the fingertips [m]; a log does not hold it.
         channel: the one to read, where the log has several.
+        spread: rows of one time stamp are spread until the next.
 
     Raises:
         RecordingError: not a log, or no frame of a fingertip in it.
@@ -55,7 +61,7 @@ def read_can_log(
     start = min(found[0].stamp for found in states.values())
     broken = {f: sum(codec.broken[f] for codec in codecs.values()) for f in fingers}
     return {
-        f: _recording(path, f, states[f], start, refused, broken[f], log, radius)
+        f: _recording(path, f, states[f], start, refused, broken[f], log, radius, spread=spread)
         for f in fingers
         if f in states
     }
@@ -70,6 +76,8 @@ def _recording(
     broken: int,
     log: Log,
     radius: float,
+    *,
+    spread: bool,
 ) -> Recording:
     report = LoadReport(rows_read=len(states))
     for cause, count in sorted(refused.items()):
@@ -85,18 +93,21 @@ def _recording(
     t = np.array([(state.stamp - start) / NS for state in states])
     columns = {name: np.array([getattr(s, name) for s in states]) for name in CHANNELS}
     lines, one_trial = np.arange(1, len(states) + 1), np.zeros(len(states), dtype=np.int64)
-    kept = kept_rows(path, mended(t, report), one_trial, columns, radius, lines, report)
+    kept = kept_rows(path, mended(t, report, spread=spread), one_trial, columns, radius, lines, report)
     return Recording(f"{path.stem} {finger}", *kept, Fingertip(radius, finger), {}, source, start, report)
 
 
 def _add_losses(report: LoadReport, log: Log, broken: int, missing: int) -> None:
     """Count what of the log, and of the frames of a finger, is in no state; a broken one is missing, too."""
+    torn = 0
     for finding in log.report.findings:
         if finding.kind.lost:
-            report.add(finding.kind, f"{finding.what} {finding.lines}", count=finding.count)
+            where = f" from line {finding.lines[0]} on" if finding.lines else ""
+            report.add(finding.kind, f"{finding.what}{where}", count=finding.count)
+            torn += finding.count
         else:
             report.add(finding.kind, finding.what)
-    unseen = max(missing - broken, 0)
+    unseen = max(missing - broken - torn, 0)
     for kind, count in ((Kind.REFUSED, broken), (Kind.UNSEEN, unseen)):
         if count:
             report.add(kind, count=count)

@@ -16,7 +16,7 @@ MINUS: Final = str.maketrans({"\u2212": "-", "\u2013": "-", "\u2010": "-", "\u20
 SPACES: Final = " \u00a0\u2007\u2009\u202f'\u2019"
 """What stands between thousands and nowhere else in a number."""
 WHOLE: Final = re.compile(r"[-+]?\d{1,3}")
-MARKED: Final = re.compile(r"[-+]?[1-9]\d{0,2}(?:[.,]\d{3})+")
+MARKED: Final = {sign: re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:\{sign}\d{{3}})+") for sign in ".,"}
 SPACED: Final = re.compile(rf"[-+]?\d{{1,3}}(?:[{SPACES}]\d{{3}})+(?:[.,]\d*)?")
 GROUPED: Final = {
     sign: re.compile(rf"[-+]?\d{{1,3}}(?:\{mark}\d{{3}})+(?:\{sign}\d*)?")
@@ -40,7 +40,7 @@ def plain_number(cell: str, decimal: str = ".", thousands: str = "") -> str:
         cell = re.sub(f"[{SPACES}]", "", cell)
     elif not thousands and GROUPED[decimal].fullmatch(cell):
         cell = cell.replace("," if decimal == "." else ".", "")
-    elif not thousands and MARKED.fullmatch(cell) and cell.count(decimal) > 1:
+    elif not thousands and cell.count(decimal) > 1 and MARKED[decimal].fullmatch(cell):
         cell = cell.replace(decimal, "")
     return cell.replace(decimal, ".") if decimal != "." else cell
 
@@ -55,15 +55,15 @@ def is_doubtful(values: Floats) -> bool:
     return bool(np.all(np.abs(broken * 1e3 - np.round(broken * 1e3)) < 1e-6))
 
 
-def thousands_read(cells: Sequence[str], as_decimals: Floats) -> tuple[Floats | None, bool]:
+def thousands_read(cells: Sequence[str], as_decimals: Floats, sign: str) -> tuple[Floats | None, bool]:
     """Return ``cells`` with marks between thousands, None where they are decimals; and whether it is sure."""
     filled = [cell.translate(MINUS) for cell in cells]
-    marked = np.array([bool(MARKED.fullmatch(cell)) for cell in filled])
+    marked = np.array([bool(MARKED[sign].fullmatch(cell)) for cell in filled])
     bare = np.array([bool(WHOLE.fullmatch(cell)) for cell in filled])
     if not np.all(marked | bare | np.isnan(as_decimals)) or not marked.any() or not bare.any():
         return None, True
-    whole = np.array([float(re.sub("[.,]", "", cell)) if cell else np.nan for cell in filled])
-    if any(len(re.findall("[.,]", cell)) > 1 for cell in filled):
+    whole = np.array([float(cell.replace(sign, "")) if cell else np.nan for cell in filled])
+    if any(cell.count(sign) > 1 for cell in filled):
         return whole, True
     one, other = _variation(whole), _variation(as_decimals)
     if one <= SMOOTHER * other:

@@ -130,7 +130,7 @@ def report_doubts(
     for sentence in suspected or asked(columns, radius):
         report.add(Kind.SUSPECT, sentence)
     if is_airless(columns):
-        report.add(Kind.NOTE, AIRLESS)
+        report.add(Kind.AIRLESS, AIRLESS)
     for name, values in columns.items():
         report_if(report, Kind.MISSING, name, lines[np.isnan(values)])
         quantity = RECORDED[name]

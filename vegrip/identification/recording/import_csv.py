@@ -73,9 +73,15 @@ def correct_trial(
             known = values[~np.isnan(values)]
             values -= known[0] if len(known) else 0.0
         elif entry.zero == "baseline":
-            values -= _baseline_mean(t, values, name, chart.baseline.duration)
+            values -= _baseline_mean(t, values, name, chart)
         elif entry.zero == "contact":
             threshold = chart.contact.threshold or 5.0 * force_noise
+            if not threshold:
+                needed = _said(chart, "--baseline SECONDS", "a [contact] threshold or a [baseline] duration")
+                raise RecordingError(
+                    f"{name}: to find the contact the noise of the force before it is needed; give {needed}, "
+                    "the time without contact at the start of every trial"
+                )
             values -= _value_at_touch(values, columns, name, threshold, report)
 
 
@@ -108,18 +114,24 @@ def baseline_noise(stretches: Iterable[Floats], least: int) -> float:
     return float(1.4826 * spread / np.sqrt(2.0))
 
 
-def _baseline_mean(t: Floats, values: Floats, name: str, duration: float) -> float:
-    quiet = values[t < t[0] + duration]
+def _said(chart: ColumnMap, option: str, key: str) -> str:
+    """Return the remedy as the user asked: by options, or in the map that was written."""
+    return key if chart.name else option
+
+
+def _baseline_mean(t: Floats, values: Floats, name: str, chart: ColumnMap) -> float:
+    quiet = values[t < t[0] + chart.baseline.duration]
     if not len(quiet) or np.all(np.isnan(quiet)):
-        raise RecordingError(f"{name}: zero = 'baseline' needs a [baseline] duration longer than a sample")
+        needed = _said(chart, "--baseline SECONDS", "a [baseline] duration")
+        raise RecordingError(
+            f"{name}: its zero is the mean before the contact; give {needed}, longer than a sample"
+        )
     return float(np.nanmean(quiet))
 
 
 def _value_at_touch(
     values: Floats, columns: Columns, name: str, threshold: float, report: LoadReport
 ) -> float:
-    if not threshold:
-        raise RecordingError(f"{name}: zero = 'contact' needs a [contact] threshold or a [baseline] duration")
     touch = first_touch(_force(columns, name), threshold)
     if touch is None:
         report.add(Kind.NOTE, f"no contact found above {threshold:g} N; {name} keeps its zero")
@@ -428,14 +440,35 @@ def _seconds(
     scale, offset = to_si(chart.time.unit, "s", f"{path}: time column {chart.time.column!r}")
     t = table.numbers[chart.time.column] * scale + offset
     moved = 0
+    if not chart.episode.column:
+        lost = table.lost_times * scale + offset
+        t = _with_those_lost(t, table.lines, lost, table.lost_lines, report, spread=chart.time.spread)
     for rows in stretches_of(trial):
-        t[rows] = mended(t[rows], report, spread=chart.time.spread)
+        if chart.episode.column:
+            t[rows] = mended(t[rows], report, spread=chart.time.spread)
         if rows.start and t[rows.start] <= t[rows.start - 1]:
             t[rows] += t[rows.start - 1] + chart.episode.gap - t[rows.start]
             moved += 1
     if moved:
         report.add(Kind.NOTE, f"{moved} trials whose time begins anew were put one after the other")
     return t
+
+
+def _with_those_lost(
+    t: Floats,
+    lines: NDArray[np.int64],
+    lost: Floats,
+    lost_lines: NDArray[np.int64],
+    report: LoadReport,
+    *,
+    spread: bool,
+) -> Floats:
+    """Return the times ``t``, mended together with those of rows that are left out: they tell the clock."""
+    every = np.concatenate([lines, lost_lines])
+    order = np.argsort(every, kind="stable")
+    whole = np.concatenate([t, np.where(np.isinf(lost), np.nan, lost)])[order]
+    result = mended(whole, report, spread=spread)
+    return result[np.argsort(order, kind="stable")][: len(t)]
 
 
 def _converted(path: Path, values: Floats, name: str, chart: ColumnMap) -> Floats:

@@ -15,7 +15,13 @@ MOST_SETTINGS: Final = 10  # of a clock
 SET_BACK_S: Final = 0.05  # [s] by which frames of two channels may be out of order in a log
 
 
-def mended(t: Floats, report: LoadReport, *, spread: bool = False, in_order: bool = False) -> Floats:
+def mended(
+    t: Floats,
+    report: LoadReport,
+    *,
+    spread: bool = False,
+    in_order: bool = False,
+) -> Floats:
     """Return ``t`` [s] such that it grows, where there is one way to read it; what was done is reported.
 
     Args:
@@ -31,6 +37,8 @@ def mended(t: Floats, report: LoadReport, *, spread: bool = False, in_order: boo
     found, result = t[known], t.copy()
     if is_differences(found):
         report.add(Kind.NOTE, "the times are differences from row to row, and were summed")
+        if not known.all() or _has_unknown_rows(report):
+            report.add(Kind.SUSPECT, "what follows rows that could not be read is too early by their times")
         result[known] = np.cumsum(found) - found[0]
         return result
     if in_order:
@@ -51,6 +59,11 @@ def is_differences(t: Floats) -> bool:
     return (
         abs(float(np.median(halves[1]) - np.median(halves[0]))) <= STANDING * float(np.ptp(t)) or back > still
     )
+
+
+def _has_unknown_rows(report: LoadReport) -> bool:
+    """Whether rows are left out of which not even the time is known."""
+    return any(report.count(kind) for kind in (Kind.FIELDS, Kind.CUT, Kind.DECODE))
 
 
 def _joined(t: Floats, report: LoadReport) -> Floats:
@@ -90,8 +103,9 @@ def _spread(t: Floats, report: LoadReport, *, asked: bool) -> Floats:
     within = np.arange(len(t)) - np.repeat(starts, counts)
     late = np.zeros(len(starts))
     late[0] = spans[0] - counts[0] * period[0]  # the first stamp is seldom whole
-    report.add(
-        Kind.NOTE, f"{len(t)} rows have {len(starts)} time stamps, and were spread evenly between them"
-    )
+    if _has_unknown_rows(report):
+        report.add(Kind.SUSPECT, "rows beside those that could not be read are off by up to a time stamp")
+    said = f"{len(t)} rows have {len(starts)} time stamps, and were spread evenly between them"
+    report.add(Kind.NOTE, said)
     spread: Floats = np.repeat(stamps + late, counts) + within * np.repeat(period, counts)
     return spread

@@ -30,6 +30,8 @@ SILENCE_S: Final = 0.5  # [s] after which a counter may go on anywhere, because 
 LIKE: Final = 0.1  # part of the states of a silence by which counter and time may differ
 MISSING: Final = "missing_states"
 """Key in ``[source]`` of ``recording.toml``."""
+DOUBTS: Final = "doubts"
+"""Key in ``[source]``: what an import doubted, which every command that follows says again."""
 
 
 class MissingStates:
@@ -81,6 +83,7 @@ class Kind(Enum):
     MISSING = ("value missing (NaN)", False)
     IMPLAUSIBLE = ("implausible value, check the unit", False)
     SUSPECT = ("suspicious", False)
+    AIRLESS = ("never in the air", False)
     COLUMN = ("column not used", False)
     NOTE = ("note", False)
 
@@ -97,7 +100,7 @@ REMEDIES: Final[Mapping[Kind, str]] = {
     Kind.FIELDS: "what separates the fields is said by [table] delimiter of a --map-file",
     Kind.NUMBER: "--thousands says what stands between thousands, --decimal the decimal sign",
     Kind.BACKWARDS: "a column that tells trials apart is said by --map episode=COLUMN",
-    Kind.DUPLICATE: "--spread gives rows of one time stamp times of their own",
+    Kind.DUPLICATE: "--spread gives rows of one time stamp times of their own, until the next stamp",
 }
 """The option that helps."""
 
@@ -208,6 +211,12 @@ class LoadReport:
             f"{self.rows_lost} of {self.rows_read} {self._rows} are left out ({100 * self.share_lost:.3g} %)"
             f"{parts}: {causes or 'see below'}" + (f"; {remedies}" if remedies else "")
         ]
+
+    @property
+    def doubts(self) -> list[str]:
+        """What may be wrong with the recording, with the option that settles it."""
+        kinds = Kind.SUSPECT, Kind.AIRLESS
+        return [finding.what for finding in self.findings if finding.kind in kinds]
 
     def refuse(self, where: object, *, accepted: bool) -> None:
         """Raise where a reading is ambiguous, or too much is left out and that is not ``accepted``.

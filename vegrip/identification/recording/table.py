@@ -6,12 +6,11 @@ megabytes of gzip can hold gigabytes of text, so a larger table than ``MOST_CELL
 """
 
 import csv
-import dataclasses
 import gzip
 import re
 import zlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from typing import Final, TextIO
@@ -76,6 +75,10 @@ class Table:
     numbers: dict[str, Floats]
     words: dict[str, list[str]]
     lines: NDArray[np.int64]
+    lost_times: Floats = field(default_factory=lambda: np.zeros(0))
+    """The first number of rows that were left out for another, NaN where there is none,"""
+    lost_lines: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """and their lines."""
 
 
 def read_header(path: Path, layout: Layout) -> list[str]:
@@ -90,11 +93,14 @@ def read_table(
     layout: Layout,
     report: LoadReport,
     progress: Progress = lambda _: None,
+    *,
+    as_written: bool = False,
 ) -> Table:
     """Read the columns ``numbers`` (as float64; an empty cell is NaN) and ``words`` (as text).
 
     ``progress`` is called with the number of rows so far, block by block. The first of ``numbers`` is the
-    time: rows in which it is not later than in the row before are of no use.
+    time: rows in which it is not later than in the row before are of no use. ``as_written``: no mark in a
+    whole number is looked at twice.
 
     Raises:
         RecordingError: no such file, not text, damaged, empty, too many rows of no use, or a wanted column is
@@ -133,11 +139,11 @@ def read_table(
     if not report.rows_read:
         raise RecordingError(f"{path}: holds a header and no rows")
     table = _joined(blocks, numbers, words)
-    doubtful = [name for name in numbers if not layout.thousands and is_marked]
+    is_asked = is_marked and not layout.thousands and not as_written
+    doubtful = [name for name in numbers if is_asked]
     doubtful = [name for name in doubtful if is_doubtful(table.numbers[name])]
     if doubtful:
-        decided = dataclasses.replace(layout, thousands=NONE)
-        again = read_table(path, numbers, [*words, *doubtful], decided, LoadReport())
+        again = read_table(path, numbers, [*words, *doubtful], layout, LoadReport(), as_written=True)
         for name in doubtful:
             _decide_thousands(table, name, again.words[name], layout, report)
     return table
@@ -145,8 +151,8 @@ def read_table(
 
 def _decide_thousands(table: Table, name: str, cells: list[str], layout: Layout, report: LoadReport) -> None:
     """Read the column ``name`` with marks between thousands where it is the smoother for it."""
-    whole, is_sure = thousands_read(cells, table.numbers[name])
     mark = layout.decimal
+    whole, is_sure = thousands_read(cells, table.numbers[name], mark)
     if not is_sure:
         report.add(
             Kind.AMBIGUOUS,
@@ -392,7 +398,8 @@ def _converted(
         keep &= ~(bad | infinite)
     kept = np.flatnonzero(keep)
     texts = {name: [columns[name][i] for i in kept] for name in words}
-    return Table({name: values[name][keep] for name in numbers}, texts, lines[keep])
+    lost = values[numbers[0]][~keep] if numbers else np.zeros(0)
+    return Table({name: values[name][keep] for name in numbers}, texts, lines[keep], lost, lines[~keep])
 
 
 def _floats(cells: list[str], layout: Layout) -> tuple[Floats, NDArray[np.bool_]]:
@@ -421,6 +428,8 @@ def _joined(blocks: list[Table], numbers: Sequence[str], words: Sequence[str]) -
         {name: np.concatenate([block.numbers[name] for block in blocks]) for name in numbers},
         {name: [word for block in blocks for word in block.words[name]] for name in words},
         np.concatenate([block.lines for block in blocks]),
+        np.concatenate([block.lost_times for block in blocks]),
+        np.concatenate([block.lost_lines for block in blocks]),
     )
 
 
