@@ -318,7 +318,11 @@ def _blf(path: Path, report: LoadReport) -> Iterator[Stamped]:
 def _check_containers(path: Path, file: BinaryIO) -> int:
     """Refuse a container that unpacks to more than ``MAX_CONTAINER_BYTES``; return the size the file says."""
     first = file.read(blf.FILE_HEADER_STRUCT.size)
-    if len(first) < blf.FILE_HEADER_STRUCT.size:
+    whole = os.fstat(file.fileno()).st_size
+    if (
+        whole < max(blf.FILE_HEADER_STRUCT.size, int.from_bytes(first[4:8], "little"))
+        and first[:4] == b"LOGG"
+    ):
         raise ValueError("it ends within its own header")
     said = int(blf.FILE_HEADER_STRUCT.unpack(first)[10])
     file.seek(4)

@@ -117,6 +117,7 @@ class BagMap:
     largest_age: float = parameter(
         0.0, unit="s", low=0.0, high=1e9, doc="how long a value of another topic is held; older is missing"
     )
+    frame: str = parameter("", doc="frame_id of the messages to take, where a topic has several")
     definitions: str = parameter("", doc="ROS release whose types a bag without definitions has: ros2_humble")
 
 

@@ -69,6 +69,7 @@ def _has_unknown_rows(report: LoadReport) -> bool:
 def _joined(t: Floats, report: LoadReport) -> Floats:
     """Return ``t`` with each stretch after a clock was set back put behind the one before."""
     back = np.flatnonzero(np.diff(t) < -SET_BACK_S) + 1
+    back = back[t[back] <= t[np.maximum(back - 2, 0)]]  # else it is the row before that has a wild time
     edges = np.concatenate([[0], back, [len(t)]])
     if not back.size or back.size > MOST_SETTINGS or np.diff(edges).min() < LEAST_RUN:
         return t

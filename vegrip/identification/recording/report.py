@@ -23,6 +23,7 @@ LEAST_REFUSED: Final = 3  # rows left out, below which a share says nothing: one
 WHOLE_STRETCH_S: Final = 1.0  # [s]
 TOP: Final = 0.9  # of the largest value of an episode, from which a row belongs to its peak (origin: rule)
 LEAST_TOP: Final = 3  # rows that are left out at a peak before it counts as lost
+HIDDEN_RISE: Final = 0.01  # of the largest value, that a hole hides before the peak counts as lost
 PEAKED: Final = ("normal_force", "displacement")
 ACCEPT: Final = "--accept-losses"
 
@@ -176,6 +177,10 @@ class LoadReport:
         self.seconds = {}
         for line, seconds in zip(gone.tolist(), each.tolist(), strict=True):
             self.seconds[reasons[line]] = self.seconds.get(reasons[line], 0.0) + seconds
+        for finding in self.findings:
+            if finding.kind.lost and not finding.lost:  # where is not known
+                seconds = self.seconds.get(finding.kind, 0.0) + finding.count * step
+                self.seconds[finding.kind] = seconds
         for hole, span in zip(holes.tolist(), spans.tolist(), strict=True):
             if span >= WHOLE_STRETCH_S:
                 begin = float(t[hole - 1]) if hole else float(t[0]) - span
@@ -274,10 +279,19 @@ def account(reports: Iterable[LoadReport]) -> dict[str, Any]:
 
 
 def _lacks_its_peak(values: Floats, holes: NDArray[np.int64], counts: NDArray[np.int64]) -> bool:
-    """Whether ``counts`` rows are missing before the rows ``holes`` where the values are at their largest."""
-    known = np.where(np.isfinite(values), values, 0.0)
-    level = TOP * float(np.max(known, initial=0.0))
-    sides = np.concatenate([[0.0], known, [0.0]])
-    at_top = (np.minimum(sides[holes], sides[holes + 1]) >= level) & (level > 0.0)
-    lost = int(np.sum(counts[at_top]))
-    return lost >= LEAST_TOP and bool(2 * lost >= np.count_nonzero(known >= level))
+    """Whether ``values`` rise into a hole of rows that are left out, and fall behind it, at their largest.
+
+    What the hole hides is the lesser of both slopes over half of its rows.
+    """
+    known = values[np.isfinite(values)]
+    largest = float(np.max(known, initial=0.0))
+    for at, count in zip(holes.tolist(), counts.tolist(), strict=True):
+        before, after = values[max(at - count, 0) : at], values[at : at + count]
+        if count < LEAST_TOP or len(before) < count or len(after) < count:
+            continue
+        if not min(before[-1], after[0]) >= TOP * largest > 0.0:
+            continue
+        slope = min(before[-1] - before[0], after[0] - after[-1]) / (count - 1)
+        if slope * count / 2 > HIDDEN_RISE * largest:
+            return True
+    return False

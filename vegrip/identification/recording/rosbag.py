@@ -128,6 +128,8 @@ class Series:
     values: list[list[float]] = field(default_factory=list)
     received: int = 0  # messages without a header, which have the time at which the bag received them
     messages: int = 0  # how many the bag holds
+    others: int = 0  # of a frame that is not asked for
+    frames: set[str] = field(default_factory=set)  # frame_ids
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,6 +161,7 @@ def read_series(
             _add_message(path, series, reader, connection.msgtype, data, received, chart, report)
         for series in found.values():
             _note_lost(series, connections, report)
+            _check_frames(path, series, chart, report)
     return found
 
 
@@ -194,6 +197,11 @@ def _add_message(
     except _failures():
         report.add(Kind.DECODE, series.topic, [number])
         return
+    frame = str(getattr(getattr(message, "header", None), "frame_id", ""))
+    series.frames.add(frame)
+    if chart.frame and frame != chart.frame:
+        series.others += 1
+        return
     try:
         values = [each.value(message) for each in series.fields]
     except IndexError:
@@ -217,6 +225,21 @@ def _note_lost(series: Series, connections: Sequence[Any], report: LoadReport) -
     if said != series.messages:
         there = f"{series.messages} of the {said} messages that the bag counts are there"
         report.add(Kind.NOTE, f"{series.topic}: {there}")
+
+
+def _check_frames(path: Path, series: Series, chart: BagMap, report: LoadReport) -> None:
+    """Report a topic on which several sensors speak, each in a frame of its own."""
+    named = sorted(series.frames)
+    if chart.frame and chart.frame not in named:
+        raise RecordingError(
+            f"{path}: {series.topic} has no frame {chart.frame!r}; it has {', '.join(named)}"
+        )
+    if len(named) > 1 and not chart.frame:
+        report.add(
+            Kind.AMBIGUOUS,
+            f"{series.topic} has messages of the frames {', '.join(map(repr, named))}; say which "
+            f'are meant in the map: [bag] frame = "{named[-1]}"',
+        )
 
 
 def _connections(path: Path, reader: Any, wanted: Mapping[str, Series]) -> list[Any]:
@@ -303,7 +326,7 @@ def import_rosbag(path: Path | str, chart: ColumnMap, *, radius: float = math.na
     leader = _leader(path, fields, chart.bag)
     found = read_series(path, list(fields.values()), chart.bag, report)
     _note_clocks(found, chart.bag, report)
-    report.rows_read = found[leader].messages
+    report.rows_read = found[leader].messages - found[leader].others
     rows = in_order(found[leader], report)
     if not len(rows.stamps):
         raise RecordingError(f"{path}: no usable message on {leader}; {report.summary()}")
