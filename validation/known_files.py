@@ -48,7 +48,7 @@ class Truth:
 
 def press(rng: np.random.Generator) -> Truth:
     rows = int(rng.integers(250, 700))
-    t = np.arange(rows) * PERIOD
+    t: Floats = PERIOD * np.arange(rows, dtype=np.float64)
     top = rows // 2
     depth = np.interp(np.arange(rows), [0, 40, top, rows - 20, rows], [0, 0, 1, 0, 0]) * rng.uniform(0.4, 3.0)
     force = rng.uniform(500, 9000) * (depth / depth.max()) ** 1.5 + rng.normal(0, 2, rows)

@@ -1,6 +1,7 @@
-"""A CANopen node that does not run is started again, ever more rarely, until it does; one that is away is named."""
+"""A CANopen node that does not run is started again, ever more rarely; one that is away is named."""
 
 from collections import Counter
+from itertools import pairwise
 
 import pytest
 
@@ -34,10 +35,10 @@ def starts(nodes, begin, seconds, state=None, period=0.1):
 @pytest.mark.parametrize("state", [0x7F, 0x04])
 def test_a_node_that_waits_is_started_ever_more_rarely(nodes, state):
     at = starts(nodes, 0.0, 20.0, state)
-    gaps = [b - a for a, b in zip(at, at[1:], strict=False)]
+    gaps = [b - a for a, b in pairwise(at)]
     assert at[0] <= 0.3
     assert gaps[-1] == pytest.approx(4.0, abs=0.1)
-    assert all(b >= a - 0.05 for a, b in zip(gaps, gaps[1:], strict=False))
+    assert all(b >= a - 0.05 for a, b in pairwise(gaps))
     assert nodes.rejected["started_again"] == len(at)
 
 
