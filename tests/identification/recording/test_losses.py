@@ -54,6 +54,26 @@ def test_more_than_one_in_a_hundred_or_a_peak_is_a_warning_before_all_else(lost,
     assert "--thousands says what stands between thousands" in told
 
 
+def test_empty_cells_at_a_peak_or_in_more_than_one_row_in_a_hundred_are_a_warning(tmp_path, capsys):
+    for lost, part in ((abs(T - 2.0) < 0.04, "with them its peak"), (np.arange(ROWS) % 30 == 3, "14 of 400")):
+        assert imported(table(tmp_path / "a.csv", lost, ""), "--force") == 0
+        told = capsys.readouterr().err.splitlines()[0]
+        assert part in told
+        assert "normal_force has no value in" in told
+    assert imported(table(tmp_path / "a.csv", np.arange(ROWS) % 10 != 3, ""), "--force") == 0
+    assert capsys.readouterr().err == ""  # a slower sensor
+
+
+def test_the_peak_of_each_press_counts(tmp_path):
+    twice = np.r_[FORCE, 0.6 * FORCE]
+    gone = np.arange(ROWS + 195, ROWS + 206)
+    kept = np.setdiff1d(np.arange(2 * ROWS), gone)
+    report = LoadReport(rows_read=2 * ROWS, rows_kept=kept.size)
+    report.add(Kind.NUMBER, "force", gone)
+    report.place_losses(0.01 * kept, kept, {"normal_force": twice[kept]})
+    assert report.lost_parts == ["the peak of normal_force"]
+
+
 def test_a_whole_second_is_named_with_its_time(tmp_path, capsys):
     report = LoadReport(rows_read=5000, rows_kept=4880)
     kept = np.r_[0:1000, 1120:5000]

@@ -60,7 +60,7 @@ def check_before_search(problem: Problem) -> Iterator[Doubt]:
         columns, radius = m.recording.columns, m.recording.fingertip.radius
         suspected = next(suspect_columns(m.recording.episode, columns, radius), "")
         raise RecordingError(
-            f"{m.recording.name}: the model never touches, so there is nothing to find out: "
+            f"{m.recording.name}: the model never touches in this recording, and no effect can show: "
             f"{suspected or 'look at the zeros and signs of displacement and force, --zero and --negate'}"
         )
     step = float(np.median(np.diff(t)))

@@ -21,7 +21,8 @@ from vegrip.types import Floats
 WARNED_SHARE, REFUSED_SHARE = 0.01, 0.1
 LEAST_REFUSED: Final = 3  # rows left out, below which a share says nothing: one row of a table of five
 WHOLE_STRETCH_S: Final = 1.0  # [s]
-TOP: Final = 0.9  # of the largest value of an episode, from which a row belongs to its peak (origin: rule)
+TOP: Final = 0.5  # of the largest value, from which a rise and fall is a peak (origin: rule)
+SOMETIMES: Final = 0.5  # of the rows without a value, from which a channel is a slower one
 LEAST_TOP: Final = 3  # rows that are left out at a peak before it counts as lost
 HIDDEN_RISE: Final = 0.01  # of the largest value, that a hole hides before the peak counts as lost
 PEAKED: Final = ("normal_force", "displacement")
@@ -100,7 +101,7 @@ class Kind(Enum):
 REMEDIES: Final[Mapping[Kind, str]] = {
     Kind.FIELDS: "what separates the fields is said by [table] delimiter of a --map-file",
     Kind.NUMBER: "--thousands says what stands between thousands, --decimal the decimal sign",
-    Kind.BACKWARDS: "a column that tells trials apart is said by --map episode=COLUMN",
+    Kind.BACKWARDS: "a column that separates trials is said by --map episode=COLUMN",
     Kind.DUPLICATE: "--spread gives rows of one time stamp times of their own, until the next stamp",
 }
 """The option that helps."""
@@ -141,6 +142,7 @@ class LoadReport:
     place: str = "line"
     seconds: dict[Kind, float] = field(default_factory=dict)
     lost_parts: list[str] = field(default_factory=list)
+    missing: list[str] = field(default_factory=list)
 
     def add(self, kind: Kind, what: str = "", lines: Iterable[int] = (), count: int = 0) -> None:
         """Count what was found on ``lines``, or ``count`` without any; a kind and text is one finding."""
@@ -188,6 +190,22 @@ class LoadReport:
         for name in PEAKED:
             if name in columns and _lacks_its_peak(columns[name], holes, counts):
                 self.lost_parts.append(f"the peak of {name}")
+        for name, values in columns.items():
+            if name in PEAKED:
+                self._place_missing(name, values)
+
+    def _place_missing(self, name: str, values: Floats) -> None:
+        """Note where a channel that is there in most rows has no value in too many."""
+        there = np.isfinite(values)
+        absent = float(np.mean(~there))
+        holes, counts = np.unique(np.cumsum(there)[~there], return_counts=True)
+        lacks = _lacks_its_peak(values[there], holes, counts)
+        if absent < SOMETIMES and (absent > WARNED_SHARE or lacks):
+            part = ", with them its peak" if lacks else ""
+            self.missing.append(
+                f"{name} has no value in {np.count_nonzero(~there)} of {len(values)} rows "
+                f"({100 * absent:.3g} %){part}: its cells are empty there"
+            )
 
     @property
     def rows_lost(self) -> int:
@@ -205,16 +223,17 @@ class LoadReport:
         return sum(f.count for f in self.findings if f.kind is kind)
 
     def warnings(self) -> list[str]:
-        """Return what of it is lost that nobody may overlook, and the option that helps; a sentence each."""
+        """Return a sentence on each loss of more than ``WARNED_SHARE``, a second or a peak."""
         if self.share_lost <= WARNED_SHARE and not self.lost_parts:
-            return []
+            return self.missing
         kinds = dict.fromkeys(f.kind for f in self.findings if f.kind.lost and f.count)
         causes = ", ".join(self._cause(kind) for kind in kinds)
         parts = f", with them {', '.join(dict.fromkeys(self.lost_parts))}" if self.lost_parts else ""
         remedies = "; ".join(REMEDIES[kind] for kind in kinds if kind in REMEDIES)
         return [
             f"{self.rows_lost} of {self.rows_read} {self._rows} are left out ({100 * self.share_lost:.3g} %)"
-            f"{parts}: {causes or 'see below'}" + (f"; {remedies}" if remedies else "")
+            f"{parts}: {causes or 'see below'}" + (f"; {remedies}" if remedies else ""),
+            *self.missing,
         ]
 
     @property

@@ -113,7 +113,7 @@ def _refuse_commas(path: Path, lines: Sequence[str], form: "_Form", delimiter: s
     if len(names) > 1 and len(names) < len(row) and row[-1] and all(re.fullmatch(r"[-+\d]+", c) for c in row):
         raise RecordingError(
             f"{path}:{form.first + 1}: has {len(row)} fields below {len(names)} names: decimal commas "
-            "between commas cannot be told apart; save the table with semicolons or tabs between the fields"
+            "between commas cannot be separated; save the table with semicolons or tabs between the fields"
         )
 
 
