@@ -249,3 +249,32 @@ def test_a_missing_baseline_is_asked_for_in_the_form_of_the_question(tmp_path, c
         typed = ["--zero", f"displacement={zero}"]
         assert main(["import", str(path), "-o", str(tmp_path / "r"), *arguments, *typed]) == 3
         assert "--baseline SECONDS" in capsys.readouterr().err
+
+
+STEP = "[step]\n{name}\n{time}\tGap\tForce\ns\tmm\tN\n{rows}\n"
+
+
+def test_tables_below_a_line_may_have_a_line_of_units_each(tmp_path):
+    rows = "\n".join(
+        f"{t:.2f}\t{d / 1e3:.4f}\t{f / 1e3:.5f}" for t, d, f in zip(T, DEPTH, FORCE, strict=True)
+    )
+    text = "".join(STEP.format(name=name, time="Step time", rows=rows) for name in ("Press", "Pull"))
+    (tmp_path / "a.txt").write_text(f"Instrument\tRSA\n\n{text}")
+    maps = ["t=Step time", "displacement=Gap", "normal_force=Force", "episode=section"]
+    chart = with_columns(ColumnMap(table=TableMap(section="[step]")), maps, [])
+    found = import_csv(tmp_path / "a.txt", chart, radius=8e-3)
+    assert (len(found), sorted(set(found.episode.tolist()))) == (2 * ROWS, [0, 1])
+    assert found.columns["displacement"].max() == pytest.approx(1e-3)
+
+
+def test_tables_of_different_columns_are_said_to_be_that(tmp_path):
+    text = "".join(
+        STEP.format(name=time, time=time, rows="0.00\t1.0\t2.0\n0.01\t1.1\t2.1")
+        for time in ("Time", "Step time")
+    )
+    (tmp_path / "a.txt").write_text(text)
+    chart = with_columns(
+        ColumnMap(table=TableMap(section="[step]")), ["t=Step time", "normal_force=Force"], []
+    )
+    with pytest.raises(RecordingError, match="give each kind of table as a file of its own"):
+        import_csv(tmp_path / "a.txt", chart)

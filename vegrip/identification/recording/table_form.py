@@ -85,6 +85,7 @@ def find_layout(
     sign = best.decimal if thousands != best.decimal or decimal else {".": ",", ",": "."}[best.decimal]
     found = Layout(best.delimiter, sign, before, encoding=encoding, section=section, thousands=thousands)
     found = replace(found, units=_units(lines, found, best.first))
+    _check_sections(path, lines, found)
     said = [
         (f"fields separated by {DELIMITERS.get(found.delimiter)}", not delimiter and found.delimiter != ","),
         ("decimal commas", not decimal and found.decimal == ","),
@@ -121,11 +122,8 @@ def _units(lines: Sequence[str], layout: Layout, first: int | None) -> tuple[str
     """Return the cells of the line of units between the header and the numbers, none where there is none."""
     begin = layout.skip
     if layout.section:
-        begin = next((i for i, line in enumerate(lines) if line.strip() == layout.section), len(lines))
-        numbers = (
-            i for i in range(begin, len(lines)) if _share(_split(lines[i], layout.delimiter), "") > 0.5
-        )
-        first = next(numbers, None)
+        below = (i for i, line in enumerate(lines) if line.strip() == layout.section)
+        first = _first_numbers(lines, next(below, len(lines)), layout)
         begin = (first or 0) - 2
     if first is None or first < begin + 2 or not lines[first - 1].strip():
         return ()
@@ -134,6 +132,28 @@ def _units(lines: Sequence[str], layout: Layout, first: int | None) -> tuple[str
         return ()
     in_brackets = all(UNIT_CELL.fullmatch(cell) for cell in cells)
     return tuple(cells) if in_brackets or all(is_unit(cell) for cell in cells if cell) else ()
+
+
+def _first_numbers(lines: Sequence[str], begin: int, layout: Layout) -> int | None:
+    rows = range(begin, len(lines))
+    return next((i for i in rows if _share(_split(lines[i], layout.delimiter), "") > 0.5), None)
+
+
+def _check_sections(path: Path, lines: Sequence[str], layout: Layout) -> None:
+    """Raise where the tables below the lines ``section`` have different columns: they are not one table."""
+    first = ""
+    for begin in [i for i, line in enumerate(lines) if layout.section and line.strip() == layout.section]:
+        at = _first_numbers(lines, begin, layout)
+        if at is None:
+            return
+        header = at - 1 - bool(layout.units)
+        names = ", ".join(_split(lines[header], layout.delimiter))
+        first = first or names
+        if names != first:
+            raise RecordingError(
+                f"{path}:{header + 1}: the columns are not those of the first table ({names} after {first}); "
+                "give each kind of table as a file of its own"
+            )
 
 
 def _head(path: Path) -> bytes:

@@ -287,4 +287,4 @@ def values_of(plan: Plan, traffic: Traffic) -> Values:
     for frame in frames:
         for state in codec.decode_all(frame):
             states.setdefault(state.finger, []).append(state)
-    return Values(states, dict(codec.rejected))
+    return Values(states, {name: count for name, count in codec.rejected.items() if count})
