@@ -192,6 +192,9 @@ def _can_log(
     from vegrip.identification.recording.can_log import read_can_log
 
     found = read_can_log(src, fingers.split(","), radius=radius, channel=channel, spread=spread)
+    for finger in fingers.split(",") if fingers != ALL else ():
+        if finger not in found:
+            complain(f"{src}: no state of {finger} is in it; --fingers names them in the order of the bus")
     for finger, recording in found.items():
         recording.report.refuse(f"{src}: {finger}", accepted=accepted)
     return _written({output / finger: recording for finger, recording in found.items()})
@@ -228,7 +231,7 @@ def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":
     from vegrip.identification.recording.session import replaced
 
     for folder, recording in found.items():
-        doubts = [*recording.report.warnings(), *recording.report.doubts]
+        doubts = list(dict.fromkeys([*recording.report.warnings(), *recording.report.doubts]))
         source = {**recording.source, **({DOUBTS: "; ".join(doubts)} if doubts else {})}
         with replaced(folder):
             write_recording(dataclasses.replace(recording, source=source), folder)

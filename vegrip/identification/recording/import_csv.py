@@ -231,9 +231,9 @@ def recording_of(
     }
     for name in [name for name, values in columns.items() if np.all(np.isnan(values))]:
         column = chart.channels[name].column
-        report.add(
-            Kind.SUSPECT, f"{name} holds no number: the column {column!r} is empty; is it the right one?"
-        )
+        empty = f"{name} holds no number: the column {column!r} is empty; is it the right one?"
+        report.add(Kind.SUSPECT, empty)
+        report.missing.append(empty)
         del columns[name]
     if not columns:
         raise RecordingError(f"{path}: no channel holds a single value")

@@ -40,6 +40,8 @@ def bag_library(module: str) -> Any:
 
 
 COLUMN: Final = re.compile(r"(?P<topic>[^:\s]+):(?P<path>\w+(\[\d+\])*(\.\w+(\[\d+\])*)*)")
+SAID_BY: Final = {"time": "--map t", "episode": "--map episode", "table": "--decimal and --thousands"}
+"""Sections of a map that bags do not have -> the options that say them."""
 LONGEST_INDEX: Final = 9  # digits
 PATH_STEP: Final = re.compile(r"\w+|\[\d+\]")
 BROKEN: Final = (
@@ -366,7 +368,10 @@ def _check(path: Path, chart: ColumnMap) -> None:
     given = {"time": chart.time != TimeMap(), "episode": chart.episode != EpisodeMap()}
     for section, there in (given | {"table": chart.table != TableMap()}).items():
         if there:
-            raise RecordingError(f"{path}: a bag has no [{section}]; its topics and time are said in [bag]")
+            where = f"[{section}]" if chart.name else SAID_BY[section]
+            raise RecordingError(
+                f"{path}: a bag has no {where}; its topics and time are said in [bag] of a --map-file"
+            )
 
 
 def _leader(path: Path, fields: dict[str, BagField], bag: BagMap) -> str:
@@ -375,7 +380,8 @@ def _leader(path: Path, fields: dict[str, BagField], bag: BagMap) -> str:
         raise RecordingError(f"{path}: [bag] time = {bag.time!r} must be one of {', '.join(topics)}")
     if len(topics) > 1 and not (bag.time and bag.largest_age):
         raise RecordingError(
-            f"{path}: the topics {', '.join(topics)} need [bag] time = one of them, and largest_age [s]"
+            f"{path}: the topics {', '.join(topics)} need [bag] time = one of them, and "
+            "largest_age [s], in a --map-file"
         )
     return bag.time or topics[0]
 
@@ -395,7 +401,7 @@ def _held(
     if not np.any(used):
         raise RecordingError(
             f"{path}: {series.topic} has no value within {largest_age:g} s before any row; "
-            "its clock may be another one: try [bag] stamp = 'receive'"
+            "its clock may be another one: try [bag] stamp = 'receive' in a --map-file"
         )
     held, oldest = np.count_nonzero(used), ages.max() / NS
     report.add(Kind.NOTE, f"{series.topic}: known in {held} of {len(at)} rows, at most {oldest:.3g} s old")
