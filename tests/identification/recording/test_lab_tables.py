@@ -278,3 +278,19 @@ def test_tables_of_different_columns_are_said_to_be_that(tmp_path):
     )
     with pytest.raises(RecordingError, match="give each kind of table as a file of its own"):
         import_csv(tmp_path / "a.txt", chart)
+
+
+def test_a_column_that_stands_twice_refuses_nothing_where_it_is_not_asked_for(tmp_path):
+    rows = "".join(f"{t:.2f},{d:.1f},{f:.1f},,\n" for t, d, f in zip(T, DEPTH, FORCE, strict=True))
+    (tmp_path / "a.csv").write_text(f"time,depth,force,note,note\n{rows}")
+    assert len(read(tmp_path / "a.csv")) == ROWS
+    (tmp_path / "b.csv").write_text(f"time,depth,force,force,note\n{rows}")
+    with pytest.raises(RecordingError, match="the column 'force' stands twice; rename one"):
+        read(tmp_path / "b.csv")
+
+
+@pytest.mark.parametrize("stamp", ["11:20:01.120", "2024-05-02T11:20:01", "11:20:01,120"])
+def test_a_time_of_a_calendar_is_said_to_be_that(stamp, tmp_path):
+    (tmp_path / "a.csv").write_text(f"time;depth;force\n{stamp};1;2\n{stamp};1;3\n")
+    with pytest.raises(RecordingError, match=r"is a (date|time of day), .*; write it as a number"):
+        read(tmp_path / "a.csv")

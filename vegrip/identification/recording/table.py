@@ -5,13 +5,14 @@ Rows are converted in blocks of columns: an hour at 500 Hz needs no more memory 
 megabytes of gzip can hold gigabytes of text, so a larger table than ``MOST_CELLS`` is refused when it is met.
 """
 
+import contextlib
 import csv
 import gzip
 import re
 import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
+from datetime import datetime, time
 from pathlib import Path
 from typing import Final, TextIO
 
@@ -338,15 +339,14 @@ def _header(path: Path, texts: Iterator[tuple[int, str]], layout: Layout) -> lis
         raise RecordingError(
             f"{path}:{first[0]}: the table has no header; write the names of the columns above the numbers"
         )
-    repeated = {name for name in header if name and header.count(name) > 1}
-    if repeated:
-        raise RecordingError(f"{path}:{first[0]}: the column {min(repeated)!r} stands twice; rename one")
     return header
 
 
 def _position(path: Path, header: list[str], name: str) -> int:
     if name not in header:
         raise RecordingError(f"{path}: there is no column {name!r}; {suggestion(name, header)}")
+    if header.count(name) > 1:
+        raise RecordingError(f"{path}: the column {name!r} stands twice; rename one")
     return header.index(name)
 
 
@@ -367,14 +367,13 @@ def _refuse_dates(
         cell = cells[at[numbers[0]]].strip()
         if not _float(cell)[1]:
             return
-        try:
-            datetime.fromisoformat(cell)
-        except ValueError:
-            return
-        raise RecordingError(
-            f"{path}:{line}: the time {numbers[0]!r} is a date, {cell!r}; write it as a number, such as the "
-            "seconds since the first row"
-        )
+        for kind, parse in (("a date", datetime.fromisoformat), ("a time of day", time.fromisoformat)):
+            with contextlib.suppress(ValueError):
+                parse(cell.replace(",", "."))
+                raise RecordingError(
+                    f"{path}:{line}: the time {numbers[0]!r} is {kind}, {cell!r}; write it as a number, "
+                    "such as the seconds since the first row"
+                )
 
 
 def _converted(
