@@ -217,12 +217,12 @@ def test_differences_are_summed(tmp_path):
 def test_a_clock_that_is_set_back_in_a_log_goes_on_and_one_wild_stamp_is_left():
     report = LoadReport()
     back = np.r_[T[:150], T[150:] - 3600.0]
-    np.testing.assert_allclose(mended(back, report, in_order=True), T, atol=1e-9)
+    np.testing.assert_allclose(mended(back, report, is_in_order=True), T, atol=1e-9)
     assert report.count(Kind.NOTE) == 0
     assert "the clock was set back 1 x" in report.summary()
     wild = T.copy()
     wild[100] = 1e6
-    np.testing.assert_array_equal(mended(wild, LoadReport(), in_order=True), wild)
+    np.testing.assert_array_equal(mended(wild, LoadReport(), is_in_order=True), wild)
 
 
 def test_trials_that_lie_over_each_other_are_asked_about(tmp_path, capsys):

@@ -93,7 +93,7 @@ def test_what_a_database_names_not_available_is_missing_and_a_declared_range_is_
         assert state.normal_force == (
             force if force is not None else pytest.approx(float("nan"), nan_ok=True)
         )
-    (state,) = codec(tmp_path, HEAD + TIP + NAMED, "all_values = true").decode_all(
+    (state,) = codec(tmp_path, HEAD + TIP + NAMED, "all_is_measured = true").decode_all(
         Frame(257, data(32767), False, 1)
     )
     assert state.normal_force == 32.767
@@ -146,7 +146,7 @@ def test_more_than_one_in_a_hundred_is_a_warning_and_a_tenth_is_refused_unless_a
         assert kind in err.splitlines()[0]
         assert told["lost"]
     assert connect(tmp_path, HEAD + TIP + NAMED, frames, capsys, "--accept-losses")[0] == 0
-    option = ["--set", "fingers.thumb.normal_force.all_values=true"]
+    option = ["--set", "fingers.thumb.normal_force.all_is_measured=true"]
     assert "Fz: 200" not in connect(tmp_path, HEAD + TIP + NAMED, frames, capsys, *option)[2]
 
 

@@ -115,7 +115,7 @@ def read_log(
 
 def _on_one_clock(t: "np.ndarray[Any, np.dtype[np.float64]]", stamps: Any, report: LoadReport) -> Any:
     absolute = stamps / NS if len(stamps) and np.abs(stamps).max() < 1e6 * NS else t  # differences are small
-    better = mended(absolute, report, in_order=True)
+    better = mended(absolute, report, is_in_order=True)
     return t if better is absolute else better - better[0]
 
 

@@ -20,7 +20,7 @@ def mended(
     report: LoadReport,
     *,
     spread: bool = False,
-    in_order: bool = False,
+    is_in_order: bool = False,
 ) -> Floats:
     """Return ``t`` [s] such that it grows, where there is one way to read it; what was done is reported.
 
@@ -28,7 +28,7 @@ def mended(
         t: (n,) as it stands in the file.
         report: is added to.
         spread: rows of one time stamp get times of their own, also where they are of uneven number.
-        in_order: the rows stand in the order in which they came, so that a step back is a clock that was set.
+        is_in_order: the rows stand as they came, so that a step back is a clock that was set.
 
     """
     known = np.isfinite(t)
@@ -41,7 +41,7 @@ def mended(
             report.add(Kind.SUSPECT, "what follows rows that could not be read is too early by their times")
         result[known] = np.cumsum(found) - found[0]
         return result
-    if in_order:
+    if is_in_order:
         found = _joined(found, report)
     result[known] = _spread(found, report, asked=spread)
     return result

@@ -222,7 +222,7 @@ class _Starts:
 
     node: int
     name: str
-    runs: bool = False  # it said so, or sent a PDO
+    is_running: bool = False  # it said so, or sent a PDO
     is_booted: bool = False  # it has just said so
     is_heard: bool = False  # since the last look
     is_away: bool = False
@@ -235,9 +235,9 @@ class _Starts:
             self.heard, self.is_heard, self.is_away = now, False, False
         if self.started == NOT_YET:  # the endpoint has just sent the first
             self.started = now
-        if self.runs and now - self.started > STEADY_NS:
+        if self.is_running and now - self.started > STEADY_NS:
             self.wait = FIRST_WAIT_NS
-        if not self.is_booted and (self.runs or now - self.started < self.wait):
+        if not self.is_booted and (self.is_running or now - self.started < self.wait):
             return False
         self.wait = self.wait if self.is_booted else min(2 * self.wait, LONGEST_WAIT_NS)
         self.started, self.is_booted = now, False
@@ -284,17 +284,19 @@ class CanopenNodes:
         identifier, data = frame.arbitration_id, frame.data
         kind, node = identifier & ~0x7F, identifier & 0x7F
         if identifier in self.pdos:
-            self._starts[self.pdos[identifier]].is_heard = self._starts[self.pdos[identifier]].runs = True
+            self._starts[self.pdos[identifier]].is_heard = self._starts[self.pdos[identifier]].is_running = (
+                True
+            )
             return False
         if node in self._starts and kind in (HEARTBEAT, ANSWER, EMERGENCY):
             self._starts[node].is_heard = True
         if identifier in self._polls:
             self._polls[identifier].waits = False
-            self._starts[node].runs = True
+            self._starts[node].is_running = True
             self.rejected["sdo_abort"] += data[:1] == bytes((ABORT,))
         elif kind == HEARTBEAT and node in self.nodes and data:
             state = data[0] & 0x7F
-            self._starts[node].runs = state == OPERATIONAL
+            self._starts[node].is_running = state == OPERATIONAL
             if state == BOOT_UP:
                 self.rejected["restarted"] += 1
                 self._starts[node].is_booted = True

@@ -261,7 +261,7 @@ class _Maker:
         if not raw:
             scale, offset = scale * signal.scale, offset + scale * signal.offset
         bounds = None
-        if source is not None and not source.all_values:
+        if source is not None and not source.all_is_measured:
             invalid, bounds = invalid or signal.invalid, signal.bounds
         self.slots.append(Slot(number, message.name, signal.name, signal, scale, offset, invalid, bounds))
         return number

@@ -76,7 +76,7 @@ class SourceMap:
     invalid: tuple[int, ...] = parameter(
         (), doc="raw values that say: not measured; none: those that the database names"
     )
-    all_values: bool = parameter(
+    all_is_measured: bool = parameter(
         False, doc="also raw values that the database names invalid, and those beyond its range, are measured"
     )
     above: float = parameter(float("nan"), doc="1 above this, else 0; for a slip channel that is not 0 and 1")

@@ -122,7 +122,7 @@ def _without_what_is_cut(message: ForeignMessage, frames: Sequence[Frame], rows:
 
 def measured(trace: Trace, signal: Signal, keys: Mapping[str, Any]) -> Trace:
     """Return ``trace`` without what is no measurement, as ``keys`` of the map and the database say."""
-    if keys.get("all_values"):
+    if keys.get("all_is_measured"):
         return trace
     there = ~np.isin(trace.raw, keys.get("invalid") or signal.invalid)
     if signal.bounds is not None:

@@ -93,7 +93,7 @@ def _tell_losses(
                 count,
                 whole,
                 f"{name}: {count} of {whole} values are no measurement, and are missing: "
-                f"{', '.join(causes) or 'invalid'}; --set 'fingers.{where}.all_values=true' takes them",
+                f"{', '.join(causes) or 'invalid'}; --set 'fingers.{where}.all_is_measured=true' takes them",
             )
     for name, count in traffic.short.items():
         message = database.messages[name]
