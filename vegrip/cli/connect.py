@@ -145,8 +145,6 @@ def connect(
     names = [name.strip() for name in fingers.split(",") if name.strip()]
     known = Known(database, found, traffic, windows, names, node_ids, said, settings or [], transport)
     proposal, plan, text = draw_up(known, output or Path("hand.toml"))
-    if output is not None:
-        _write(output, text)
     _tell(plan, text, output, traffic, proposal, accepted=accept, as_json=as_json)
 
 
@@ -296,10 +294,9 @@ def _tell(
     learned, doubts, implausible = _found(proposal, values)
     prices = price(plan) if plan is not None else [unknown]
     lost = _losses(traffic, values, proposal)
-    for sentence in lost:
-        complain(sentence)
-    if traffic is not None:
-        traffic.report.refuse("the traffic", accepted=accepted)
+    _complain_of(lost, traffic, accepted=accepted)
+    if proposal is not None and output is not None:
+        _write(output, text)
     if as_json:
         told = {
             "map": str(output) if output is not None else None,
@@ -355,6 +352,13 @@ def _losses(traffic: "Traffic | None", values: "Values | None", proposal: "Propo
             report.add(Kind.REFUSED, name, count=count)
             report.rows_kept -= count
     return [*lost, *report.warnings()]
+
+
+def _complain_of(lost: list[str], traffic: "Traffic | None", *, accepted: bool) -> None:
+    for sentence in lost:
+        complain(sentence)
+    if traffic is not None:
+        traffic.report.refuse("the traffic", accepted=accepted)
 
 
 def _next(output: Path, plan: "Plan | None") -> str:
