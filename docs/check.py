@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 
 import english
+import figures
 
 import vegrip
 from vegrip.cli import COMMANDS
@@ -213,6 +214,7 @@ def main() -> int:
         wrong += failing_commands(page, text)
         wrong += [*missing_files(page, text), *unknown_modules(page, text), *english_of_page(page, text)]
     wrong += [*english_of_code(), *unresolved_citations(), *failing_doctests()]
+    wrong += figures.stale_figures()
     for complaint in wrong:
         print(complaint, file=sys.stderr)  # noqa: T201
     print(f"{len(documents())} pages checked, {len(wrong)} things wrong")  # noqa: T201

@@ -36,7 +36,19 @@ PUBLISHED = {
     ),
     *("present", "stderr", "value", "recovered"),
     # options of commands, under their own names
-    *("as_json", "quick", "each", "control", "channel", "web", "json", "thorough", "fifo", "autostart"),
+    *(
+        "as_json",
+        "quick",
+        "each",
+        "control",
+        "channel",
+        "web",
+        "json",
+        "thorough",
+        "fifo",
+        "autostart",
+        "spread",
+    ),
 }
 STATEMENTS = {"by_force", "beyond", "deep"}  # that read as answers where they are used
 

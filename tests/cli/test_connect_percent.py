@@ -257,11 +257,14 @@ def test_bad_input_gets_one_sentence(log, folder, capsys, name):
 
 
 def test_frames_that_are_too_short_are_told_with_the_remedy(log, folder, capsys):
-    short = [line[:-2] if " 18FE5022#" in line else line for line in log.read_text().splitlines()]
-    (folder / "short.log").write_text("\n".join(short) + "\n")
-    assert connect(folder / "short.log", *GAINS) == 3
-    said = " ".join(capsys.readouterr().err.split())
-    assert "800 frames of MOTOR_FB are shorter than the 8 bytes that krn.dbc says" in said
+    for left_out, code in ((2, 0), (6, 3)):  # the last byte holds no signal
+        lines = log.read_text().splitlines()
+        short = [line[:-left_out] if " 18FE5022#" in line else line for line in lines]
+        (folder / "short.log").write_text("\n".join(short) + "\n")
+        assert connect(folder / "short.log", *GAINS, "--force") == code
+        said = " ".join(capsys.readouterr().err.split())
+        told = "800 frames of MOTOR_FB are shorter than the 8 bytes that krn.dbc says; missing from them"
+        assert (told in said) == (code == 3)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import math
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ import typer
 from vegrip.cli._terminal import printer, table
 from vegrip.clock import NS
 from vegrip.config import build
-from vegrip.identification.recording.can_log import frames_of
+from vegrip.identification.recording.can_frames import read_log
 from vegrip.transport.can_port import open_port
 from vegrip.transport.mapped.traffic import Now, Traffic, traffic_of
 from vegrip.transport.open import CanSettings, open_bus
@@ -39,13 +39,16 @@ def traffic_of_hand(
     now: Now | None,
     *,
     ask: bool,
+    channel: str = "",
+    wanted: Collection[int] = (),
 ) -> Traffic | None:
     """Return the traffic of ``log``, or what comes on ``transport``; None where neither is given.
 
     Live it lasts as long as the ``windows``, or for each question, whose windows are added.
     """
     if log is not None:
-        return traffic_of(frames_of(log, extended=True))
+        read = read_log(log, extended=True, channel=channel, wanted=wanted)
+        return traffic_of(read.frames, read.report)
     if not transport:
         return None
     bus, _, timing = open_bus(build(CanSettings, transport, "--channel"))

@@ -22,14 +22,16 @@ if TYPE_CHECKING:
     from vegrip.transport.mapped.traffic import Now, Traffic, Values
 
 DATABASE = Annotated[
-    Path | None, typer.Argument(help="Their .dbc, .kcd, .sym, .arxml or .eds; or a map, to check it.")
+    Path | None, typer.Argument(help="Their .dbc, .kcd, .sym, .arxml, .eds or .dcf; or a map, to check it.")
 ]
 LIST = Annotated[bool, typer.Option("--list", help="Show the products whose maps are in the box.")]
 HAND = Annotated[str, typer.Option(help="A product of --list: write its map.")]
 ADDRESS = Annotated[str, typer.Option(help="--hand: where it is, HOST:PORT or a tty.")]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Map (TOML) to write.")]
-LOG = Annotated[Path | None, typer.Option(help="Log of their traffic: .asc, .blf, or .log of candump.")]
-CHANNEL = Annotated[str, typer.Option(help="Live: CAN channel that the hand is on, e.g. can0.")]
+LOG = Annotated[Path | None, typer.Option(help="Log of their traffic: .asc, .blf, .trc, .mf4, or candump's.")]
+CHANNEL = Annotated[
+    str, typer.Option(help="CAN channel that the hand is on, live or in a log of several, e.g. can0.")
+]
 INTERFACE = Annotated[str, typer.Option(help="Live: python-can interface.")]
 BITRATE = Annotated[int, typer.Option(help="Live: nominal bit rate [bit/s].")]
 FD = Annotated[bool, typer.Option("--fd", help="Live: the bus carries CAN FD.")]
@@ -50,6 +52,9 @@ SETTINGS = Annotated[
         "--set", help="KEY=VALUE of the map, e.g. fingers.thumb.normal_force.sign=-1; fingers.* is all."
     ),
 ]
+ACCEPT = Annotated[
+    bool, typer.Option("--accept-losses", help="Go on where a tenth of the frames or values cannot be used.")
+]
 ASK = Annotated[bool, typer.Option("--ask/--no-ask", help="Live: ask for rest, press, shear and twist.")]
 
 SHORT = {
@@ -58,6 +63,10 @@ SHORT = {
     "tangential_force_y": "tangential",
     "torque_z": "torque",
 }
+
+
+UNREADABLE = ("counter", "checksum", "invalid")
+"""Frames that the codec refuses whole."""
 
 
 def connect(
@@ -81,6 +90,7 @@ def connect(
     as_json: JSON = False,
     lists: LIST = False,
     hand: HAND = "",
+    accept: ACCEPT = False,
     address: ADDRESS = "",
 ) -> None:
     """Map a hand of another make: propose which signals are force, position and command, and write a file.
@@ -116,20 +126,26 @@ def connect(
     if database.suffix.lower() == ".toml":
         plan = plans.open_plan(database)
         now: Now | None = None if as_json else MappedNow(plan)
-        traffic = traffic_of_hand(log, transport, windows, seconds, now, ask=False)
-        _tell(plan, "", None, traffic, as_json=as_json)
+        of_map = str(plan.hand.transport.get("channel", ""))
+        wanted = {message.identifier for message in plan.database.messages.values()}
+        traffic = traffic_of_hand(
+            log, transport, windows, seconds, now, ask=False, channel=channel or of_map, wanted=wanted
+        )
+        _tell(plan, "", None, traffic, accepted=accept, as_json=as_json)
         return
     node_ids = _pairs(nodes)
     found = plans.read_frames(database, node_ids)
     now = None if as_json else SignalsNow(found)
-    traffic = traffic_of_hand(log, transport, windows, seconds, now, ask=ask and not as_json)
+    wanted = {message.identifier for message in found.messages.values()}
+    is_asked = ask and not as_json
+    traffic = traffic_of_hand(
+        log, transport, windows, seconds, now, ask=is_asked, channel=channel, wanted=wanted
+    )
     _check_windows(windows, traffic)
     names = [name.strip() for name in fingers.split(",") if name.strip()]
     known = Known(database, found, traffic, windows, names, node_ids, said, settings or [], transport)
     proposal, plan, text = draw_up(known, output or Path("hand.toml"))
-    if output is not None:
-        _write(output, text)
-    _tell(plan, text, output, traffic, proposal, as_json=as_json)
+    _tell(plan, text, output, traffic, proposal, accepted=accept, as_json=as_json)
 
 
 def _connect_product(
@@ -261,8 +277,10 @@ def _tell(
     proposal: "Proposal | None" = None,
     *,
     unknown: str = "",
+    accepted: bool = False,
     as_json: bool,
 ) -> None:
+    from vegrip.identification.recording.report import account
     from vegrip.transport.mapped.price import price
     from vegrip.transport.mapped.traffic import values_of
 
@@ -273,11 +291,12 @@ def _tell(
             f"the map makes no state of this traffic ({refused or 'no message of it came'}); "
             "look at the trigger, and at counter and checksum of [messages]"
         )
-    learned, doubts, implausible = [], [], []
-    if proposal is not None:
-        learned, doubts, implausible = proposal.learned, proposal.doubts, [*proposal.implausible]
-    implausible += values.implausible() if values is not None else []
+    learned, doubts, implausible = _found(proposal, values)
     prices = price(plan) if plan is not None else [unknown]
+    lost = _losses(traffic, values, proposal)
+    _complain_of(lost, traffic, accepted=accepted)
+    if proposal is not None and output is not None:
+        _write(output, text)
     if as_json:
         told = {
             "map": str(output) if output is not None else None,
@@ -287,6 +306,8 @@ def _tell(
             "learned": learned,
             "open": doubts,
             "implausible": implausible,
+            "lost": lost,
+            "rows": account([traffic.report] if traffic is not None else []),
             "price": prices,
         }
         typer.echo(json.dumps(told))
@@ -304,8 +325,40 @@ def _tell(
         if output is not None:
             then = _next(output, plan) + (" --check" if plan is not None and proposal is None else "")
             typer.echo(f"written: {output}; next: {then}")
-    if implausible:
+    if implausible or (proposal is not None and proposal.too_much and not accepted):
         raise typer.Exit(InputError.exit_code)
+
+
+def _found(proposal: "Proposal | None", values: "Values | None") -> tuple[list[str], list[str], list[str]]:
+    """Return what was learned, what is open, and what cannot be."""
+    wrong = values.implausible() if values is not None else []
+    if proposal is None:
+        return [], [], wrong
+    return proposal.learned, proposal.doubts, [*proposal.implausible, *wrong]
+
+
+def _losses(traffic: "Traffic | None", values: "Values | None", proposal: "Proposal | None") -> list[str]:
+    """Return what of the traffic is lost; what the codec refused is added to its report."""
+    from vegrip.identification.recording.report import Kind
+
+    lost = [] if proposal is None else [*proposal.lost, *proposal.too_much]
+    if traffic is None:
+        return lost
+    report = traffic.report
+    if not report.rows_read:  # live
+        report.rows_read = report.rows_kept = sum(map(len, traffic.frames.values()))
+    for name, count in values.rejected.items() if values is not None else ():
+        if name in UNREADABLE:
+            report.add(Kind.REFUSED, name, count=count)
+            report.rows_kept -= count
+    return [*lost, *report.warnings()]
+
+
+def _complain_of(lost: list[str], traffic: "Traffic | None", *, accepted: bool) -> None:
+    for sentence in lost:
+        complain(sentence)
+    if traffic is not None:
+        traffic.report.refuse("the traffic", accepted=accepted)
 
 
 def _next(output: Path, plan: "Plan | None") -> str:

@@ -309,7 +309,7 @@ def opened(
     with _terminal.progress("read") as report:
         whole = read_recording(recording, progress=_terminal.counted(report))
     chosen = select_episodes(whole, only=only, without=hold_back)
-    if is_airless(chosen.columns):
+    if chosen is not whole and is_airless(chosen.columns):
         log.warning("%s: %s", recording, AIRLESS)
     return chosen, start
 

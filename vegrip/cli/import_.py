@@ -11,8 +11,9 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file, claim_recording
-from vegrip.cli._terminal import counted, print_json, print_next, progress
+from vegrip.cli._terminal import complain, counted, print_json, print_next, progress
 from vegrip.errors import InputError, UsageError
+from vegrip.text_encoding import encoding_of
 from vegrip.whole_file import reading
 
 if TYPE_CHECKING:
@@ -22,8 +23,8 @@ if TYPE_CHECKING:
 SRC = Annotated[
     list[Path],
     typer.Argument(
-        help="Table (CSV, also .gz), CAN log (.asc, .blf, candump), .mcap, rosbag, or a recording to go to "
-        ".mcap. Several tables or bags become the episodes of one recording."
+        help="Table (CSV, also .gz), CAN log (.asc, .blf, .trc, .mf4, candump), .mcap, rosbag, or a "
+        "recording to go to .mcap. Several tables or bags become the episodes of one recording."
     ),
 ]
 OUT = Annotated[
@@ -47,8 +48,16 @@ STEP = Annotated[
     bool,
     typer.Option("--step", help="A unit step held, without a contact: modulus or compliance against time."),
 ]
+DECIMAL = Annotated[str, typer.Option(help="Decimal sign of a table, . or ,; else found.")]
+THOUSANDS = Annotated[str, typer.Option(help="What stands between thousands, or none; else found.")]
+SPREAD = Annotated[bool, typer.Option("--spread", help="Rows of one time stamp are spread until the next.")]
+CHANNEL = Annotated[str, typer.Option(help="CAN logs of several channels: the one to read, e.g. can0.")]
+ACCEPT = Annotated[
+    bool, typer.Option("--accept-losses", help="Go on where a tenth of the rows or more cannot be used.")
+]
 FINGERS = Annotated[str, typer.Option(help="CAN logs: fingers in the order of the bus, by commas.")]
-CANDUMP = re.compile(rb"\(\d+\.\d+\) \S+ [0-9A-Fa-f]+#| *(\(.*\) +)?\w+  +[0-9A-F]{3,8} +\[\d+\]")
+LOGS = (".asc", ".blf", ".trc", ".mf4", ".mdf")
+CANDUMP = re.compile(r"\s*\(-?\d+(\.\d+)?\) \S+ [0-9A-Fa-f]+#| *(\(.*\) +)?\w+  +[0-9A-F]{3,8} +\[\d+\]")
 BAGS = (".bag", ".db3", ".mcap")  # and a folder, of rosbag 2
 ALL = "thumb,index,middle,ring,little"
 
@@ -65,6 +74,11 @@ def import_(
     baseline: BASELINE = None,
     radius: RADIUS = "",
     step: STEP = False,
+    decimal: DECIMAL = "",
+    thousands: THOUSANDS = "",
+    spread: SPREAD = False,
+    channel: CHANNEL = "",
+    accept: ACCEPT = False,
     fingers: FINGERS = ALL,
     as_json: JSON = False,
 ) -> None:
@@ -89,14 +103,18 @@ def import_(
         "--negate": negated,
         "--map-file": map_file,
     }
-    table_options |= {"--zero": zeros, "--baseline": baseline, "--step": step}
+    table_options |= {"--zero": zeros, "--baseline": baseline, "--step": step, "--decimal": decimal}
+    table_options |= {"--thousands": thousands}
     is_alone = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
     if len(src) > 1 and (is_alone or any(map(_is_can_log, src))):
         raise UsageError(
             "only tables and mapped bags can be joined; import MCAP files and CAN logs one by one"
         )
     if is_alone:
-        _refuse_options({**table_options, "--radius": radius}, "a recording in MCAP, which describes itself")
+        _refuse_options(
+            {**table_options, "--radius": radius, "--spread": spread},
+            "a recording in MCAP, which describes itself",
+        )
     elif _is_can_log(one):
         _refuse_options(table_options, "a CAN log, which is read by the message set of vegrip")
     _claim(output, one, fingers, force=force)
@@ -104,30 +122,41 @@ def import_(
     if is_alone:
         found = _mcap(one, output)
     elif _is_can_log(one):
-        found = _can_log(one, output, fingers, metres)
+        found = _can_log(one, output, fingers, metres, channel, spread=spread, accepted=accept)
     else:
         read = column_map.read_column_map(map_file) if map_file else column_map.ColumnMap()
         chart = column_map.with_columns(read, columns or [], units or [], negated or [], zeros or [])
         if baseline is not None:
             chart = dataclasses.replace(chart, baseline=column_map.BaselineMap(baseline))
+        if decimal not in ("", ".", ","):
+            raise UsageError(f"--decimal is {decimal!r}; it is . or ,")
+        form = dataclasses.replace(
+            chart.table,
+            decimal=decimal or chart.table.decimal,
+            thousands=thousands or chart.table.thousands,
+        )
+        chart = dataclasses.replace(chart, table=form)
+        if spread:
+            chart = dataclasses.replace(chart, time=dataclasses.replace(chart.time, spread=True))
         has_own_zeros = any(entry.zero == "contact" for entry in chart.channels.values())
         is_step = step or bool(STEP_QUANTITIES.keys() & chart.channels.keys())
         if radius and (is_step or STRETCHES.keys() & chart.channels.keys()):
             raise UsageError("--radius does not apply to a material without a contact")
         if zeros and is_step:
             raise UsageError("--zero does not apply to a step, whose zeros are known")
-        found = _mapped(src, output, chart, metres, is_step=is_step)
+        found = _mapped(src, output, chart, metres, is_step=is_step, accepted=accept)
     _print_result(found, has_own_zeros=has_own_zeros, as_json=as_json)
 
 
 def _is_can_log(path: Path) -> bool:
-    """Return whether it is one of .asc or .blf by its name, or one of candump by its first line."""
-    if path.suffix.lower() in {".asc", ".blf"}:
+    """Return whether it is one by its name, or one of candump by its first line."""
+    if path.suffix.lower() in LOGS:
         return True
     if not path.is_file():
         return False
     with reading(path), path.open("rb") as file:
-        return CANDUMP.match(file.readline(200)) is not None
+        head = file.read(400)
+    return CANDUMP.match(head.decode(encoding_of(head), errors="replace")) is not None
 
 
 def _claim(output: Path, src: Path, fingers: str, *, force: bool) -> None:
@@ -150,15 +179,29 @@ def _mcap(src: Path, output: Path) -> "Mapping[Path, Recording]":
         return read_mcap(src, output)
 
 
-def _can_log(src: Path, output: Path, fingers: str, radius: float) -> "Mapping[Path, Recording]":
+def _can_log(
+    src: Path,
+    output: Path,
+    fingers: str,
+    radius: float,
+    channel: str,
+    *,
+    spread: bool,
+    accepted: bool,
+) -> "Mapping[Path, Recording]":
     from vegrip.identification.recording.can_log import read_can_log
 
-    found = read_can_log(src, fingers.split(","), radius=radius)
+    found = read_can_log(src, fingers.split(","), radius=radius, channel=channel, spread=spread)
+    for finger in fingers.split(",") if fingers != ALL else ():
+        if finger not in found:
+            complain(f"{src}: no state of {finger} is in it; --fingers names them in the order of the bus")
+    for finger, recording in found.items():
+        recording.report.refuse(f"{src}: {finger}", accepted=accepted)
     return _written({output / finger: recording for finger, recording in found.items()})
 
 
 def _mapped(
-    src: list[Path], output: Path, chart: "ColumnMap", radius: float, *, is_step: bool
+    src: list[Path], output: Path, chart: "ColumnMap", radius: float, *, is_step: bool, accepted: bool
 ) -> "Mapping[Path, Recording]":
     from vegrip.identification.recording.data import join_recordings
     from vegrip.identification.recording.import_csv import import_csv
@@ -176,6 +219,7 @@ def _mapped(
             with progress("import") as report:
                 read = import_csv(path, chart, radius=radius, is_step=is_step, progress=counted(report))
                 recordings.append(read)
+        recordings[-1].report.refuse(path, accepted=accepted)
     return _written(
         {output: recordings[0] if len(recordings) == 1 else join_recordings(recordings, output.name)}
     )
@@ -183,11 +227,14 @@ def _mapped(
 
 def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":
     from vegrip.identification.recording import write_recording
+    from vegrip.identification.recording.report import DOUBTS
     from vegrip.identification.recording.session import replaced
 
     for folder, recording in found.items():
+        doubts = list(dict.fromkeys([*recording.report.warnings(), *recording.report.doubts]))
+        source = {**recording.source, **({DOUBTS: "; ".join(doubts)} if doubts else {})}
         with replaced(folder):
-            write_recording(recording, folder)
+            write_recording(dataclasses.replace(recording, source=source), folder)
     return found
 
 
@@ -200,10 +247,14 @@ def _refuse_options(options: Mapping[str, object], what: str) -> None:
 def _print_result(found: "Mapping[Path, Recording]", *, has_own_zeros: bool, as_json: bool) -> None:
     from vegrip.cli._recordings import describe, print_recording
     from vegrip.identification.recording import Kind
+    from vegrip.identification.recording.report import account
 
+    for folder, recording in found.items():
+        for sentence in recording.report.warnings():
+            complain(f"{folder}: {sentence}")
     if as_json:
         told = [{"folder": str(folder), **describe(recording)} for folder, recording in found.items()]
-        print_json({"recordings": told})
+        print_json({"recordings": told, "rows": account(one.report for one in found.values())})
         return
     for folder, recording in found.items():
         print_recording(recording, folder)

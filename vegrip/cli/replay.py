@@ -10,7 +10,7 @@ import typer
 
 from vegrip.cli._options import LOGS, SET
 from vegrip.cli._outputs import FORCE, Outputs, claim_recording
-from vegrip.cli._terminal import figures, print_json, print_sentences, printer, progress
+from vegrip.cli._terminal import complain, figures, print_json, print_sentences, printer, progress
 from vegrip.clock import WallClock
 from vegrip.config import build
 from vegrip.errors import DeviceError, InputError, UsageError
@@ -143,7 +143,7 @@ def _play_log(log: Path, config: Path | None, speed: float, values: list[str]) -
     import can
 
     from vegrip.cli.node import assigned
-    from vegrip.identification.recording.can_log import frames_of
+    from vegrip.identification.recording.can_frames import read_log
     from vegrip.runtime.launch_file import find_launch_file, read_launch_file
     from vegrip.runtime.replay.run import play_frames
     from vegrip.transport.mapped.codec import MappedCodec
@@ -163,7 +163,11 @@ def _play_log(log: Path, config: Path | None, speed: float, values: list[str]) -
         assigned(table, assignment)
     settings = build(CanSettings, table["transport"], f"{config} [transport]")
     codec = MappedCodec(open_plan(settings.map))
-    heard = [frame for frame in frames_of(log, extended=True) if frame.arbitration_id in codec.identifiers]
+    own = codec.identifiers
+    read = read_log(log, extended=True, channel=str(table["transport"].get("channel", "")), wanted=own)
+    heard = [frame for frame in read.frames if frame.arbitration_id in own]
+    for sentence in read.report.warnings():
+        complain(f"{log}: {sentence}")
     if not heard:
         raise UsageError(f"{log}: none of its frames is one that {settings.map} reads")
     bus, _, _ = open_bus(settings)

@@ -305,8 +305,8 @@ def test_a_wrong_map_is_refused(text: str, sentence: str, tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("key", "sentence"),
     [
-        ("zero = 'contact'", "needs a [contact] threshold or a [baseline] duration"),
-        ("zero = 'baseline'", "needs a [baseline] duration"),
+        ("zero = 'contact'", "a [contact] threshold or a [baseline] duration"),
+        ("zero = 'baseline'", "give a [baseline] duration"),
         ("compliance = 1.0", "needs normal_force"),
     ],
 )

@@ -58,7 +58,7 @@ def built(version: int, sent: Sent) -> Any:
         stamp = 0 if stamp is None else EPOCH + stamp
         time = types["builtin_interfaces/msg/Time"](stamp // 10**9, stamp % 10**9)
         head = {"seq": 0} if version == 1 else {}
-        header = types["std_msgs/msg/Header"](**head, stamp=time, frame_id="tip")
+        header = types["std_msgs/msg/Header"](**head, stamp=time, frame_id=c.get("frame", "tip"))
         wrench = types["geometry_msgs/msg/Wrench"](
             vector(c.get("fx", 0.0), 0.0, c["fz"]), vector(0.0, 0.0, c.get("mz", 0.0))
         )
@@ -273,6 +273,29 @@ def test_a_map_that_does_not_fit_the_bag_is_refused(
     assert old in MAP
     with pytest.raises(RecordingError, match=sentence):
         import_rosbag(write_bag(tmp_path / "bag", "ros2-mcap", PRESS), chart(tmp_path, MAP.replace(old, new)))
+
+
+def test_two_frames_on_one_topic_are_never_mixed(tmp_path: Path, capsys: Capsys) -> None:
+    sent = [wrench(MS * k, -1.0 - k, frame=f"tip{k % 2}") for k in range(40)]
+    bag = write_bag(tmp_path / "a.bag", "ros1", sent)
+    command = [
+        "import",
+        str(bag),
+        "-o",
+        str(tmp_path / "r"),
+        "--map",
+        "normal_force=/finger/wrench:wrench.force.z",
+    ]
+    assert main(command) == 3
+    assert (
+        "has messages of the frames 'tip0', 'tip1'; say which are meant in the map" in capsys.readouterr().err
+    )
+    text = "[channels.normal_force]\ncolumn = '/finger/wrench:wrench.force.z'\n[bag]\nframe = 'tip1'\n"
+    found = import_rosbag(bag, chart(tmp_path, text))
+    np.testing.assert_array_equal(found.columns["normal_force"], [-2.0 - k for k in range(0, 40, 2)])
+    assert found.report.rows_lost == 0
+    with pytest.raises(RecordingError, match="has no frame 'palm'; it has tip0, tip1"):
+        import_rosbag(bag, chart(tmp_path, text.replace("tip1", "palm")))
 
 
 def test_a_topic_of_two_types_is_refused(tmp_path: Path) -> None:

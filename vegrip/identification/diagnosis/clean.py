@@ -55,6 +55,8 @@ def find_clean(fitted: CandidateFit) -> Clean | None:
     values = features_of(problem, fitted.optimum.u).values
     depth = values["indentation"]
     touching = (problem.stiffness > 0.0) & problem.used
+    if not touching.any():
+        return None
     clear = ~touching & (depth < -AT_SURFACE * float(np.nanmax(depth)))
     anew = scaled(problem, problem.unknowns.start)
     best: Clean | None = None

@@ -56,6 +56,13 @@ def check_before_search(problem: Problem) -> Iterator[Doubt]:
     m = problem.measured
     t = m.recording.t
     touching = problem.stiffness > 0.0
+    if not touching.any() and not m.recording.is_step:
+        columns, radius = m.recording.columns, m.recording.fingertip.radius
+        suspected = next(suspect_columns(m.recording.episode, columns, radius), "")
+        raise RecordingError(
+            f"{m.recording.name}: the model never touches in this recording, and no effect can show: "
+            f"{suspected or 'look at the zeros and signs of displacement and force, --zero and --negate'}"
+        )
     step = float(np.median(np.diff(t)))
     lasted = float(np.count_nonzero(touching)) * step
     if np.count_nonzero(touching) < thresholds.MIN_CONTACT_ROWS or lasted < thresholds.BRIEF_CONTACT_S:

@@ -87,6 +87,7 @@ def kept_rows(
     if not columns:
         raise RecordingError(f"{path}: no channel holds a single value")
     report_doubts(t[keep], episode[keep], columns, radius, lines[keep], report)
+    report.place_losses(t[keep], lines[keep], columns)
     return t[keep], episode[keep], columns
 
 
@@ -129,7 +130,7 @@ def report_doubts(
     for sentence in suspected or asked(columns, radius):
         report.add(Kind.SUSPECT, sentence)
     if is_airless(columns):
-        report.add(Kind.NOTE, AIRLESS)
+        report.add(Kind.AIRLESS, AIRLESS)
     for name, values in columns.items():
         report_if(report, Kind.MISSING, name, lines[np.isnan(values)])
         quantity = RECORDED[name]

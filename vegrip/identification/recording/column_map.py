@@ -68,6 +68,7 @@ class TimeMap:
 
     column: str = parameter("t", doc="name of the column")
     unit: str = parameter("", doc="unit; left out: that in brackets in its name, else seconds")
+    spread: bool = parameter(False, doc="rows of one time stamp are spread evenly until the next")
 
 
 @dataclass(frozen=True)
@@ -104,6 +105,7 @@ class TableMap:
     section: str = parameter(
         "", doc="the line above each table, in a file of several; their number is the column `section`"
     )
+    thousands: str = parameter("", doc="between thousands; empty: what can be nothing else; none: nothing")
 
 
 @dataclass(frozen=True)
@@ -115,6 +117,7 @@ class BagMap:
     largest_age: float = parameter(
         0.0, unit="s", low=0.0, high=1e9, doc="how long a value of another topic is held; older is missing"
     )
+    frame: str = parameter("", doc="frame_id of the messages to take, where a topic has several")
     definitions: str = parameter("", doc="ROS release whose types a bag without definitions has: ros2_humble")
 
 
@@ -226,6 +229,37 @@ def header_units(base: ColumnMap) -> tuple[ColumnMap, list[str]]:
     for name, unit, _ in [*_named_units(base, IN_BRACKETS), *ends]:
         base = _changed(base, name, "unit", unit)
         found.append(f"{name} in {unit}")
+    return base, found
+
+
+def row_units(
+    base: ColumnMap, header: Sequence[str], cells: Sequence[str], path: Path
+) -> tuple[ColumnMap, list[str]]:
+    """Return ``base`` with the units that stand below the names of the columns, and what to say of them.
+
+    Raises:
+        RecordingError: what stands there is no unit of the channel, and none was said.
+
+    """
+    found, below = [], dict(zip(header, cells, strict=False))
+    entries: dict[str, TimeMap | ChannelMap] = {"t": base.time, **base.channels}
+    for name, entry in entries.items():
+        unit = _spoken(below.get(entry.column, "").strip("[](){}<> "), name)
+        if unit in ("", "-", "/", "1") and not _si(name):
+            continue
+        scale = None
+        with contextlib.suppress(RecordingError):
+            scale = to_si(unit, _si(name), name)
+        if unit and not entry.unit and scale is None:
+            raise RecordingError(
+                f"{path}: the line below the header says that {entry.column!r} is in {unit!r}, which is no "
+                f"unit of {name} that is known; say it with --unit {name}=UNIT"
+            )
+        if unit and not entry.unit:
+            base = _changed(base, name, "unit", unit)
+            found.append(f"{name} in {unit}")
+        elif unit and scale is not None and scale != to_si(entry.unit, _si(name), name):
+            found.append(f"{name} in {entry.unit} as said, not in {unit}")
     return base, found
 
 

@@ -17,7 +17,7 @@ from vegrip.errors import ConfigError, RecordingError, suggestion
 from vegrip.identification.recording.channels import NOISE_NAMES, RECORDED
 from vegrip.identification.recording.checks import kept_rows
 from vegrip.identification.recording.data import MATERIAL, Fingertip, Recording
-from vegrip.identification.recording.report import MISSING, Kind, LoadReport, told
+from vegrip.identification.recording.report import DOUBTS, MISSING, Kind, LoadReport, told
 from vegrip.identification.recording.table import BLOCK_ROWS, Layout, Progress, read_header, read_table
 from vegrip.types import Floats
 from vegrip.whole_file import filled_folder, whole_file, writing
@@ -48,11 +48,11 @@ def existing_folder(folder: Path) -> Path:
 def read_recording(
     folder: Path | str, *, announce: bool = True, progress: Progress = lambda _: None
 ) -> Recording:
-    """Read the recording in ``folder``; what was left out is in its ``report`` and is logged as a warning.
+    """Read the recording in ``folder``; what was left out and doubted is logged as warnings.
 
     Args:
         folder: holds ``recording.toml`` and ``recording.csv[.gz]``.
-        announce: log the report when rows were left out (a caller that shows the report itself says no).
+        announce: log doubts and rows left out (a caller that shows the report itself says no).
         progress: called with the number of rows read so far, now and then.
 
     Raises:
@@ -74,9 +74,17 @@ def read_recording(
     missing = source.get(MISSING)
     if isinstance(missing, int) and missing > 0:
         report.add(Kind.NOTE, told(missing))
-    if announce and report.rows_lost:
-        log.warning("%s: %s", folder, report.summary())
+    if announce:
+        for doubt in dict.fromkeys([*_told_doubts(source), *report.doubts]):
+            log.warning("%s: %s", folder, doubt)
+        if report.rows_lost:
+            log.warning("%s: %s", folder, report.summary())
     return Recording(name, t, episode, columns, fingertip, sensors, source, start, report)
+
+
+def _told_doubts(source: Mapping[str, Any]) -> list[str]:
+    told = source.get(DOUBTS, ())
+    return [str(one) for one in told] if isinstance(told, list | tuple) else [str(told)]
 
 
 def write_recording(recording: Recording, folder: Path | str, *, compressed: bool = False) -> None:

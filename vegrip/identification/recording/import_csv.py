@@ -27,12 +27,14 @@ from vegrip.identification.recording.column_map import (
     ColumnMap,
     header_units,
     own_columns,
+    row_units,
     step_columns,
     suspect_units,
 )
 from vegrip.identification.recording.data import MATERIAL, STRETCH, Columns, Recording, join_recordings
+from vegrip.identification.recording.mended_times import mended
 from vegrip.identification.recording.report import Kind, LoadReport
-from vegrip.identification.recording.table import Progress, Table, read_header, read_table
+from vegrip.identification.recording.table import Layout, Progress, Table, read_header, read_table
 from vegrip.identification.recording.table_form import find_layout
 from vegrip.identification.recording.units import to_si
 from vegrip.types import Floats
@@ -50,6 +52,8 @@ SPECIMEN = {
 }  # length [m] and section [m^2] of one that is stretched
 EARLIEST, EARLY_ROWS = 1e-3, 12  # of the time of a creep's first row, from which it is continued backwards
 STEPS_HELD = {"modulus": "relaxation", "compliance": "creep"}
+LATE_STEPS, LATE_GROWTH = 100.0, 3.0
+"""A step is sampled at even or at geometric times; what grows quicker began elsewhere (origin: rule)."""
 TOUCH_SHARE = 0.01  # of the peak force
 
 
@@ -69,9 +73,15 @@ def correct_trial(
             known = values[~np.isnan(values)]
             values -= known[0] if len(known) else 0.0
         elif entry.zero == "baseline":
-            values -= _baseline_mean(t, values, name, chart.baseline.duration)
+            values -= _baseline_mean(t, values, name, chart)
         elif entry.zero == "contact":
             threshold = chart.contact.threshold or 5.0 * force_noise
+            if not threshold:
+                needed = _said(chart, "--baseline SECONDS", "a [contact] threshold or a [baseline] duration")
+                raise RecordingError(
+                    f"{name}: to find the contact the noise of the force before it is needed; give {needed}, "
+                    "the time without contact at the start of every trial"
+                )
             values -= _value_at_touch(values, columns, name, threshold, report)
 
 
@@ -104,18 +114,24 @@ def baseline_noise(stretches: Iterable[Floats], least: int) -> float:
     return float(1.4826 * spread / np.sqrt(2.0))
 
 
-def _baseline_mean(t: Floats, values: Floats, name: str, duration: float) -> float:
-    quiet = values[t < t[0] + duration]
+def _said(chart: ColumnMap, option: str, key: str) -> str:
+    """Return the remedy as the user asked: by options, or in the map that was written."""
+    return key if chart.name else option
+
+
+def _baseline_mean(t: Floats, values: Floats, name: str, chart: ColumnMap) -> float:
+    quiet = values[t < t[0] + chart.baseline.duration]
     if not len(quiet) or np.all(np.isnan(quiet)):
-        raise RecordingError(f"{name}: zero = 'baseline' needs a [baseline] duration longer than a sample")
+        needed = _said(chart, "--baseline SECONDS", "a [baseline] duration")
+        raise RecordingError(
+            f"{name}: its zero is the mean before the contact; give {needed}, longer than a sample"
+        )
     return float(np.nanmean(quiet))
 
 
 def _value_at_touch(
     values: Floats, columns: Columns, name: str, threshold: float, report: LoadReport
 ) -> float:
-    if not threshold:
-        raise RecordingError(f"{name}: zero = 'contact' needs a [contact] threshold or a [baseline] duration")
     touch = first_touch(_force(columns, name), threshold)
     if touch is None:
         report.add(Kind.NOTE, f"no contact found above {threshold:g} N; {name} keeps its zero")
@@ -153,7 +169,7 @@ def import_csv(
     path, report = Path(path), LoadReport()
     chart = column_map or ColumnMap()
     form = chart.table
-    layout, unusual = find_layout(path, form.delimiter, form.decimal, form.skip, form.section)
+    layout, unusual = find_layout(path, form.delimiter, form.decimal, form.skip, form.section, form.thousands)
     if unusual:
         report.add(Kind.NOTE, f"found by itself: {unusual}")
     header = read_header(path, layout)
@@ -161,6 +177,9 @@ def import_csv(
     if taken := chart.channels.keys() - mapped.channels.keys() if mapped.channels else ():
         report.add(Kind.NOTE, f"taken by their names: {', '.join(sorted(taken))}")
     _check_mapped(path, chart, header)
+    chart, below = row_units(chart, header, _below(layout), path)
+    if below:
+        report.add(Kind.NOTE, f"units taken from the line below the header: {', '.join(below)}")
     chart, units = header_units(chart)
     for sentence in suspect_units(chart):
         report.add(Kind.SUSPECT, sentence)
@@ -170,6 +189,11 @@ def import_csv(
     words = [chart.episode.column] if chart.episode.column else []
     table = read_table(path, list(dict.fromkeys(numbers)), words, layout, report, progress)
     return recording_of(path, table, chart, report, radius)
+
+
+def _below(layout: Layout) -> tuple[str, ...]:
+    """Return the line of units, with a cell for the number of the section where there are several."""
+    return ("", *layout.units) if layout.section else layout.units
 
 
 def recording_of(
@@ -207,9 +231,9 @@ def recording_of(
     }
     for name in [name for name, values in columns.items() if np.all(np.isnan(values))]:
         column = chart.channels[name].column
-        report.add(
-            Kind.SUSPECT, f"{name} holds no number: the column {column!r} is empty; is it the right one?"
-        )
+        empty = f"{name} holds no number: the column {column!r} is empty; is it the right one?"
+        report.add(Kind.SUSPECT, empty)
+        report.missing.append(empty)
         del columns[name]
     if not columns:
         raise RecordingError(f"{path}: no channel holds a single value")
@@ -225,6 +249,7 @@ def recording_of(
     report_doubts(t, trial, columns, fingertip.radius, lines, report)
     source = {"file": path.name, "map": chart.name or "command line"}
     source |= {MATERIAL: STRETCH} if is_stretch else {}
+    report.place_losses(t, lines, columns)
     ordered = {key: columns[key] for key in RECORDED if key in columns}
     name = path.name.removesuffix(".gz").rsplit(".", 1)[0]
     return Recording(name, t, trial, ordered, fingertip, noise, source, start, report)
@@ -284,6 +309,7 @@ def steps_of(
                 f"{path}: has fewer than {LEAST_STEP_ROWS} rows of a step with a {kind} above zero"
             )
         one = {name: values[rows][keep] for name, values in columns.items()}
+        _suspect_begin(since[rows][keep], report)
         steps.append(
             step_recording(path.name.removesuffix(".gz").rsplit(".", 1)[0], since[rows][keep], one, kind)
         )
@@ -323,11 +349,23 @@ def step_recording(name: str, since: Floats, columns: Columns, kind: str) -> Rec
     )  # fmt: skip
 
 
+def _suspect_begin(since: Floats, report: LoadReport) -> None:
+    """Report a step whose first rows follow each other closer than they follow the step."""
+    first, step = float(since[0]), float(np.median(np.diff(since[:LEAST_STEP_ROWS])))
+    grown = float(np.median(np.diff(since[-LEAST_STEP_ROWS:])) / step) if step > 0.0 else 1.0
+    if first > LATE_STEPS * step and grown > LATE_GROWTH * float(since[-1]) / first:
+        report.add(
+            Kind.SUSPECT,
+            f"the first row is {first:.4g} s after the step, and the next {step:.3g} s after that: where the "
+            "test has a time of its own, make it count from the step",
+        )
+
+
 def _suspect_trials(t: Floats, report: LoadReport) -> None:
     begun = int(np.count_nonzero(np.diff(t) < -0.5 * (np.nanmax(t) - np.nanmin(t))))
     if begun:
         report.add(
-            Kind.SUSPECT,
+            Kind.AMBIGUOUS,
             f"the time begins anew {begun} x, and rows of trials lie over each other; say which column "
             "distinguishes the trials with --map episode=COLUMN, or give each trial as a table of its own",
         )
@@ -402,13 +440,35 @@ def _seconds(
     scale, offset = to_si(chart.time.unit, "s", f"{path}: time column {chart.time.column!r}")
     t = table.numbers[chart.time.column] * scale + offset
     moved = 0
+    if not chart.episode.column:
+        lost = table.lost_times * scale + offset
+        t = _with_those_lost(t, table.lines, lost, table.lost_lines, report, spread=chart.time.spread)
     for rows in stretches_of(trial):
+        if chart.episode.column:
+            t[rows] = mended(t[rows], report, spread=chart.time.spread)
         if rows.start and t[rows.start] <= t[rows.start - 1]:
             t[rows] += t[rows.start - 1] + chart.episode.gap - t[rows.start]
             moved += 1
     if moved:
         report.add(Kind.NOTE, f"{moved} trials whose time begins anew were put one after the other")
     return t
+
+
+def _with_those_lost(
+    t: Floats,
+    lines: NDArray[np.int64],
+    lost: Floats,
+    lost_lines: NDArray[np.int64],
+    report: LoadReport,
+    *,
+    spread: bool,
+) -> Floats:
+    """Return the times ``t``, mended together with those of rows that are left out: they tell the clock."""
+    every = np.concatenate([lines, lost_lines])
+    order = np.argsort(every, kind="stable")
+    whole = np.concatenate([t, np.where(np.isinf(lost), np.nan, lost)])[order]
+    result = mended(whole, report, spread=spread)
+    return result[np.argsort(order, kind="stable")][: len(t)]
 
 
 def _converted(path: Path, values: Floats, name: str, chart: ColumnMap) -> Floats:

@@ -40,6 +40,8 @@ def bag_library(module: str) -> Any:
 
 
 COLUMN: Final = re.compile(r"(?P<topic>[^:\s]+):(?P<path>\w+(\[\d+\])*(\.\w+(\[\d+\])*)*)")
+SAID_BY: Final = {"time": "--map t", "episode": "--map episode", "table": "--decimal and --thousands"}
+"""Sections of a map that bags do not have -> the options that say them."""
 LONGEST_INDEX: Final = 9  # digits
 PATH_STEP: Final = re.compile(r"\w+|\[\d+\]")
 BROKEN: Final = (
@@ -128,6 +130,8 @@ class Series:
     values: list[list[float]] = field(default_factory=list)
     received: int = 0  # messages without a header, which have the time at which the bag received them
     messages: int = 0  # how many the bag holds
+    others: int = 0  # of a frame that is not asked for
+    frames: set[str] = field(default_factory=set)  # frame_ids
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,6 +163,7 @@ def read_series(
             _add_message(path, series, reader, connection.msgtype, data, received, chart, report)
         for series in found.values():
             _note_lost(series, connections, report)
+            _check_frames(path, series, chart, report)
     return found
 
 
@@ -194,6 +199,11 @@ def _add_message(
     except _failures():
         report.add(Kind.DECODE, series.topic, [number])
         return
+    frame = str(getattr(getattr(message, "header", None), "frame_id", ""))
+    series.frames.add(frame)
+    if chart.frame and frame != chart.frame:
+        series.others += 1
+        return
     try:
         values = [each.value(message) for each in series.fields]
     except IndexError:
@@ -217,6 +227,21 @@ def _note_lost(series: Series, connections: Sequence[Any], report: LoadReport) -
     if said != series.messages:
         there = f"{series.messages} of the {said} messages that the bag counts are there"
         report.add(Kind.NOTE, f"{series.topic}: {there}")
+
+
+def _check_frames(path: Path, series: Series, chart: BagMap, report: LoadReport) -> None:
+    """Report a topic on which several sensors speak, each in a frame of its own."""
+    named = sorted(series.frames)
+    if chart.frame and chart.frame not in named:
+        raise RecordingError(
+            f"{path}: {series.topic} has no frame {chart.frame!r}; it has {', '.join(named)}"
+        )
+    if len(named) > 1 and not chart.frame:
+        report.add(
+            Kind.AMBIGUOUS,
+            f"{series.topic} has messages of the frames {', '.join(map(repr, named))}; say which "
+            f'are meant in the map: [bag] frame = "{named[-1]}"',
+        )
 
 
 def _connections(path: Path, reader: Any, wanted: Mapping[str, Series]) -> list[Any]:
@@ -303,7 +328,7 @@ def import_rosbag(path: Path | str, chart: ColumnMap, *, radius: float = math.na
     leader = _leader(path, fields, chart.bag)
     found = read_series(path, list(fields.values()), chart.bag, report)
     _note_clocks(found, chart.bag, report)
-    report.rows_read = found[leader].messages
+    report.rows_read = found[leader].messages - found[leader].others
     rows = in_order(found[leader], report)
     if not len(rows.stamps):
         raise RecordingError(f"{path}: no usable message on {leader}; {report.summary()}")
@@ -343,7 +368,10 @@ def _check(path: Path, chart: ColumnMap) -> None:
     given = {"time": chart.time != TimeMap(), "episode": chart.episode != EpisodeMap()}
     for section, there in (given | {"table": chart.table != TableMap()}).items():
         if there:
-            raise RecordingError(f"{path}: a bag has no [{section}]; its topics and time are said in [bag]")
+            where = f"[{section}]" if chart.name else SAID_BY[section]
+            raise RecordingError(
+                f"{path}: a bag has no {where}; its topics and time are said in [bag] of a --map-file"
+            )
 
 
 def _leader(path: Path, fields: dict[str, BagField], bag: BagMap) -> str:
@@ -352,7 +380,8 @@ def _leader(path: Path, fields: dict[str, BagField], bag: BagMap) -> str:
         raise RecordingError(f"{path}: [bag] time = {bag.time!r} must be one of {', '.join(topics)}")
     if len(topics) > 1 and not (bag.time and bag.largest_age):
         raise RecordingError(
-            f"{path}: the topics {', '.join(topics)} need [bag] time = one of them, and largest_age [s]"
+            f"{path}: the topics {', '.join(topics)} need [bag] time = one of them, and "
+            "largest_age [s], in a --map-file"
         )
     return bag.time or topics[0]
 
@@ -372,7 +401,7 @@ def _held(
     if not np.any(used):
         raise RecordingError(
             f"{path}: {series.topic} has no value within {largest_age:g} s before any row; "
-            "its clock may be another one: try [bag] stamp = 'receive'"
+            "its clock may be another one: try [bag] stamp = 'receive' in a --map-file"
         )
     held, oldest = np.count_nonzero(used), ages.max() / NS
     report.add(Kind.NOTE, f"{series.topic}: known in {held} of {len(at)} rows, at most {oldest:.3g} s old")

@@ -5,12 +5,14 @@ Rows are converted in blocks of columns: an hour at 500 Hz needs no more memory 
 megabytes of gzip can hold gigabytes of text, so a larger table than ``MOST_CELLS`` is refused when it is met.
 """
 
+import contextlib
 import csv
 import gzip
+import re
 import zlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from datetime import datetime
+from dataclasses import dataclass, field
+from datetime import datetime, time
 from pathlib import Path
 from typing import Final, TextIO
 
@@ -18,6 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.errors import RecordingError, suggestion
+from vegrip.identification.recording.cell_numbers import (
+    NONE,
+    is_doubtful,
+    plain_number,
+    thousands_read,
+)
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.types import Floats
 from vegrip.whole_file import reading
@@ -57,6 +65,8 @@ class Layout:
     sealed: bool = False  # a last line without its line end is cut, not only unusual
     encoding: str = "utf-8-sig"
     section: str = ""  # the line above each table, in a file of several
+    thousands: str = ""  # what stands between thousands; empty: what can be nothing else, "none": nothing
+    units: tuple[str, ...] = ()  # what stands below each column's name, as ``(mm)``
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +76,10 @@ class Table:
     numbers: dict[str, Floats]
     words: dict[str, list[str]]
     lines: NDArray[np.int64]
+    lost_times: Floats = field(default_factory=lambda: np.zeros(0))
+    """The first number of rows that were left out for another, NaN where there is none,"""
+    lost_lines: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """and their lines."""
 
 
 def read_header(path: Path, layout: Layout) -> list[str]:
@@ -80,11 +94,14 @@ def read_table(
     layout: Layout,
     report: LoadReport,
     progress: Progress = lambda _: None,
+    *,
+    as_written: bool = False,
 ) -> Table:
     """Read the columns ``numbers`` (as float64; an empty cell is NaN) and ``words`` (as text).
 
     ``progress`` is called with the number of rows so far, block by block. The first of ``numbers`` is the
-    time: rows in which it is not later than in the row before are of no use.
+    time: rows in which it is not later than in the row before are of no use. ``as_written``: no mark in a
+    whole number is looked at twice.
 
     Raises:
         RecordingError: no such file, not text, damaged, empty, too many rows of no use, or a wanted column is
@@ -92,7 +109,7 @@ def read_table(
 
     """
     blocks: list[Table] = []
-    of_use = 0
+    of_use, is_marked, mark = 0, False, re.compile(rf"\{layout.decimal}\d{{3}}(?!\d)")
     with _opened(path, layout) as file:
         texts = _texts(path, file, layout)
         header = _header(path, texts, layout)
@@ -100,6 +117,7 @@ def read_table(
         cells = 0
         for block in _blocks(texts, layout.delimiter):
             report.rows_read += len(block)
+            is_marked = is_marked or any(mark.search(text) for _, text in block)
             cells += sum(_width(text, layout.delimiter) for _, text in block)
             if report.rows_read * len(wanted) > MOST_CELLS or cells > MOST_CELLS_ALL:
                 raise _too_large(path, f"more than {MOST_CELLS} numbers")
@@ -121,7 +139,31 @@ def read_table(
             progress(report.rows_read)
     if not report.rows_read:
         raise RecordingError(f"{path}: holds a header and no rows")
-    return _joined(blocks, numbers, words)
+    table = _joined(blocks, numbers, words)
+    is_asked = is_marked and not layout.thousands and not as_written
+    doubtful = [name for name in numbers if is_asked]
+    doubtful = [name for name in doubtful if is_doubtful(table.numbers[name])]
+    if doubtful:
+        again = read_table(path, numbers, [*words, *doubtful], layout, LoadReport(), as_written=True)
+        for name in doubtful:
+            _decide_thousands(table, name, again.words[name], layout, report)
+    return table
+
+
+def _decide_thousands(table: Table, name: str, cells: list[str], layout: Layout, report: LoadReport) -> None:
+    """Read the column ``name`` with marks between thousands where it is the smoother for it."""
+    mark = layout.decimal
+    whole, is_sure = thousands_read(cells, table.numbers[name], mark)
+    if not is_sure:
+        report.add(
+            Kind.AMBIGUOUS,
+            f"the column {name!r} has whole numbers and numbers like "
+            f"{next(cell for cell in cells if mark in cell)!r}: --thousands {mark} reads it as thousands, "
+            f"--thousands {NONE} as decimals",
+        )
+    if whole is not None:
+        table.numbers[name][:] = whole
+        report.add(Kind.NOTE, f"found by itself: in {name!r} a {mark!r} stands between thousands")
 
 
 def _opened(path: Path, layout: Layout) -> TextIO:
@@ -173,7 +215,8 @@ def _filled_lines(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[in
                 raise _too_large(f"{path}:{line}", f"more than {limit}")
             if "\0" in text:
                 raise RecordingError(f"{path}:{line}: is not a text file; give a table of numbers (CSV)")
-            if line > layout.skip and not text.isspace():
+            is_table = line > layout.skip and not text.isspace()
+            if is_table and not (layout.units and is_units_line(text, layout)):
                 yield line, text
     except UnicodeDecodeError:
         name = layout.encoding.removesuffix("-sig").upper()
@@ -188,6 +231,10 @@ def _filled_lines(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[in
         ) from None
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+def is_units_line(text: str, layout: Layout) -> bool:
+    return tuple(cell.strip() for cell in text.rstrip("\r\n").split(layout.delimiter)) == layout.units
 
 
 def _too_large(where: Path | str, what: str) -> RecordingError:
@@ -250,6 +297,7 @@ def _plain_block(
     lines, texts = zip(*block, strict=True)
     whole = "".join(texts)
     is_odd = layout.decimal != "." or len(layout.delimiter) != 1 or any(c in whole for c in '"_')
+    is_odd = is_odd or layout.thousands not in ("", NONE)
     is_odd = is_odd or (layout.sealed and texts[-1][-1] not in "\r\n") or not numbers
     if is_odd or any(text.count(layout.delimiter) != width - 1 for text in texts):
         return None
@@ -287,15 +335,18 @@ def _header(path: Path, texts: Iterator[tuple[int, str]], layout: Layout) -> lis
     first = _rows(path, [top], layout)[0]
     header = [cell.strip() for cell in first[1]]
     header[0] = header[0].removeprefix("#").strip() or header[0]  # a header that is a comment
-    repeated = {name for name in header if name and header.count(name) > 1}
-    if repeated:
-        raise RecordingError(f"{path}:{first[0]}: the column {min(repeated)!r} stands twice; rename one")
+    if all(cell and not _float(cell)[1] for cell in header):
+        raise RecordingError(
+            f"{path}:{first[0]}: the table has no header; write the names of the columns above the numbers"
+        )
     return header
 
 
 def _position(path: Path, header: list[str], name: str) -> int:
     if name not in header:
         raise RecordingError(f"{path}: there is no column {name!r}; {suggestion(name, header)}")
+    if header.count(name) > 1:
+        raise RecordingError(f"{path}: the column {name!r} stands twice; rename one")
     return header.index(name)
 
 
@@ -316,14 +367,13 @@ def _refuse_dates(
         cell = cells[at[numbers[0]]].strip()
         if not _float(cell)[1]:
             return
-        try:
-            datetime.fromisoformat(cell)
-        except ValueError:
-            return
-        raise RecordingError(
-            f"{path}:{line}: the time {numbers[0]!r} is a date, {cell!r}; write it as a number, such as the "
-            "seconds since the first row"
-        )
+        for kind, parse in (("a date", datetime.fromisoformat), ("a time of day", time.fromisoformat)):
+            with contextlib.suppress(ValueError):
+                parse(cell.replace(",", "."))
+                raise RecordingError(
+                    f"{path}:{line}: the time {numbers[0]!r} is {kind}, {cell!r}; write it as a number, "
+                    "such as the seconds since the first row"
+                )
 
 
 def _converted(
@@ -340,26 +390,26 @@ def _converted(
     keep = np.ones(len(block), dtype=bool)
     values: dict[str, Floats] = {}
     for name in numbers:
-        values[name], bad = _floats(columns[name], layout.decimal)
+        values[name], bad = _floats(columns[name], layout)
         infinite = np.isinf(values[name])
         report_if(report, Kind.NUMBER, name, lines[bad])
         report_if(report, Kind.INFINITE, name, lines[infinite])
         keep &= ~(bad | infinite)
     kept = np.flatnonzero(keep)
     texts = {name: [columns[name][i] for i in kept] for name in words}
-    return Table({name: values[name][keep] for name in numbers}, texts, lines[keep])
+    lost = values[numbers[0]][~keep] if numbers else np.zeros(0)
+    return Table({name: values[name][keep] for name in numbers}, texts, lines[keep], lost, lines[~keep])
 
 
-def _floats(cells: list[str], decimal: str) -> tuple[Floats, NDArray[np.bool_]]:
+def _floats(cells: list[str], layout: Layout) -> tuple[Floats, NDArray[np.bool_]]:
     """Convert a column at once, or cell by cell when something in it is not a plain number."""
-    if decimal != ".":
-        cells = [cell.replace(decimal, ".") for cell in cells]
+    is_plain = layout.decimal == "." and layout.thousands in ("", NONE)
     try:
-        if not any("_" in cell for cell in cells):
+        if is_plain and not any("_" in cell for cell in cells):
             return np.array(cells, dtype=np.float64), np.zeros(len(cells), dtype=bool)
     except ValueError:
         pass
-    pairs = [_float(cell) for cell in cells]
+    pairs = [_float(plain_number(cell, layout.decimal, layout.thousands)) for cell in cells]
     return np.array([value for value, _ in pairs]), np.array([bad for _, bad in pairs])
 
 
@@ -377,6 +427,8 @@ def _joined(blocks: list[Table], numbers: Sequence[str], words: Sequence[str]) -
         {name: np.concatenate([block.numbers[name] for block in blocks]) for name in numbers},
         {name: [word for block in blocks for word in block.words[name]] for name in words},
         np.concatenate([block.lines for block in blocks]),
+        np.concatenate([block.lost_times for block in blocks]),
+        np.concatenate([block.lost_lines for block in blocks]),
     )
 
 

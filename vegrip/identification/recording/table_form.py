@@ -12,28 +12,48 @@ import io
 import re
 import zlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 from vegrip.errors import RecordingError
+from vegrip.identification.recording.cell_numbers import MINUS, SPACES
 from vegrip.identification.recording.table import Layout, split_line
+from vegrip.identification.recording.units import is_unit
+from vegrip.text_encoding import MARKS, encoding_of
 from vegrip.whole_file import reading
 
 SEEN_BYTES: Final = 2**17  # [bytes] that are looked at
 SEEN_LINES: Final = 400
 DELIMITERS: Final = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
 ENCODINGS: Final = {"utf-8-sig": "UTF-8", "utf-16": "UTF-16", "utf-16-le": "UTF-16", "utf-16-be": "UTF-16"}
-EIGHT_BIT: Final = "cp1252"  # what western spreadsheets write that do not write UTF-8
-MARKS: Final = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
+OTHER_KINDS: Final = {
+    b"TDSm": ("LabVIEW's TDMS", "export it as text (.csv), for instance with the package npTDMS"),
+    b"PK\x03\x04": ("a workbook or archive", "save the sheet as .csv"),
+    b"\xd0\xcf\x11\xe0": ("a workbook", "save the sheet as .csv"),
+    b"MDF ": ("a measurement in MDF", "name it .mf4 to read its frames, or export its channels as .csv"),
+    b"\x89HDF": ("HDF5", "export the measurements as .csv"),
+    b"MATLAB": ("MATLAB's", "export the measurements with writetable"),
+    b"PAR1": ("Parquet", "export it as .csv"),
+}
+FRAMES_TABLE: Final = b"timestamp,arbitration_id,extended,remote,error,dlc,data"
+"""The header of the tables of frames of python-can."""
 AHEAD: Final = 5  # lines that must go on as numbers where the table begins
 NUMBER: Final = re.compile(
     r"[-+]?(?:\d+([.,]?)\d*|([.,])\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf)", re.IGNORECASE
 )
+GROUPED: Final = re.compile(rf"[-+]?\d{{1,3}}(?:[.,{SPACES}]\d{{3}})+(?:([.,])\d*)?")
+"""A number with marks between thousands."""
+UNIT_CELL: Final = re.compile(r"[\[(<{]\s*[^\]\[)(]{0,20}\s*[\])>}]|[-/]?")
 
 
 def find_layout(
-    path: Path, delimiter: str = "", decimal: str = "", skip: int = -1, section: str = ""
+    path: Path,
+    delimiter: str = "",
+    decimal: str = "",
+    skip: int = -1,
+    section: str = "",
+    thousands: str = "",
 ) -> tuple[Layout, str]:
     """Return how the table ``path`` is written, and in words what of that is not usual.
 
@@ -43,10 +63,13 @@ def find_layout(
         decimal: decimal sign; empty: found.
         skip: lines before the header; below 0: found.
         section: the line above each table, in a file of several; empty: it is one.
+        thousands: what stands between thousands; empty: what can be nothing else.
 
     """
     head = _head(path)
-    encoding, mark = _encoding(head)
+    _refuse_other_kinds(path, head)
+    encoding = encoding_of(head, is_cut=len(head) == SEEN_BYTES)
+    mark = " with a byte order mark" if head.startswith(tuple(MARKS)) else ""
     text = head.decode(encoding, errors="replace")
     lines = io.StringIO(text, newline="").readlines()[:SEEN_LINES]
     if len(head) == SEEN_BYTES and len(lines) < SEEN_LINES:
@@ -58,7 +81,11 @@ def find_layout(
         top = next((line for line in lines[begin:] if line.strip()), "")
         best = max(forms, key=lambda form: top.count(form.delimiter))
     before = begin if skip >= 0 or section else best.header
-    found = Layout(best.delimiter, best.decimal, before, encoding=encoding, section=section)
+    _refuse_commas(path, lines, best, delimiter)
+    sign = best.decimal if thousands != best.decimal or decimal else {".": ",", ",": "."}[best.decimal]
+    found = Layout(best.delimiter, sign, before, encoding=encoding, section=section, thousands=thousands)
+    found = replace(found, units=_units(lines, found, best.first))
+    _check_sections(path, lines, found)
     said = [
         (f"fields separated by {DELIMITERS.get(found.delimiter)}", not delimiter and found.delimiter != ","),
         ("decimal commas", not decimal and found.decimal == ","),
@@ -68,27 +95,73 @@ def find_layout(
     return found, ", ".join(words for words, is_so in said if is_so)
 
 
+def _refuse_other_kinds(path: Path, head: bytes) -> None:
+    for mark, (kind, remedy) in OTHER_KINDS.items():
+        if head.startswith(mark):
+            raise RecordingError(f"{path}: is {kind}, which is not read; {remedy}")
+    if head.startswith(FRAMES_TABLE):
+        raise RecordingError(
+            f"{path}: is a table of CAN frames, as python-can writes them; make a log of it: "
+            f"python -m can.logconvert {path.name} {path.stem}.blf"
+        )
+
+
+def _refuse_commas(path: Path, lines: Sequence[str], form: "_Form", delimiter: str) -> None:
+    """Raise where rows of whole numbers between commas have more fields than the header: decimal commas."""
+    if delimiter or form.delimiter != "," or form.first is None or form.first == form.header:
+        return
+    names, row = _split(lines[form.header], ","), _split(lines[form.first], ",")
+    if len(names) > 1 and len(names) < len(row) and row[-1] and all(re.fullmatch(r"[-+\d]+", c) for c in row):
+        raise RecordingError(
+            f"{path}:{form.first + 1}: has {len(row)} fields below {len(names)} names: decimal commas "
+            "between commas cannot be separated; save the table with semicolons or tabs between the fields"
+        )
+
+
+def _units(lines: Sequence[str], layout: Layout, first: int | None) -> tuple[str, ...]:
+    """Return the cells of the line of units between the header and the numbers, none where there is none."""
+    begin = layout.skip
+    if layout.section:
+        below = (i for i, line in enumerate(lines) if line.strip() == layout.section)
+        first = _first_numbers(lines, next(below, len(lines)), layout)
+        begin = (first or 0) - 2
+    if first is None or first < begin + 2 or not lines[first - 1].strip():
+        return ()
+    cells = _split(lines[first - 1], layout.delimiter)
+    if len(cells) != len(_split(lines[first], layout.delimiter)) or not any(cells):
+        return ()
+    in_brackets = all(UNIT_CELL.fullmatch(cell) for cell in cells)
+    return tuple(cells) if in_brackets or all(is_unit(cell) for cell in cells if cell) else ()
+
+
+def _first_numbers(lines: Sequence[str], begin: int, layout: Layout) -> int | None:
+    rows = range(begin, len(lines))
+    return next((i for i in rows if _share(_split(lines[i], layout.delimiter), "") > 0.5), None)
+
+
+def _check_sections(path: Path, lines: Sequence[str], layout: Layout) -> None:
+    """Raise where the tables below the lines ``section`` have different columns: they are not one table."""
+    first = ""
+    for begin in [i for i, line in enumerate(lines) if layout.section and line.strip() == layout.section]:
+        at = _first_numbers(lines, begin, layout)
+        if at is None:
+            return
+        header = at - 1 - bool(layout.units)
+        names = ", ".join(_split(lines[header], layout.delimiter))
+        first = first or names
+        if names != first:
+            raise RecordingError(
+                f"{path}:{header + 1}: the columns are not those of the first table ({names} after {first}); "
+                "give each kind of table as a file of its own"
+            )
+
+
 def _head(path: Path) -> bytes:
     damage = EOFError, zlib.error, gzip.BadGzipFile  # told when the table is read, with the line
     opened = gzip.open if path.suffix == ".gz" else open
     with reading(path, RecordingError), contextlib.suppress(*damage), opened(path, "rb") as file:
         return file.read(SEEN_BYTES)
     return b""
-
-
-def _encoding(head: bytes) -> tuple[str, str]:
-    for mark, encoding in MARKS.items():
-        if head.startswith(mark):
-            return encoding, " with a byte order mark"
-    for start, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
-        if len(head) >= 4 and not any(head[start:200:2]) and all(head[1 - start : 200 : 2]):
-            return encoding, ""
-    try:
-        head.decode()
-    except UnicodeDecodeError as error:
-        is_cut = len(head) == SEEN_BYTES and error.end == len(head)
-        return ("utf-8-sig" if is_cut or b"\0" in head else EIGHT_BIT), ""
-    return "utf-8-sig", ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,12 +184,25 @@ class _Form:
             (
                 i
                 for i in range(len(rows))
-                if is_data[i] and 2 * sum(ahead := is_data[i : i + AHEAD]) > len(ahead)
+                if is_data[i]
+                and 2 * sum(ahead := is_data[i : i + AHEAD]) > len(ahead)
+                and not _is_named(rows[i], rows[i + 1 : i + 4 * AHEAD])
             ),
             None,
         )
         header = 0 if first is None else _header(lines, rows, first)
         return cls(delimiter, decimal, sum(shares[first or 0 :]), first, header)
+
+
+def _is_named(row: Sequence[str], ahead: Sequence[Sequence[str]]) -> bool:
+    """Whether ``row`` begins with a word, where most rows ``ahead`` begin with a number."""
+    starts = [each[0] for each in ahead if each and each[0]]
+    return not _is_number(row[0]) and 2 * sum(map(_is_number, starts)) > len(starts)
+
+
+def _is_number(cell: str) -> bool:
+    cell = cell.translate(MINUS)
+    return bool(NUMBER.fullmatch(cell) or GROUPED.fullmatch(cell))
 
 
 def _split(line: str, delimiter: str) -> list[str]:
@@ -128,15 +214,21 @@ def _split(line: str, delimiter: str) -> list[str]:
 
 def _signs(row: Sequence[str]) -> Iterator[str]:
     for cell in row if len(row) > 1 else ():
-        if found := NUMBER.fullmatch(cell):
+        plain = cell.translate(MINUS)
+        if grouped := GROUPED.fullmatch(plain):
+            marks = set(re.findall("[.,]", plain)) - {grouped[1]}
+            yield grouped[1] or ("" if plain.count(".") + plain.count(",") != 1 else marks.pop())
+        elif found := NUMBER.fullmatch(plain):
             yield found[1] or found[2] or ""
 
 
 def _share(row: Sequence[str], other: str) -> float:
-    filled = [cell for cell in row if cell]
+    """Return the share of ``row`` that are numbers; ``other`` is not their decimal sign."""
+    filled = [cell.translate(MINUS) for cell in row if cell]
     if len(row) < 2 or not filled:
         return 0.0
-    return sum(1 for cell in filled if NUMBER.fullmatch(cell) and other not in cell) / len(filled)
+    numbers = [cell for cell in filled if _is_number(cell)]
+    return sum(1 for c in numbers if not other or other not in c or GROUPED.fullmatch(c)) / len(filled)
 
 
 def _header(lines: Sequence[str], rows: Sequence[list[str]], first: int) -> int:

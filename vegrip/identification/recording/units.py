@@ -39,6 +39,17 @@ def to_si(unit: str, wanted: str, what: str) -> tuple[float, float]:
     return _convert(1.0, unit, wanted, what) - offset, offset
 
 
+def is_unit(text: str) -> bool:
+    """Whether ``text`` is a unit of anything, or the sign that there is none."""
+    pint, units = _pint()
+    if text in ("-", "1", "%"):
+        return True
+    try:
+        return _is_plain(text) and bool(units.parse_units(text))
+    except (pint.PintError, tokenize.TokenError, SyntaxError, ValueError, TypeError, *STRANGE):
+        return False
+
+
 def parse_length(text: str, what: str) -> float:
     """Return a length given as ``8 mm`` or as plain metres [m].
 

@@ -6,10 +6,13 @@ read as signals of ``<finger>_SDO``, the answers of its SDO server, and written 
 ``<finger>_SDO_WRITE``: frames that are multiplexed by command, index and sub-index.
 
 A node that has been switched off and on sends its boot-up message and then waits for NMT start; it gets it.
+So does one that falls back to pre-operational, as CiA 301 has it for communication errors, or that never ran:
+at once, then ever more rarely, until it runs.
 Objects that are in no PDO are asked for one after the other, one request of a node at a time, as an SDO
 server expects (CiA 301, expedited upload).
 """
 
+import io
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -19,6 +22,7 @@ from typing import Any, Final
 
 from vegrip.clock import NS
 from vegrip.errors import ConfigError
+from vegrip.text_encoding import decoded
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
 from vegrip.transport.mapped.plan import NOT_YET
@@ -48,12 +52,14 @@ def read_eds(path: Path, nodes: Mapping[str, int]) -> Database:
             "--nodes thumb=32,index=33 to vegrip connect"
         )
     messages: list[ForeignMessage] = []
+    left_out: dict[int, str] = {}
     for finger, node in nodes.items():
         if not 1 <= node <= 127:
             raise ConfigError(f"{path}: the node-ID of {finger} is {node}; it must lie in 1 .. 127")
         try:
-            with path.open() as text:
-                objects: Any = canopen.import_od(text, node_id=node)
+            text = io.StringIO(decoded(path.read_bytes()))
+            text.name = f"{path.stem}.eds"  # by which canopen knows what it is
+            objects: Any = canopen.import_od(text, node_id=node)
         except FileNotFoundError:
             raise ConfigError(f"{path}: there is no such file; 'database' is relative to the map") from None
         except Exception as error:  # noqa: BLE001 (the parser has errors of its own)
@@ -61,18 +67,21 @@ def read_eds(path: Path, nodes: Mapping[str, int]) -> Database:
                 f"{path}: cannot be read as an EDS ({str(error)[:200] or type(error).__name__})"
             ) from None
         for kind in PDOS:
-            messages += _pdos(objects, kind, finger, node, path)
+            messages += _pdos(objects, kind, finger, node, path, left_out)
         messages += _asked(objects, finger, node)
     if not messages:
         raise ConfigError(
             f"{path}: maps no object into a PDO and describes none that SDO reads; ask the maker for the EDS "
-            "of the delivered hand"
+            f"of the delivered hand{''.join(f'; {why}' for why in left_out.values())}"
         )
     opening = tuple((0, bytes((START, node))) for node in nodes.values())
-    return Database(path.name, {message.name: message for message in messages}, opening)
+    named = {message.name: message for message in messages}
+    return Database(path.name, named, opening, left_out=left_out)
 
 
-def _pdos(objects: Any, kind: str, finger: str, node: int, path: Path) -> Iterator[ForeignMessage]:
+def _pdos(
+    objects: Any, kind: str, finger: str, node: int, path: Path, left_out: dict[int, str]
+) -> Iterator[ForeignMessage]:
     communication, mapping, usual = PDOS[kind]
     for number in range(512):
         if mapping + number not in objects:
@@ -81,12 +90,21 @@ def _pdos(objects: Any, kind: str, finger: str, node: int, path: Path) -> Iterat
         identifier = usual + 0x100 * number + node if number < USUAL_PDOS else 0
         if communication + number in objects and 1 in objects[communication + number]:
             identifier = _value(objects[communication + number][1]) or identifier
+        name = f"{finger}_{kind}{number + 1}"
+        if identifier & UNUSED and kind == "TPDO":
+            left_out[identifier & 0x7FF] = (
+                f"{name} is switched off (bit 31 of its COB-ID) in this EDS; give the .dcf of the node as set"
+            )
+        elif not signals and identifier and kind == "TPDO":
+            left_out[identifier & 0x7FF] = (
+                f"{name} maps no object (sub-index 0 of {mapping + number:04X} is 0) in this EDS; give the "
+                ".dcf of the node as set"
+            )
         if not signals or not identifier or identifier & UNUSED:
             continue
         bits = max(signal.start + signal.length for signal in signals.values())
         if bits > 64:
             raise ConfigError(f"{path}: {kind}{number + 1} maps {bits} bits; a frame has 64")
-        name = f"{finger}_{kind}{number + 1}"
         yield ForeignMessage(name, identifier & 0x7FF, (bits + 7) // 8, False, signals)
 
 
@@ -175,6 +193,10 @@ REQUEST: Final = 0x600
 UPLOAD: Final = 0x40
 ABORT: Final = 0x80
 BOOT_UP, OPERATIONAL = 0x00, 0x05
+FIRST_WAIT_NS, LONGEST_WAIT_NS = NS // 4, 4 * NS
+"""[ns] between two NMT starts of a node that does not run: doubled each time, up to the longest."""
+STEADY_NS: Final = 5 * NS  # [ns] of running after which the waits begin anew
+AWAY_NS: Final = 2 * NS  # [ns] without a frame of a node, after which it is named
 SDO_TIMEOUT_NS: Final = NS // 20  # [ns] for an answer by SDO
 
 
@@ -195,26 +217,62 @@ class _Poll:
 
 
 @dataclass(slots=True)
+class _Starts:
+    """When one node is started: at its boot-up, and as long as it does not run, ever more rarely."""
+
+    node: int
+    name: str
+    is_running: bool = False  # it said so, or sent a PDO
+    is_booted: bool = False  # it has just said so
+    is_heard: bool = False  # since the last look
+    is_away: bool = False
+    heard: int = NOT_YET  # [ns] last
+    started: int = NOT_YET
+    wait: int = FIRST_WAIT_NS
+
+    def is_due(self, now: int) -> bool:
+        if self.is_heard or self.heard == NOT_YET:
+            self.heard, self.is_heard, self.is_away = now, False, False
+        if self.started == NOT_YET:  # the endpoint has just sent the first
+            self.started = now
+        if self.is_running and now - self.started > STEADY_NS:
+            self.wait = FIRST_WAIT_NS
+        if not self.is_booted and (self.is_running or now - self.started < self.wait):
+            return False
+        self.wait = self.wait if self.is_booted else min(2 * self.wait, LONGEST_WAIT_NS)
+        self.started, self.is_booted = now, False
+        return True
+
+
+@dataclass(slots=True)
 class CanopenNodes:
     """All nodes of a hand.
 
     Counts in ``rejected``: ``restarted`` (a boot-up message: the node is started again), ``not_operational``
-    (heartbeats of a node that sends no PDOs), ``emergency``, ``sdo_abort`` and ``sdo_timeout``.
+    (heartbeats of a node that sends no PDOs), ``started_again`` (NMT starts of a node that did not run),
+    ``away_<finger>`` (nothing came of the node), ``emergency``, ``sdo_abort`` and ``sdo_timeout``.
     """
 
     nodes: Iterable[int]
     objects: Iterable[tuple[int, int, int]]  # node-ID, index, sub-index of what is asked for
     period: int  # [ns] between two requests to a node
     rejected: Counter[str]
+    names: Mapping[int, str] = field(default_factory=dict)  # of the fingers
+    pdos: Mapping[int, int] = field(default_factory=dict)  # identifier -> node
     _polls: Mapping[int, _Poll] = field(init=False)
-    _start: list[Frame] = field(default_factory=list)
+    _starts: Mapping[int, _Starts] = field(init=False)
 
     def __post_init__(self) -> None:
         self.nodes = frozenset(self.nodes)
+        self.begin()
         wanted: dict[int, list[bytes]] = {}
         for node, index, sub in dict.fromkeys(self.objects):
             wanted.setdefault(node, []).append(index.to_bytes(2, "little") + bytes((sub,)))
         self._polls = {ANSWER + node: _Poll(node, tuple(each)) for node, each in wanted.items()}
+
+    def begin(self) -> None:
+        """Know nothing of the nodes: the bus has just been opened, and each was sent a start."""
+        self._starts = {node: _Starts(node, self.names.get(node, str(node))) for node in self.nodes}
 
     @property
     def identifiers(self) -> set[int]:
@@ -225,14 +283,23 @@ class CanopenNodes:
         """Count and answer a frame of a node; return whether it is a heartbeat, an emergency or an answer."""
         identifier, data = frame.arbitration_id, frame.data
         kind, node = identifier & ~0x7F, identifier & 0x7F
+        if identifier in self.pdos:
+            self._starts[self.pdos[identifier]].is_heard = self._starts[self.pdos[identifier]].is_running = (
+                True
+            )
+            return False
+        if node in self._starts and kind in (HEARTBEAT, ANSWER, EMERGENCY):
+            self._starts[node].is_heard = True
         if identifier in self._polls:
             self._polls[identifier].waits = False
+            self._starts[node].is_running = True
             self.rejected["sdo_abort"] += data[:1] == bytes((ABORT,))
         elif kind == HEARTBEAT and node in self.nodes and data:
             state = data[0] & 0x7F
+            self._starts[node].is_running = state == OPERATIONAL
             if state == BOOT_UP:
                 self.rejected["restarted"] += 1
-                self._start.append(Frame(0, bytes((START, node))))
+                self._starts[node].is_booted = True
             self.rejected["not_operational"] += state not in (BOOT_UP, OPERATIONAL)
         elif kind == EMERGENCY and node in self.nodes:
             self.rejected["emergency"] += any(data[:2])  # code 0 ends one
@@ -242,7 +309,15 @@ class CanopenNodes:
 
     def due(self, now: int) -> list[Frame]:
         """Return the frames to send at ``now`` [ns]."""
-        frames, self._start = self._start, []
+        frames = []
+        for one in self._starts.values():
+            is_new = not one.is_booted
+            if one.is_due(now):
+                frames.append(Frame(0, bytes((START, one.node))))
+                self.rejected["started_again"] += is_new
+            if now - one.heard > AWAY_NS and not one.is_away:
+                one.is_away = True
+                self.rejected[f"away_{one.name}"] += 1
         for poll in self._polls.values():
             if now - poll.asked < (SDO_TIMEOUT_NS if poll.waits else self.period):
                 continue

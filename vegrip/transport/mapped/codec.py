@@ -3,12 +3,14 @@
 import math
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 from vegrip.clock import NS
+from vegrip.errors import ConfigError
 from vegrip.messages import DeviceReport, FingertipState, ForceCommand, Message
 from vegrip.transport.codec import Frame
+from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.codec.sequence import Sequence as Counted
 from vegrip.transport.mapped import compiled
 from vegrip.transport.mapped.bodies import bodies_of, parse_path
@@ -19,7 +21,7 @@ from vegrip.transport.mapped.compiled import reading
 from vegrip.transport.mapped.database import ForeignMessage
 from vegrip.transport.mapped.dialogue import Dialogue, Step
 from vegrip.transport.mapped.plan import NOT_YET, ChannelPlan, FingerPlan, Plan, Slot
-from vegrip.transport.mapped.schema import REPORTED
+from vegrip.transport.mapped.schema import REPORTED, MessageMap
 
 MAX_MESSAGE_BYTES: Final = 65_536  # [bytes] on a network
 MODULUS: Final = 1 << 32
@@ -219,10 +221,15 @@ class MappedCodec(ForeignHand):
         super().__init__(plan, groups)
         self.fingers = tuple(self._states)
         self.foreign = 0
-        self._takes = {
-            plan.database.messages[name].identifier: self._of_frame(plan.database.messages[name], *each)
-            for name, each in found.items()
-        }
+        self._takes: dict[int, Take] = {}
+        for name, each in found.items():
+            message = plan.database.messages[name]
+            if message.identifier in self._takes:
+                raise ConfigError(
+                    f"{plan.database.name}: {name} has the identifier of another message of the map, "
+                    f"0x{message.identifier & ~EXTENDED:X}; take the signals of one of the two"
+                )
+            self._takes[message.identifier] = self._of_frame(message, *each)
         self._names = {plan.database.messages[name].identifier: name for name in found}
         self.encoder = FrameCommands(plan, self.state_of, self.clipped)
         self._nodes = _nodes(plan, self.rejected)
@@ -260,6 +267,12 @@ class MappedCodec(ForeignHand):
         nodes = self._nodes.due(now) if self._nodes is not None else ()
         return [*self.encoder.due(now), *(step.frame for step in said), *nodes]
 
+    def begin(self) -> list[Frame]:
+        """Return the frames to send to a bus that has just been opened."""
+        if self._nodes is not None:
+            self._nodes.begin()
+        return self.opening
+
     @property
     def identifiers(self) -> set[int]:
         return set(self._takes) | (self._nodes.identifiers if self._nodes is not None else set())
@@ -274,17 +287,51 @@ class MappedCodec(ForeignHand):
 
     def _of_frame(self, message: ForeignMessage, first: int, groups: list[compiled.Group]) -> Take:
         length = message.length
-        head = [f" if len(data) != {length}:", f"  if len(data) < {length}:"]
-        head += ["   return refuse('length', owners)", f"  data = data[:{length}]"]  # CAN FD fills up
-        scope: dict[str, Any] = {}
+        ends = {
+            number: [(slot.number, slot.place.end) for slot in group.slots if slot.place is not None]
+            for number, group in enumerate(groups, first)
+        }
+        scope: dict[str, Any] = {"trim": self._trimming(ends)}
         spec = self.plan.protection.get(message.name)
         where = f"{self.plan.hand.path} [messages.{message.name}.checksum]"
         guard = protection(spec.checksum, message, where) if spec and not message.checked else None
         if guard is not None:
             scope["check"] = guard.check
+        needed = _least_bytes(message, ends, spec, groups) if guard is None else length
+        head = [" size = len(data)", f" if size != {length}:", f"  if size < {needed}:"]
+        head += ["   return refuse('length', owners)"]
+        head += [f"  data = data[:{length}] + bytes({length} - min(size, {length}))"]  # CAN FD fills up
+        if guard is not None:
             head += [" if not check(data):", "  return refuse('checksum', owners)"]
-        lines = reading(message, groups, first)
+        lines = [*reading(message, groups, first), f" if size < {length}:", "  trim(size, found)"]
         return self._taking(message.name, head, lines, scope, message.has_validity)
+
+    def _trimming(self, ends: Mapping[int, list[tuple[int, int]]]) -> Callable[[int, Sequence[int]], None]:
+        """Return what makes the slots missing that a short frame does not hold, and counts it."""
+
+        def trim(size: int, found: Sequence[int]) -> None:
+            lost = [number for group in found for number, end in ends[group] if end > size]
+            for number in lost:
+                self._slots[number] = math.nan
+            if lost:
+                self.rejected["length"] += 1
+
+        return trim
+
+
+def _least_bytes(
+    message: ForeignMessage,
+    ends: Mapping[int, list[tuple[int, int]]],
+    spec: MessageMap | None,
+    groups: Sequence[compiled.Group],
+) -> int:
+    """Return how many bytes tell anything: multiplexers, the counter, and one signal."""
+    switches = {name for group in groups for name, _ in group.condition}
+    whole = [message.signals[name].end for name in switches]
+    if spec is not None and spec.counter:
+        whole.append(message.signals[spec.counter].end)
+    least = min((end for own in ends.values() for _, end in own), default=message.length)
+    return max([least, *whole])
 
 
 def _nodes(plan: Plan, rejected: Counter[str]) -> CanopenNodes | None:
@@ -296,7 +343,14 @@ def _nodes(plan: Plan, rejected: Counter[str]) -> CanopenNodes | None:
         if plan.database.messages[slot.message].asked and slot.place is not None
         for where in slot.place.selectors[:1]
     ]
-    return CanopenNodes(plan.hand.nodes.values(), objects, round(plan.hand.command.poll * NS), rejected)
+    names = {node: finger for finger, node in plan.hand.nodes.items()}
+    pdos = {
+        plan.database.messages[name].identifier: plan.hand.nodes[finger]
+        for name in plan.messages
+        for finger in plan.hand.nodes
+        if name.startswith(f"{finger}_TPDO")
+    }
+    return CanopenNodes(names, objects, round(plan.hand.command.poll * NS), rejected, names, pdos)
 
 
 class TopicCodec(ForeignHand):

@@ -181,13 +181,16 @@ def _raw(signal: Signal, length: int) -> str:
 def _assignment(slot: Slot, length: int) -> list[str]:
     assert slot.place is not None  # noqa: S101 (topics have no frames)
     raw = _raw(slot.place, length)
-    value = "r" if slot.invalid else raw
+    is_missing = [f"r in {slot.invalid!r}"] if slot.invalid else []
+    if slot.bounds is not None:
+        is_missing.append(f"not {slot.bounds[0]!r} <= r <= {slot.bounds[1]!r}")
+    value = "r" if is_missing else raw
     if slot.scale != 1.0:
         value = f"{value} * {slot.scale!r}"
     if slot.offset:
         value = f"{value} + {slot.offset!r}"
-    if slot.invalid:
-        return [f"r = {raw}", f"s[{slot.number}] = nan if r in {slot.invalid!r} else {value}"]
+    if is_missing:
+        return [f"r = {raw}", f"s[{slot.number}] = nan if {' or '.join(is_missing)} else {value}"]
     return [f"s[{slot.number}] = {value}"]
 
 

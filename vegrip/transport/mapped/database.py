@@ -2,12 +2,15 @@
 
 import math
 import re
+import unicodedata
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from vegrip.errors import ConfigError
+from vegrip.text_encoding import decoded
 from vegrip.transport.codec.frame import EXTENDED
 
 if TYPE_CHECKING:
@@ -43,6 +46,30 @@ class Signal:
     selected_by: str = ""
     selectors: Sequence[int] = ()
 
+    @property
+    def end(self) -> int:
+        """The bytes of a message that it needs."""
+        first = 8 * (self.start // 8) + 7 - self.start % 8 if self.is_big_endian else self.start
+        return (first + self.length + 7) // 8
+
+    @property
+    def invalid(self) -> tuple[int, ...]:
+        """The raw values whose names say that nothing is measured."""
+        return tuple(raw for raw, name in self.choices.items() if says_nothing(name))
+
+    @property
+    def bounds(self) -> tuple[float, float] | None:
+        """The raw values of the declared range; None where it has all, or none is declared."""
+        if not self.low < self.high or not self.scale:
+            return None
+        ends = ((each - self.offset) / self.scale for each in (self.low, self.high))
+        low, high = sorted(ends)
+        if self.is_float:
+            return low, high
+        low, high = math.floor(low + 0.5), math.ceil(high - 0.5)
+        least, largest = self.raw_range
+        return None if low <= least and high >= largest else (low, high)
+
     def shift(self, length: int) -> int:
         """Return by how many bits a message of ``length`` bytes, read as one number, is moved right."""
         if not self.is_big_endian:
@@ -55,6 +82,35 @@ class Signal:
         if self.is_signed:
             return -(1 << self.length - 1), (1 << self.length - 1) - 1
         return 0, (1 << self.length) - 1
+
+
+NOTHING: Final = re.compile(
+    r"(^|_)(sna|n_?a|not_?(avail|valid|ready|meas|used)|unavail|invalid|err(or)?(_|$)|fault|fail|init|undef"
+    r"|unknown|no_?(data|value|signal|meas)|fehler|ungueltig|nicht_?(verf|gueltig|bereit)|out_?of_?range"
+    r"|over_?(range|flow)|under_?(range|flow)|broken|reserved)",
+)
+"""What names of raw values say that are no measurement."""
+UMLAUTS: Final = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"})
+
+
+def folded(name: str) -> str:
+    """Return ``name`` in letters without accents.
+
+    >>> folded("Kraft_längs_é")
+    'Kraft_laengs_e'
+    """
+    plain = unicodedata.normalize("NFC", name).translate(UMLAUTS)
+    return "".join(c for c in unicodedata.normalize("NFKD", plain) if not unicodedata.combining(c))
+
+
+def says_nothing(name: str) -> bool:
+    """Whether ``name``, of a raw value, says that nothing is measured.
+
+    >>> [says_nothing(name) for name in ("SignalNotAvailable", "SNA", "Init", "No slip", "Terror")]
+    [True, True, True, False, False]
+    """
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", folded(name))
+    return NOTHING.search(re.sub(r"[\W_]+", "_", words).lower()) is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +137,7 @@ class Database:
     opening: tuple[tuple[int, bytes], ...] = ()  # frames to send once, before anything comes
     descriptors: bytes = b""  # of protobuf
     packets: tuple["Packet", ...] = ()  # of a device that is on no CAN bus
+    left_out: Mapping[int, str] = field(default_factory=dict)  # identifier -> why it is no message here
 
     def signal(self, name: str) -> Signal:
         """Return the signal MESSAGE.SIGNAL; KeyError: there is none."""
@@ -114,9 +171,12 @@ DECLARED: Final = re.compile(rb"\bSG_\s+\w+\s*(?:[mM]\w*\s*)?:|<Signal\s|<I-SIGN
 """What declares a signal in a DBC, KCD, ARXML or SYM file."""
 
 
-def read_dbc(path: Path) -> Database:
-    import cantools.database  # noqa: PLC0415 (half a second, only where there is a map)
+KINDS: Final = {".dbc": "dbc", ".kcd": "kcd", ".sym": "sym", ".arxml": "arxml"}
+WIDE: Final = re.compile(r"^BO_[ \t]+(\d+)[ \t]+(\w+)[ \t]*:", re.MULTILINE)
+LARGEST_STANDARD: Final = 0x7FF
 
+
+def read_dbc(path: Path) -> Database:
     try:
         with path.open("rb") as file:
             content = file.read(MAX_DATABASE_BYTES + 1)
@@ -126,7 +186,7 @@ def read_dbc(path: Path) -> Database:
         ):
             if is_beyond:
                 raise ConfigError(f"{path}: has more than {limit}; give the part of it that is the hand")
-        database: Any = cantools.database.load_file(path, strict=True)
+        database, left_out = _loaded(decoded(content), KINDS.get(path.suffix.lower()))
     except FileNotFoundError:
         raise ConfigError(f"{path}: there is no such file; 'database' is relative to the map") from None
     except ConfigError:
@@ -136,8 +196,50 @@ def read_dbc(path: Path) -> Database:
     messages = getattr(database, "messages", None)
     if not messages or not hasattr(messages[0], "frame_id"):
         raise ConfigError(f"{path}: declares no CAN message")
-    found = [_message(message) for message in messages if message.length]
-    return Database(path.name, {message.name: message for message in found})
+    found = [_message(message) for message in messages if message.length and message.frame_id not in left_out]
+    found = _named_apart(found)
+    return Database(path.name, {message.name: message for message in found}, left_out=left_out)
+
+
+def _loaded(text: str, kind: str | None) -> tuple[Any, dict[int, str]]:
+    """Return the database without the messages that cannot be, and why each of these cannot."""
+    import cantools.database  # noqa: PLC0415 (half a second, only where there is a map)
+
+    try:
+        return cantools.database.load_string(text, kind, strict=True), {}
+    except Exception as error:  # noqa: BLE001 (each parser has errors of its own)
+        refusal = error
+    left_out: dict[int, str] = {}
+
+    def widened(match: re.Match[str]) -> str:
+        number = int(match[1])
+        if not LARGEST_STANDARD < number < EXTENDED:
+            return match[0]
+        left_out[number] = f"{match[2]}: 0x{number:X} has more than 11 bits, and not the mark of 29 bits"
+        return match[0].replace(match[1], str(number | EXTENDED), 1)
+
+    text = WIDE.sub(widened, text) if kind in ("dbc", None) else text
+    try:
+        database: Any = cantools.database.load_string(text, kind, strict=False)
+    except Exception:  # noqa: BLE001 (the first complaint is of the file as it is)
+        raise refusal from None
+    for message in database.messages:
+        try:
+            message.refresh(strict=True)
+        except Exception as error:  # noqa: BLE001
+            left_out.setdefault(message.frame_id, f"{message.name}: {_first_line(error)}")
+    if all(message.frame_id in left_out for message in database.messages):
+        raise refusal
+    return database, left_out
+
+
+def _named_apart(messages: Sequence[ForeignMessage]) -> list[ForeignMessage]:
+    """Return ``messages`` with their identifier in the names that stand twice."""
+    counts = Counter(message.name for message in messages)
+    return [
+        replace(one, name=f"{one.name}_{one.identifier & ~EXTENDED:X}") if counts[one.name] > 1 else one
+        for one in messages
+    ]
 
 
 def _first_line(error: Exception) -> str:

@@ -11,6 +11,7 @@ from vegrip.clock import NS
 from vegrip.errors import ConfigError
 from vegrip.messages import Message
 from vegrip.transport.can_endpoint import MOST_FRAMES, CanEndpoint, Open
+from vegrip.transport.can_port import CanPort
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.curve import Keys
@@ -41,8 +42,17 @@ class MappedCanEndpoint(CanEndpoint):
         self._mapped = codec
         self._opened = time.monotonic_ns()
         self._was_heard = False
-        for frame in codec.opening:
+        self._begin()
+
+    def _begin(self) -> None:
+        for frame in self._mapped.begin():
             self.send_frame(frame)
+
+    def _reopened(self) -> CanPort | None:
+        port = super()._reopened()
+        if port is not None:
+            self._begin()
+        return port
 
     @property
     def sentences(self) -> Sequence[str]:

@@ -75,10 +75,11 @@ def _rolling(message: ForeignMessage, used: Sequence[str], data: Sequence[bytes]
     """Return the signal that counts the frames of ``message``, whatever its name; "" where none does."""
     if len(data) < MIN_COUNTER_FRAMES:
         return ""
+    pages = {one.selected_by for one in message.signals.values()}
     unused = [
         name
         for name, one in message.signals.items()
-        if f"{message.name}.{name}" not in used and not (one.is_float or one.selected_by)
+        if f"{message.name}.{name}" not in used and not (one.is_float or one.selected_by or name in pages)
     ]
     return next((name for name in unused if find_modulus(message, name, data) is not None), "")
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from vegrip.errors import ConfigError
-from vegrip.transport.mapped.database import Database, Signal
+from vegrip.transport.mapped.database import Database, Signal, folded
 from vegrip.transport.mapped.units import conversion
 
 FINGER_WORDS: Final = {
@@ -103,7 +103,8 @@ def words_of(name: str) -> list[str]:
     >>> words_of("TipForceZ_Thumb2")
     ['tip', 'force', 'z', 'thumb', '2']
     """
-    return [word.lower() for word in re.findall(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+", name)]
+    parts = re.findall(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+", folded(name))
+    return [word.lower() for word in parts]
 
 
 def quantity_of(unit: str) -> str:

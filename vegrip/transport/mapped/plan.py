@@ -34,6 +34,7 @@ class Slot:
     scale: float
     offset: float
     invalid: tuple[int, ...] = ()
+    bounds: tuple[float, float] | None = None  # raw values beyond are not measured
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,7 +188,7 @@ class _Maker:
         scale, offset = _to_si(name, source, unit, where)
         weights = source.weights or (1.0,) * len(source.names)
         slots = [
-            self._slot(each, scale * weight, 0.0, where, raw=source.raw, invalid=source.invalid)
+            self._slot(each, scale * weight, 0.0, where, raw=source.raw, source=source)
             for each, weight in zip(source.names, weights, strict=True)
         ]
         gated = not source.zero_is_measured and name not in ("tangential_direction", *schema.REPORTED)
@@ -238,9 +239,16 @@ class _Maker:
         return find_signal(self._database, name, where)[1].unit
 
     def _slot(
-        self, name: str, scale: float, offset: float, where: str, *, raw: bool, invalid: tuple[int, ...] = ()
+        self,
+        name: str,
+        scale: float,
+        offset: float,
+        where: str,
+        *,
+        raw: bool,
+        source: schema.SourceMap | None = None,
     ) -> int:
-        number = len(self.slots)
+        number, invalid = len(self.slots), source.invalid if source is not None else ()
         if self._hand.format:
             topic, colon, path = name.partition(":")
             if not (colon and topic.strip() and path.strip()):
@@ -252,7 +260,10 @@ class _Maker:
         message, signal = find_signal(self._database, name, where)
         if not raw:
             scale, offset = scale * signal.scale, offset + scale * signal.offset
-        self.slots.append(Slot(number, message.name, signal.name, signal, scale, offset, invalid))
+        bounds = None
+        if source is not None and not source.all_is_measured:
+            invalid, bounds = invalid or signal.invalid, signal.bounds
+        self.slots.append(Slot(number, message.name, signal.name, signal, scale, offset, invalid, bounds))
         return number
 
     def _trigger(
@@ -342,14 +353,17 @@ def read_database(hand: schema.HandMap) -> Database:
         return Database("", {})
     if hand.format:
         return _descriptors(hand.file)
-    if hand.nodes and hand.file.suffix.lower() != ".eds":
+    if hand.nodes and hand.file.suffix.lower() not in EDS:
         raise ConfigError(f"{hand.path}: 'nodes' belongs to an .eds, not to {hand.file.name}")
     return read_frames(hand.file, hand.nodes)
 
 
+EDS: Final = (".eds", ".dcf")
+
+
 def read_frames(path: Path, nodes: Mapping[str, int]) -> Database:
     """Read the database at ``path``, an .eds for ``nodes``."""
-    if path.suffix.lower() != ".eds":
+    if path.suffix.lower() not in EDS:
         return read_dbc(path)
     from vegrip.transport.mapped.canopen_nodes import read_eds  # noqa: PLC0415 (a CANopen hand only)
 

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from vegrip.errors import InputError
+from vegrip.identification.recording.report import LEAST_REFUSED, REFUSED_SHARE, WARNED_SHARE
 from vegrip.transport.mapped.database import Database
 from vegrip.transport.mapped.drafts import (
     Draft,
@@ -46,6 +47,26 @@ class Proposal:
     doubts: list[str] = field(default_factory=list)  # what is open, and the option that answers it
     nodes: Mapping[str, int] = field(default_factory=dict)
     friction: Mapping[str, Any] = field(default_factory=dict)
+    lost: list[str] = field(default_factory=list)  # of the traffic, more than 1 %
+    too_much: list[str] = field(default_factory=list)  # of the traffic, a tenth or more
+
+    @property
+    def keys(self) -> dict[str, Mapping[str, Any]]:
+        """The keys of each signal's channel that the user gave."""
+        return {
+            name: {key: value for key, value in draft.keys.items() if draft.is_set_by_user(key)}
+            for finger in self.fingers.values()
+            for draft in finger.channels.values()
+            for name in draft.names
+        }
+
+    def lose(self, count: int, whole: int, sentence: str) -> None:
+        """Note that ``count`` of ``whole`` values or frames are lost."""
+        share = count / whole if whole else 0.0
+        is_too_much = share >= REFUSED_SHARE and count >= LEAST_REFUSED
+        (self.too_much if is_too_much else self.lost if share > WARNED_SHARE else self.learned).append(
+            sentence
+        )
 
 
 def propose(
@@ -93,6 +114,7 @@ def propose(
         _time(proposal, database, traffic, heard)
     _doubt(proposal, fingers)
     _doubt_names(proposal, database, tuple(names), silent)
+    proposal.doubts += [f"left out: {why}" for why in database.left_out.values()]
     return proposal
 
 
@@ -112,6 +134,13 @@ def _nothing_heard(database: Database, traffic: Traffic) -> str:
             "no frame came; look at channel and bit rate, and whether the hand is switched on; of a log, "
             "whether it is one (.asc, .blf, or .log of candump)"
         )
+    known = [
+        f"{why}, and {len(traffic.frames[identifier])} frames of 0x{identifier & 0x1FFFFFFF:X} came"
+        for identifier, why in database.left_out.items()
+        if identifier in traffic.frames
+    ]
+    if known:
+        return f"{database.name}: {'; '.join(known)}"
     seen = ", ".join(f"0x{identifier & 0x1FFFFFFF:X}" for identifier in sorted(traffic.frames)[:6])
     return (
         f"no message of {database.name} came, but {sum(map(len, traffic.frames.values()))} frames of {seen}: "
@@ -185,6 +214,10 @@ def _channel(one: Guess, database: Database) -> Draft:
     unit = database.signal(one.name).unit
     draft = Draft({"signal": one.name, "unit": unit}, {"signal": one.why})
     draft.notes["unit"] = "as the database says" if unit else "the database has none: taken as SI"
+    if invalid := database.signal(one.name).invalid:
+        draft.keys["invalid"] = list(invalid)
+        choices = database.signal(one.name).choices
+        draft.notes["invalid"] = f"not measured: {', '.join(choices[raw] for raw in invalid)}"
     return draft
 
 

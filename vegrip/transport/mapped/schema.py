@@ -73,7 +73,12 @@ class SourceMap:
     gain: str = parameter("", doc="to our quantity, with its unit, as '2.5 N/A' or '40 mm/rad'")
     table: tuple[Any, ...] = parameter((), doc="pairs [value in unit, our value in table_unit], ascending")
     table_unit: str = parameter("", doc="of our value; empty: SI")
-    invalid: tuple[int, ...] = parameter((), doc="raw values that say: not measured")
+    invalid: tuple[int, ...] = parameter(
+        (), doc="raw values that say: not measured; none: those that the database names"
+    )
+    all_is_measured: bool = parameter(
+        False, doc="also raw values that the database names invalid, and those beyond its range, are measured"
+    )
     above: float = parameter(float("nan"), doc="1 above this, else 0; for a slip channel that is not 0 and 1")
     stated: str = parameter("", doc="instead of a signal: a constant of yours, as '1.5 N'")
     noise: float = parameter(0.0, low=0.0, doc="standard deviation at rest, SI; 0: not known")

@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final, TypeAlias
 
@@ -11,6 +11,7 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.identification.recording.channels import CHANNELS
+from vegrip.identification.recording.report import LoadReport
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
@@ -50,7 +51,8 @@ class Traffic:
     start: int = 0  # [ns]
     end: int = 0
     order: list[int] = field(default_factory=list)  # identifiers as they came, of the first frames
-    short: dict[str, int] = field(default_factory=dict)  # message -> frames shorter than the database says
+    short: dict[str, int] = field(default_factory=dict)  # message -> frames without all of its signals
+    report: LoadReport = field(default_factory=lambda: LoadReport(place="frame"))
 
     def add(self, frame: Frame) -> None:
         if not self.frames:
@@ -73,8 +75,9 @@ def rate_of(trace: Trace) -> float:
     return float((len(trace.t) - 1) / (trace.t[-1] - trace.t[0]))
 
 
-def traffic_of(frames: Iterable[Frame]) -> Traffic:
+def traffic_of(frames: Iterable[Frame], report: LoadReport | None = None) -> Traffic:
     traffic = Traffic()
+    traffic.report = report or traffic.report
     for frame in frames:
         traffic.add(frame)
     return traffic
@@ -84,18 +87,17 @@ def traces(traffic: Traffic, database: Database) -> dict[str, Trace]:
     """Return every signal that came, by MESSAGE.SIGNAL."""
     found: dict[str, Trace] = {}
     for message in database.messages.values():
-        came = traffic.frames.get(message.identifier, [])
-        frames = [frame for frame in came if len(frame.data) >= message.length]
-        if len(frames) < len(came):
-            traffic.short[message.name] = len(came) - len(frames)
+        frames = traffic.frames.get(message.identifier, [])
         if not frames:
             continue
         read = _raw_reader(message)
         rows = np.full((len(frames), len(message.signals)), np.nan)
         for row, frame in zip(rows, frames, strict=True):
             values = row.tolist()
-            read(frame.data[: message.length], values)
+            read(frame.data[: message.length].ljust(message.length, b"\0"), values)
             row[:] = values
+        if cut := _without_what_is_cut(message, frames, rows):
+            traffic.short[message.name] = cut
         t = np.array([(frame.stamp - traffic.start) / NS for frame in frames])
         found |= {
             f"{message.name}.{signal.name}": _trace(signal, t, raw)
@@ -103,6 +105,29 @@ def traces(traffic: Traffic, database: Database) -> dict[str, Trace]:
             if not np.all(np.isnan(raw))
         }
     return found
+
+
+def _without_what_is_cut(message: ForeignMessage, frames: Sequence[Frame], rows: Floats) -> int:
+    """Make missing in ``rows`` what short ``frames`` do not hold; return of how many frames."""
+    sizes = np.array([len(frame.data) for frame in frames])[:, None]
+    signals = message.signals
+    ends = np.array([signals[name].end for name in signals])
+    switched = np.array(
+        [signals[one.selected_by].end if one.selected_by in signals else 0 for one in signals.values()]
+    )
+    is_cut = ~np.isnan(rows) & (sizes < np.maximum(ends, switched))
+    rows[is_cut] = np.nan
+    return int(np.count_nonzero(is_cut.any(axis=1)))
+
+
+def measured(trace: Trace, signal: Signal, keys: Mapping[str, Any]) -> Trace:
+    """Return ``trace`` without what is no measurement, as ``keys`` of the map and the database say."""
+    if keys.get("all_is_measured"):
+        return trace
+    there = ~np.isin(trace.raw, keys.get("invalid") or signal.invalid)
+    if signal.bounds is not None:
+        there &= (trace.raw >= signal.bounds[0]) & (trace.raw <= signal.bounds[1])
+    return Trace(trace.t[there], trace.value[there], trace.raw[there])
 
 
 def _raw_reader(message: ForeignMessage) -> Read:
@@ -114,6 +139,21 @@ def _raw_reader(message: ForeignMessage) -> Read:
 def _trace(signal: Signal, t: Floats, raw: Floats) -> Trace:
     there = ~np.isnan(raw)
     return Trace(t[there], raw[there] * signal.scale + signal.offset, raw[there])
+
+
+def without_what_is_none(
+    heard: Mapping[str, Trace], database: Database, keys: Mapping[str, Mapping[str, Any]]
+) -> tuple[dict[str, Trace], dict[str, int]]:
+    """Return the traces without values that are no measurement, and how many of each signal those are.
+
+    ``keys`` are those of the map, by signal.
+    """
+    found = {
+        name: measured(trace, database.signal(name), keys.get(name, {})) for name, trace in heard.items()
+    }
+    lost = {name: len(heard[name].t) - len(trace.t) for name, trace in found.items()}
+    there = {name: trace for name, trace in found.items() if len(trace.t)}
+    return there, {name: count for name, count in lost.items() if count}
 
 
 class SignalsNow:
@@ -247,4 +287,4 @@ def values_of(plan: Plan, traffic: Traffic) -> Values:
     for frame in frames:
         for state in codec.decode_all(frame):
             states.setdefault(state.finger, []).append(state)
-    return Values(states, dict(codec.rejected))
+    return Values(states, {name: count for name, count in codec.rejected.items() if count})

@@ -12,10 +12,15 @@ from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.database import Database
 from vegrip.transport.mapped.drafts import Draft, Setting, for_each_finger, is_complete
 from vegrip.transport.mapped.plan import Plan, make_plan, read_database
-from vegrip.transport.mapped.proposal import Proposal, leave_out_unknown_units, name_unused, propose
+from vegrip.transport.mapped.proposal import (
+    Proposal,
+    leave_out_unknown_units,
+    name_unused,
+    propose,
+)
 from vegrip.transport.mapped.questions import Window, learn
 from vegrip.transport.mapped.schema import parse_map
-from vegrip.transport.mapped.traffic import Traffic, traces, values_of
+from vegrip.transport.mapped.traffic import Trace, Traffic, traces, values_of, without_what_is_none
 
 FRICTION_NOTES = {
     "shared": "learned by all fingers of a grasp together",
@@ -43,8 +48,9 @@ class Known:
 def draw_up(known: Known, target: Path) -> tuple[Proposal, Plan, str]:
     """Return what is proposed of a hand, its plan, and the text of its map, to be written to ``target``."""
     database, traffic = known.database, known.traffic
-    heard = traces(traffic, database) if traffic is not None else {}
-    proposal = propose(database, heard, traffic, known.names, known.nodes, known.said)
+    came = traces(traffic, database) if traffic is not None else {}
+    proposal = propose(database, came, traffic, known.names, known.nodes, known.said)
+    heard, lost = without_what_is_none(came, database, proposal.keys)
     proposal.database = os.path.relpath(known.path.absolute(), target.absolute().parent)
     if traffic is not None:
         learn(proposal, heard, known.windows, database, known.said)
@@ -59,12 +65,46 @@ def draw_up(known: Known, target: Path) -> tuple[Proposal, Plan, str]:
     if any("slip" in finger.measured for finger in plan.fingers):
         _learn_friction(proposal, plan, traffic, said)
         plan, text = checked(map_text(proposal, known.transport, about), target, said)
-    proposal.implausible += [
-        f"{count} frames of {name} are shorter than the {database.messages[name].length} bytes that "
-        f"{database.name} says, and were left out; ask for the database of this version of the hand"
-        for name, count in traffic.short.items()
-    ]
+    _tell_losses(proposal, database, traffic, came, lost)
     return proposal, plan, text
+
+
+def _tell_losses(
+    proposal: Proposal,
+    database: Database,
+    traffic: Traffic,
+    came: Mapping[str, Trace],
+    lost: Mapping[str, int],
+) -> None:
+    """Say what of the traffic is in no channel: more than 1 % is a warning, a tenth is refused."""
+    owners = {
+        signal: f"{name}.{channel}"
+        for name, finger in proposal.fingers.items()
+        for channel, draft in finger.channels.items()
+        for signal in draft.names
+    }
+    for name, where in owners.items():
+        if lost.get(name):
+            signal, count, whole = database.signal(name), lost[name], len(came[name].t)
+            causes = [f"{raw} ({signal.choices[raw]})" for raw in signal.invalid]
+            if signal.bounds is not None:
+                causes.append(f"values outside {signal.low:g} .. {signal.high:g} {signal.unit}")
+            proposal.lose(
+                count,
+                whole,
+                f"{name}: {count} of {whole} values are no measurement, and are missing: "
+                f"{', '.join(causes) or 'invalid'}; --set 'fingers.{where}.all_is_measured=true' takes them",
+            )
+    for name, count in traffic.short.items():
+        message = database.messages[name]
+        sizes = [len(frame.data) for frame in traffic.frames[message.identifier]]
+        absent = [each for each, one in message.signals.items() if one.end > min(sizes)]
+        proposal.lose(
+            count,
+            len(sizes),
+            f"{count} frames of {name} are shorter than the {message.length} bytes that {database.name} "
+            f"says; missing from them: {', '.join(absent)}; ask for the database of this version of the hand",
+        )
 
 
 def checked(text: str, path: Path, settings: Sequence[Setting]) -> tuple[Plan, str]:

@@ -1,0 +1,84 @@
+"""A CANopen node that does not run is started again, ever more rarely; one that is away is named."""
+
+from collections import Counter
+from itertools import pairwise
+
+import pytest
+
+from vegrip.transport.codec import Frame
+from vegrip.transport.mapped.canopen_nodes import CanopenNodes
+
+S = 10**9
+START = Frame(0, bytes((1, 33)))
+
+
+@pytest.fixture
+def nodes():
+    return CanopenNodes([33], [], S, Counter(), {33: "thumb"}, {0x1A1: 33})
+
+
+def heartbeat(nodes, state):
+    nodes.receive(Frame(0x721, bytes((state,))))
+
+
+def starts(nodes, begin, seconds, state=None, period=0.1):
+    """Return when the node is started, looked at 50 times a second."""
+    found = []
+    for k in range(int(50 * seconds)):
+        now = round(begin * S) + k * S // 50
+        if state is not None and k % round(50 * period) == 0:
+            heartbeat(nodes, state)
+        found += [now / S] * nodes.due(now).count(START)
+    return found
+
+
+@pytest.mark.parametrize("state", [0x7F, 0x04])
+def test_a_node_that_waits_is_started_ever_more_rarely(nodes, state):
+    at = starts(nodes, 0.0, 20.0, state)
+    gaps = [b - a for a, b in pairwise(at)]
+    assert at[0] <= 0.3
+    assert gaps[-1] == pytest.approx(4.0, abs=0.1)
+    assert all(b >= a - 0.05 for a, b in pairwise(gaps))
+    assert nodes.rejected["started_again"] == len(at)
+
+
+def test_a_node_whose_start_was_lost_is_started_without_any_heartbeat(nodes):
+    assert len(starts(nodes, 0.0, 1.0)) == 2
+
+
+def test_a_node_that_runs_is_left_alone(nodes):
+    nodes.receive(Frame(0x1A1, bytes(8)))
+    assert starts(nodes, 0.0, 10.0) == []
+    assert nodes.rejected["started_again"] == 0
+
+
+def test_a_node_that_falls_back_is_started_at_once_and_later_again(nodes):
+    heartbeat(nodes, 5)
+    assert starts(nodes, 0.0, 6.0, 5) == []
+    assert starts(nodes, 6.0, 0.2, 0x7F) == [6.0]
+    assert starts(nodes, 6.2, 6.0, 5) == []
+    assert starts(nodes, 20.0, 0.2, 0x7F) == [20.0]
+
+
+def test_a_node_that_falls_back_at_every_start_is_not_started_at_every_beat(nodes):
+    count = 0
+    for k in range(100):
+        heartbeat(nodes, 5 if k % 2 else 0x7F)
+        count += nodes.due(k * S // 10).count(START)
+    assert count <= 8
+
+
+def test_a_bus_that_was_opened_again_knows_nothing_of_its_nodes(nodes):
+    nodes.receive(Frame(0x1A1, bytes(8)))
+    assert starts(nodes, 0.0, 2.0) == []
+    nodes.begin()
+    assert len(starts(nodes, 2.0, 1.0)) == 2
+
+
+def test_a_node_that_stays_away_is_named_once(nodes):
+    nodes.receive(Frame(0x1A1, bytes(8)))
+    starts(nodes, 0.0, 5.0)
+    assert nodes.rejected["away_thumb"] == 1
+    nodes.receive(Frame(0x1A1, bytes(8)))
+    starts(nodes, 5.0, 5.0)
+    assert nodes.rejected["away_thumb"] == 2
