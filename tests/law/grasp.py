@@ -64,6 +64,7 @@ class Case:
     seed: int = 1
     also: tuple[Occurrence, ...] = ()  # further faults
     tangential_gain: float = 1.0  # with which tangential forces are measured, without any fault
+    after: float = -1.0  # [s] from which on force counts as after the fault; negative: 5 s after the first
 
     @property
     def faults(self) -> tuple[Occurrence, ...]:
@@ -352,6 +353,7 @@ class Trial:
         self._values = np.full((n, 9), math.nan)
         self._commands, self._acting = np.zeros(n), np.zeros(n)
         self._waiting: deque[tuple[float, Array]] = deque()
+        self._after = case.after if case.after >= 0.0 else case.begins + 5.0
         self._sums = [0.0] * 4  # squeeze and least squeeze, since the lift and since the fault
 
     def step(self, k: int) -> None:
@@ -396,7 +398,7 @@ class Trial:
             sums[0] += squeeze
             sums[1] += least
             told.peak = max(told.peak, squeeze)
-        if t > max(LIFT_S, self.case.begins + 5.0):
+        if t > max(LIFT_S, self._after):
             sums[2] += squeeze
             sums[3] += least
         told.over_least = sums[0] / sums[1] if sums[1] else math.nan
@@ -485,6 +487,9 @@ def draw_occurrence(rng: np.random.Generator, fingers: int) -> tuple[float, tupl
 def without_a_channel(case: Case) -> Case:
     """Return the same without a slip channel and without learning: what there is to fall back to.
 
-    Faults of other sensors stay.
+    Faults of other sensors stay, and what is pressed after the first fault is told of the same time.
     """
-    return replace(case, fault="absent", start=0.0, which=(), learns=False, also=case.sensor_faults)
+    after = case.begins + 5.0 if case.sensor_faults else -1.0
+    return replace(
+        case, fault="absent", start=0.0, which=(), learns=False, also=case.sensor_faults, after=after
+    )

@@ -3,13 +3,14 @@
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.stats import binom
 
 from vegrip.cli import main
-from vegrip.trials.closed_loop import GRASPS, Course
+from vegrip.trials.closed_loop import GRASPS, Course, Scenario
 from vegrip.trials.fronts import (
     CLASSES,
     FLAG,
@@ -26,6 +27,7 @@ from vegrip.trials.fronts import (
     run_quality_trial,
     wrong_slip,
 )
+from vegrip.trials.known_contact import KnownContact
 from vegrip.virtual import HandSettings
 from vegrip.virtual.disturbance import Push, Twist, Wetting
 from vegrip.virtual.fingertip import even_grid, utilisation
@@ -75,6 +77,15 @@ def test_the_least_possible_force_is_that_of_friction_that_falls_with_the_force(
             tried = scanned(steep.force[row][finger], *contact, steep.friction_exponent)
             assert least[row, finger] == pytest.approx(tried, rel=0.01)
             assert least[row, finger] < 0.9 * scanned(steep.force[row][finger], *contact)
+
+
+def test_what_knows_the_contact_asks_for_the_least_force_of_friction_that_falls_with_the_force() -> None:
+    hand = Scenario(6, 4.0, "pinch", "published").hand()
+    hand.step(2.0, {"thumb": 6.0, "index": 6.0})
+    now, mu, radius, k = hand.contact(1)
+    load, g = (0.9, 2e-3), hand.settings.tip.friction_exponent
+    asked = KnownContact(hand, "index").least_force(0.2, 0.95, load)
+    assert asked == pytest.approx(scanned(now, *load, 0.8 * mu, radius, k, g), rel=0.01)
 
 
 def test_a_grip_never_holds_with_less_than_the_least_possible_force(pinch: Course) -> None:
@@ -159,6 +170,8 @@ def test_quicker_drives_and_rougher_surfaces_are_what_they_say() -> None:
     assert other.actuator.bandwidth == 2.0 * usual.actuator.bandwidth
     assert other.actuator.force_rate == 2.0 * usual.actuator.force_rate
     assert other.tip.friction == 2.0 * usual.tip.friction
+    steep = replace(_hand(), tip=replace(_hand().tip, friction_exponent=0.2))
+    assert Surroundings(friction_scale=2.0).applied(steep).tip.friction_exponent == 0.2
     assert usual.sensor.slip_sensor
     assert not other.sensor.slip_sensor
 

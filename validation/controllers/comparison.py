@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 from vegrip.trials.candidates import BOUND, INFORMED, KNOBS, NAMES
-from vegrip.trials.closed_loop import GRASPS, Course, Result, Scenario, result_of, run_scenario
+from vegrip.trials.closed_loop import GRASPS, WORLDS, Course, Result, Scenario, result_of, run_scenario
 
 TRIAL_DURATION_S = 20.0  # [s]
 TUNING_SEED = 1000  # the first seed of the sweep; the comparison counts from 0
@@ -40,11 +40,13 @@ class Trial:
     duration: float
     knob: float
     grasp: str = "hand"
+    world: str = "old"
 
 
 def run_course(trial: Trial) -> Course:
     """Run one trial."""
-    return run_scenario(Scenario(trial.seed, trial.duration, trial.grasp), trial.name, trial.knob)
+    scenario = Scenario(trial.seed, trial.duration, trial.grasp, trial.world)
+    return run_scenario(scenario, trial.name, trial.knob)
 
 
 def run_trial(trial: Trial) -> Result:
@@ -104,6 +106,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--sweep", action="store_true", help="the trade-off curves, on the tuning seeds")
     parser.add_argument("--workers", type=int, default=None, help="processes (default: one per core)")
     parser.add_argument("--grasp", choices=tuple(GRASPS), default="hand")
+    parser.add_argument("--world", choices=WORLDS, default="old", help="of the friction (default old)")
     parser.add_argument("--told", action="store_true", help="controllers that know each object's friction")
     parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, help="these controllers alone")
     given = parser.parse_args(arguments)
@@ -111,7 +114,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     tuned = INFORMED if given.told else {n: knob for n, knob in KNOBS[given.grasp].items() if n != BOUND}
     knobs = SWEEP if given.sweep else {name: (knob,) for name, knob in tuned.items()}
     trials = [
-        Trial(name, seed, given.duration, knob, given.grasp)
+        Trial(name, seed, given.duration, knob, given.grasp, given.world)
         for name, settings in knobs.items()
         if name in given.only
         for knob in settings

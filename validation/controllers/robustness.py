@@ -62,11 +62,14 @@ class Case:
     surroundings: Surroundings = USUAL
     mass: float = 1.0  # [-] of the object, times the usual
     only_wet: bool = False  # nothing acts but one wetting
+    world: str = "old"  # one of WORLDS, of the friction
 
     def settings(self, seed: int) -> HandSettings:
         """Return the hand with the object of ``seed``."""
-        hand, usual = HANDS[self.hand], Scenario(seed, 10.0).settings
-        hand = replace(hand, tip=replace(hand.tip, friction=usual.tip.friction))
+        hand, there = HANDS[self.hand], Scenario(seed, 10.0, world=self.world).settings
+        tip = replace(hand.tip, friction=there.tip.friction, friction_exponent=there.tip.friction_exponent)
+        sensor = replace(hand.sensor, tangential_gain=there.sensor.tangential_gain)
+        hand = replace(hand, tip=tip, sensor=sensor)
         plate = replace(hand.plate, mass=hand.plate.mass * self.mass, inertia=hand.plate.inertia * self.mass)
         return self.surroundings.applied(replace(hand, plate=plate))
 
@@ -85,6 +88,8 @@ CASES = {
     "pinch": Case("pinch"),
     "hand, half the friction": Case(surroundings=Surroundings(friction_scale=0.5)),
     "hand, twice the friction": Case(surroundings=Surroundings(friction_scale=2.0)),
+    "hand, friction as published": Case(world="published"),
+    "pinch, friction as published": Case("pinch", world="published"),
     "hand, slip from 0.5 mm/s, 10 ms late": Case(
         surroundings=Surroundings(slip_threshold=5e-4, slip_delay=0.01)
     ),
