@@ -1,4 +1,4 @@
-"""What is counted on, and when force is let go of: expected loss against independent quadrature and limits."""
+"""What is counted on, and when force is let go of: expected loss against quadrature and limits."""
 
 import math
 
@@ -6,10 +6,28 @@ import pytest
 from scipy.optimize import brentq
 from scipy.stats import norm
 
-from vegrip.grip.force_release import *
-from vegrip.grip.friction_belief import absorb_slide, begin_belief, expect_exponent, expect_finger
+from vegrip.grip.force_release import (
+    LEAST_SHIFT,
+    PAUSE,
+    begin_release,
+    counted_on,
+    decide,
+    reacts,
+    set_risk,
+    stated_std,
+    watch_quiet,
+)
+from vegrip.grip.friction_belief import (
+    absorb_slide,
+    begin_belief,
+    believed_mean,
+    believed_variance,
+    expect_exponent,
+    expect_finger,
+)
 from vegrip.grip.grasp_memory import GraspMemory
-from vegrip.grip.slip_channels import begin_channels, hear_slip
+from vegrip.grip.slip_channels import begin_channels, follow_utilisation, hear_slip
+from vegrip.grip.slip_witness import begin_witness, follow_forces
 
 MEAN, STD, EXPONENT, EXPONENT_STD, RISK, NOTICED = math.log(0.5), 0.35, 0.15, 0.12, 0.05, 0.24
 

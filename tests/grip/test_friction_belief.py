@@ -6,7 +6,19 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from vegrip.grip.friction_belief import *
+from vegrip.grip.friction_belief import (
+    absorb_factor,
+    absorb_hold,
+    absorb_slide,
+    begin_belief,
+    believed_mean,
+    believed_variance,
+    chance_of_change,
+    expect_exponent,
+    expect_finger,
+    void_slide,
+    widen_belief,
+)
 from vegrip.grip.grasp_memory import BELIEF_ROW, GraspMemory
 from vegrip.types import Floats
 

@@ -8,7 +8,21 @@ import pytest
 
 from vegrip.grip.friction_belief import begin_belief, expect_exponent, expect_finger
 from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
-from vegrip.grip.slip_channels import *
+from vegrip.grip.slip_channels import (
+    LYING_FIRST,
+    SILENT_FIRST,
+    SURE,
+    UNSURE,
+    begin_channels,
+    follow_utilisation,
+    hear_slip,
+    is_named,
+    judge_slide,
+    lying,
+    noticed,
+    sound_channel,
+    teller,
+)
 
 DT, DELAY, MU = 0.005, 0.02, 0.5
 

@@ -8,7 +8,7 @@ import pytest
 from vegrip.grip.friction_belief import begin_belief, expect_finger
 from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.slip_channels import begin_channels, follow_utilisation, hear_slip
-from vegrip.grip.slip_witness import *
+from vegrip.grip.slip_witness import BLIND, begin_witness, follow_forces, is_slow, rise_needed, sees_slide
 
 DT, NOISE, MU, LOAD = 0.002, 0.01, 0.5, 1.0
 
@@ -24,7 +24,7 @@ def grasp() -> GraspMemory:
 
 
 def let_go(g: GraspMemory, rate: float, seconds: float, load: float = LOAD, fade: float = 0.0) -> float:
-    """Let N fall from 4 N at ``rate`` [1/s]; return N / N at which it slides when a slide is seen, NaN: never.
+    """Let N fall from 4 N at ``rate`` [1/s]; return N over the least when a slide is seen; NaN: never.
 
     ``fade`` [1/s] is the rate at which the load goes away.
     """

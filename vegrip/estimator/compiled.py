@@ -16,9 +16,9 @@ from vegrip.model import ContactModel, native, writer
 from vegrip.model.composer import compose
 
 KERNELS = (
-    "state", "covariance_root", "load_law", "motion", "predict", "scalar_update", "measure", "displacement_loss",
-    "initialisation", "gap", "touch_detection", "quantities", "report", "consistency", "friction",
-    "load_loss", "hold_model", "slip_probability", "forecast", "update",
+    "state", "covariance_root", "load_law", "motion", "predict", "scalar_update", "measure",
+    "displacement_loss", "initialisation", "gap", "touch_detection", "quantities", "report", "consistency",
+    "friction", "load_loss", "hold_model", "slip_probability", "forecast", "update",
 )  # fmt: skip
 SHARED = ("elapsed", "normal_law")
 """Texts that Python imports too."""

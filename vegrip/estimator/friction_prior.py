@@ -19,7 +19,7 @@ from vegrip.model import ContactModel
 PUBLISHED_COEFFICIENT = 0.5  # [-] median of mu at 5 N over soft tips
 PUBLISHED_SPREAD = 0.35  # std of ln mu: 0.25 to 1 for 95 of 100
 PAPERS_LAW = "coulomb_friction"
-"""Effect whose friction coefficient, where it is that of the catalogue, is nobody's knowledge of a material."""
+"""Effect whose friction coefficient, where it is the default of the catalogue, states no material."""
 LAW_OF_LOAD = "load_dependent_friction"
 """Effect of a model that has an exponent of its own."""
 

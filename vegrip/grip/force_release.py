@@ -1,17 +1,18 @@
 """How much friction a finger counts on, and how force is let go of to learn it: decisions by expected loss.
 
-**Counted on.** Let P be the probability that a slide would be noticed in time, F_b the distribution of ln mu as it
-is believed, and F_0 that before anything was felt. A slide that is not noticed loses the object; one that is
-noticed costs kappa of that. A channel that would not notice has taught nothing either. So x is counted on with::
+**Counted on.** Let P be the probability that a slide would be noticed in time, F_b the distribution of ln mu
+as it is believed, and F_0 that before anything was felt. A slide that is not noticed loses the object; one
+that is noticed costs kappa of that. A channel that would not notice has taught nothing either. So x is
+counted on with::
 
     (1 - P) max(F_0(x), F_b(x)) + P kappa F_b(x) = risk
 
 which is the bound of the prior, or the belief where that is lower, for P = 0, and the bound of the belief at
 ``risk / kappa`` for P = 1.
 
-**Let go of.** A finger that is asked to keep the margin m counts on ``x + b``, b >= 0. At the utilisation u with
-``z = (ln u - m_b) / s_b`` the next slide comes after a rise of ln u whose mean is Mills' ratio times s_b, so
-with::
+**Let go of.** A finger that is asked to keep the margin m counts on ``x + b``, b >= 0. At the utilisation u
+with ``z = (ln u - m_b) / s_b`` the next slide comes after a rise of ln u whose mean is Mills' ratio times
+s_b, so with::
 
     db/dt = rate s_b (1 - Phi(z)) / phi(z),       rate = (e^(m_b - x) - 1 - WORTH) / COST
 
@@ -19,8 +20,8 @@ slides come at this rate: it is the part of the force that is held for want of k
 costs. Where no channel is proven, the load alone is a witness (:mod:`.slip_witness`), which sees a slide the
 sooner, the faster N falls: then b grows by ``FAST_RELEASE``.
 
-b returns to 0 when a finger slides, which teaches, and when a load changes; what has held until then is evidence
-that friction is higher.
+b returns to 0 when a finger slides, which teaches, and when a load changes; what has held until then is
+evidence that friction is higher.
 
 Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
@@ -97,7 +98,7 @@ def counted_on(g: GraspMemory, i: int) -> float:
 
 
 def watch_quiet(g: GraspMemory, i: int, dt: float, load: float, noise: float, touching: bool) -> bool:
-    """Follow the load [N] of finger ``i``, whose noise has the std ``noise`` [N]; return whether it has changed."""
+    """Follow the load [N] of finger ``i``, of noise ``noise`` [N]; return whether it has changed."""
     if not (touching and load >= 0.0):
         g.release.still[i] = -1.0
         g.release.shift[i] = 0.0
@@ -158,7 +159,7 @@ def stated_std(std: float) -> float:
     return math.sqrt(std * std + UNFELT_CHANGE * UNFELT_CHANGE)
 
 
-def note_slide(g: GraspMemory, i: int, dt: float, unsure: float) -> None:
+def note_slide(g: GraspMemory, i: int, unsure: float) -> None:
     """Learn from a slide of finger ``i``; at its end the next one is another."""
     teacher = int(g.slip.teacher[i])
     if g.belief.before[i] > -math.inf and is_named(g, teacher):

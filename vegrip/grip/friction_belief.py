@@ -1,9 +1,9 @@
 """What is believed of the friction between one object and the fingers that hold it, as one joint Gaussian.
 
-Over ``z = (x_1 .. x_n, g)``: ``x_i = ln mu_i`` at the reference load, and the exponent by which the friction of
-all falls with the load (:mod:`vegrip.estimator.kernels.load_law`). At its relative load ``l_i = ln(N_i / N_0)``
-finger i has ``ln mu_i(N_i) = x_i - g l_i = h' z``. All fingers touch one object, so most of what is not known
-is common::
+Over ``z = (x_1 .. x_n, g)``: ``x_i = ln mu_i`` at the reference load, and the exponent by which the friction
+of all falls with the load (:mod:`vegrip.estimator.kernels.load_law`). At its relative load ``l_i = ln(N_i /
+N_0)`` finger i has ``ln mu_i(N_i) = x_i - g l_i = h' z``. All fingers touch one object, so most of what is
+not known is common::
 
     x ~ N(mean, common^2 11' + own^2 I),    g ~ N(exponent, s_g^2)    before anything is felt
 
@@ -11,16 +11,18 @@ Evidence about one finger is a Gaussian factor on ``h' z``: its precision p and 
 
     mean <- mean + s p (m - h' mean) / (1 + p h' s),      P <- P - s s' p / (1 + p h' s) .
 
-* **A slide** measures ``h' z`` by ln u. One slide counts for no more than one at four standard deviations, and
-  one of a light touch, which tells friction to worse than 0.3 in ln mu, for nothing.
+* **A slide** measures ``h' z`` by ln u. One slide counts for no more than one at four standard deviations,
+  and one of a light touch, which tells friction to worse than 0.3 in ln mu, for nothing.
 * **A load that held** says ``h' z > ln u``: its factor has the first two moments of the truncated Gaussian.
   There is one such factor for each finger, of the most that it has held since it last slid: more of the same
   shows nothing new, and a thousand looks at one load are one piece of evidence.
 * **Forgetting** widens P with time, most of it for all fingers alike, never beyond the prior.
-* **Friction may have changed** for all fingers alike (the faces got wet): two hypotheses, of which a slide that
-  is off by d makes the second one more likely. With its probability the common variance is widened first::
+* **Friction may have changed** for all fingers alike (the faces got wet): two hypotheses, of which a slide
+  that is off by d makes the second one more likely. With its probability the common variance is widened
+  first::
 
-      p = CHANGE N(d; S + CHANGE_STD^2) / (CHANGE N(d; S + CHANGE_STD^2) + (1 - CHANGE) N(d; S)),   S = h'Ph + noise
+      p = CHANGE N(d; S + CHANGE_STD^2) / (CHANGE N(d; S + CHANGE_STD^2) + (1 - CHANGE) N(d; S)),   S = h'Ph +
+      noise
 
 Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
@@ -210,7 +212,7 @@ def chance_of_change(off: float, expected: float) -> float:
 def absorb_hold(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
     """Take in that finger ``i`` held at ``ln_u``, known with the variance ``noise``, at its present load.
 
-    [MillsRatio]: with ``q = (h' mean - ln u) / sqrt(h' P h + noise)`` and ``r = phi(q) / Phi(q)``, the mean of
+    With ``q = (h' mean - ln u) / sqrt(h' P h + noise)`` and ``r = phi(q) / Phi(q)``, the mean of
     ``h' z`` rises by ``h' P h r / sqrt(..)`` and its variance falls by ``(h' P h)^2 r (q + r) / (..)``.
     """
     record = ln_u + g.belief.mean[int(g.belief.fingers)] * g.belief.load[i]

@@ -1,9 +1,9 @@
 """What all fingers of a grasp learn of friction together: how it begins, and what is said of it.
 
-Before a finger takes a state, its step (:mod:`vegrip.grip.kernels.friction_shared`) hears what its channels say
-of slip (:mod:`.slip_channels`), writes what the grasp believes of its friction (:mod:`.friction_belief`) into its
-estimate, and chooses margin and confidence. Afterwards it takes in what the load shows (:mod:`.slip_witness`)
-and decides what is counted on and let go of (:mod:`.force_release`).
+Before a finger takes a state, its step (:mod:`vegrip.grip.kernels.friction_shared`) hears what its channels
+say of slip (:mod:`.slip_channels`), writes what the grasp believes of its friction (:mod:`.friction_belief`)
+into its estimate, and chooses margin and confidence. Afterwards it takes in what the load shows
+(:mod:`.slip_witness`) and decides what is counted on and let go of (:mod:`.force_release`).
 """
 
 import math

@@ -1,19 +1,19 @@
 """What the slip channels of a grasp say, and how likely each of them is sound, silent or lying.
 
-A finger has a flag and a slip speed, whose sign is a direction and which says slip from a stated speed on. Each
-is one of three:
+A finger has a flag and a slip speed, whose sign is a direction and which says slip from a stated speed on.
+Each is one of three:
 
-* *sound*: while its finger slides it says so with probability ``DETECTS``, else with probability ``FALSE`` a look;
+* *sound*: while its finger slides it says so with probability ``DETECTS``, else with ``FALSE`` a look;
 * *silent*: it never says slip, as a dead one;
 * *lying*: it says slip with probability ``LIES`` a look, whatever the finger does.
 
-A *look* lasts ``LOOK``: what a channel says in between is the same noise. With the probability p that the finger
-slides by all that is known beside this channel, what it says multiplies the three by::
+A *look* lasts ``LOOK``: what a channel says in between is the same noise. With the probability p that the
+finger slides by all that is known beside this channel, what it says multiplies the three by::
 
-    begins to say slip:                        p DETECTS + (1 - p) FALSE,   0,   how often it begins, at least LIES
-    goes on, while w is still what it was:     DETECTS,                     0,   DETECTS
-    goes on, though w has fallen:              FALSE a look,                0,   DETECTS
-    has missed a slide that the load shows:    1 - DETECTS,                 1,   1
+    begins to say slip:                     p DETECTS + (1 - p) FALSE,  0,  how often it begins
+    goes on, while w is still what it was:  DETECTS,                    0,  DETECTS
+    goes on, though w has fallen:           FALSE a look,               0,  DETECTS
+    has missed a slide that the load shows: 1 - DETECTS,                1,  1
 
 and a channel goes back to what is usual of such channels in ``RENEWED``: sensors are mended, and they break.
 
@@ -22,9 +22,9 @@ and a channel goes back to what is usual of such channels in ``RENEWED``: sensor
 
     p = P(x < w + SCATTER | x > h - SCATTER),    at least CHANGED exp(-((h - w) / SCATTER)^2 / 2)
 
-since friction may have changed, but not while w falls: a contact that slides has w = x. It is taken at its largest
-over the delay of the channels, because they tell late, and at least TOGETHER the probability that another finger
-slides. To its logit a channel that says slip for n looks adds::
+since friction may have changed, but not while w falls: a contact that slides has w = x. It is taken at its
+largest over the delay of the channels, because they tell late, and at least ``TOGETHER`` times the
+probability that another finger slides. To its logit a channel that says slip for n looks adds::
 
     ln (S DETECTS + Y LIES) / (S FALSE^n + Y LIES),     S, Y its probabilities to be sound and to lie
 
@@ -59,7 +59,7 @@ FEWEST = 1e-6  # probability that no hypothesis falls below
 
 
 def begin_channels(g: GraspMemory, sliding: float, delay: float) -> None:
-    """Set from which slip speed [m/s] a finger slides, 0 = the flag alone tells, and how late slip is told [s]."""
+    """Set the slip speed [m/s] from which a finger slides, 0 = the flag alone tells, and the delay [s]."""
     g.slip.sliding, g.slip.delay = sliding, delay
     for at in range(2 * BELIEF_MOST):
         g.slip.sound[at], g.slip.silent[at] = 1.0 - SILENT_FIRST - LYING_FIRST, SILENT_FIRST
@@ -78,7 +78,7 @@ def lying(g: GraspMemory, at: int) -> float:
 
 
 def hear_slip(g: GraspMemory, i: int, dt: float, flag: float, speed: float) -> None:
-    """Take in what finger ``i`` says of slip after ``dt`` [s]: its flag, 0 or 1, and its speed [m/s], or NaN."""
+    """Take in what finger ``i`` says of slip after ``dt`` [s]: its flag and its speed [m/s], or NaN."""
     fast = math.nan
     if g.slip.sliding > 0.0 and speed >= 0.0:
         fast = 1.0 if speed >= g.slip.sliding else 0.0
@@ -131,13 +131,14 @@ def weigh(g: GraspMemory, at: int, sound: float, silent: float, lies: float) -> 
 
 
 def judge_slide(g: GraspMemory, since: float, p: float) -> None:
-    """With probability ``p`` the object has slid ``since`` [s] ago: which channels have told it?
+    """Weigh who has told that the object has slid ``since`` [s] ago, which is so with probability ``p``.
 
     Where one has, it may have been a slide of its finger alone, which the others need not tell.
     """
     n, last = int(g.belief.fingers), math.inf
     for i in range(n):
-        last = min(last, min(g.slip.heard[i], g.slip.heard[BELIEF_MOST + i]))
+        last = min(last, g.slip.heard[i])
+        last = min(last, g.slip.heard[BELIEF_MOST + i])
     for i in range(n):
         for k in range(2):
             at = i + k * BELIEF_MOST

@@ -1,17 +1,18 @@
-"""The load as a witness of a slide: while the object holds, T stays as N is let go of; while it slides, T = mu N.
+"""The load as a witness of a slide: while the object holds, T stays as N falls; while it slides, T = mu N.
 
-N and T are the sums of the normal and tangential forces of the fingers: what one gives up the others take. Of
-two hypotheses with equal noise, the ratio of likelihoods grows while N falls with::
+N and T are the sums of the normal and tangential forces of the fingers: what one gives up the others take.
+While force is let go of, ::
 
-    y = FOLLOWS ln N - ln T :   dy = FOLLOWS d ln N < 0 while it holds,   dy = -(1 - FOLLOWS) d ln N > 0 while it slides,
+    y = FOLLOWS ln N - ln T,     dy / d ln N = FOLLOWS while it holds,     FOLLOWS - 1 while it slides
 
-so the sum since the least y of late is the test of [Page1954]_ for the moment at which a slide begins. It counts
-from ``RISE`` on, or from five standard deviations of its noise; where that is beyond ``BLIND``, nothing is let
-go of. The least y is forgotten within ``FORGOTTEN``, because a load that changes slowly is no slide.
+so the rise of y above its least of late is the test of [Page1954]_ for the moment at which a slide begins. It
+counts from ``RISE`` on, or from five standard deviations of its noise; where that is beyond ``BLIND``,
+nothing is let go of. The least y is forgotten within ``FORGOTTEN``, because a load that changes slowly is no
+slide; nor is one that fades more than ``LOAD_FADES`` times as fast as N.
 
-It was a slide if T comes back with N: within ``JUDGED`` T must rise from its least by more than half of what it had
-fallen by. A load that went away does not come back with the grip. Then each channel that has not told it has
-missed a slide.
+It was a slide if T comes back with N: within ``JUDGED`` T must rise from its least by more than half of what
+it had fallen by. A load that went away does not come back with the grip. Then each channel that has not told
+it has missed a slide.
 
 Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """

@@ -219,7 +219,7 @@ class Loop:
         """Return what is stated of the friction of each finger, now and then: it costs what a step costs."""
         stated = np.full((len(self.hand.fingers), 2), np.nan)
         if len(self.course.stated) % STATED_EVERY == 0:
-            for row, (name, finger) in zip(stated, self.grip.fingers.items(), strict=True):
+            for row, finger in zip(stated, self.grip.fingers.values(), strict=True):
                 estimator = finger.estimator
                 if isinstance(estimator, ContactEstimator) and estimator.in_contact:
                     mean, variance = estimator.friction

@@ -3,14 +3,15 @@
 ``u`` is the utilisation the load would have at mu = 1, so slip happens at ``mu(N) = u``. One sample teaches
 nothing, and a second of wrong ones no more than its noise allows:
 
-* **A slide** measures ``ln mu - g l`` at the present load, by the mean of its ln u: Gaussian update. It counts
-  from SLIDE samples on, as long as u stays the same, as friction demands. A slide far above what is believed
-  counts only when a later one confirms it; one far below counts at once, because it asks for more force.
-* **Not slipping** at u says only mu(N) > u: ``P(stick) = Phi((ln mu - g l - ln u) / s)``, folded in by matching the
-  first two moments. The u is the least one of SUSTAINED seconds, more than a fault lasts that nothing else
-  shows. It counts once per loading, for its largest u, and only where no earlier loading has shown as much:
-  a thousand looks at the same load are one piece of evidence, and counted as a thousand they push mu away
-  without end.
+* **A slide** measures ``ln mu - g l`` at the present load, by the mean of its ln u: Gaussian update. It
+  counts from SLIDE samples on, as long as u stays the same, as friction demands. A slide far above what is
+  believed counts only when a later one confirms it; one far below counts at once, because it asks for more
+  force.
+* **Not slipping** at u says only mu(N) > u: ``P(stick) = Phi((ln mu - g l - ln u) / s)``, folded in by
+  matching the first two moments. The u is the least one of SUSTAINED seconds, more than a fault lasts that
+  nothing else shows. It counts once per loading, for its largest u, and only where no earlier loading has
+  shown as much: a thousand looks at the same load are one piece of evidence, and counted as a thousand they
+  push mu away without end.
 * **Scatter** from slip to slip is learned as well: fingers that always slip at the same mu are believed
   sooner.
 * **Forgetting**: the variance grows with time and with every new contact, up to the prior.

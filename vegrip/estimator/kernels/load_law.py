@@ -1,6 +1,7 @@
 """Friction falls with the load: what is believed of ln mu at a normal force N is a straight line in ln N.
 
-The belief is a Gaussian over ``ln mu`` at the reference load ``N_0`` and the exponent g of [Schallamach1952]_::
+The belief is a Gaussian over ``ln mu`` at the reference load ``N_0`` and the exponent g of
+[Schallamach1952]_::
 
     mu(N) = mu (N / N_0)^-g ,      ln mu(N) = ln mu - g l ,      l = ln(N / N_0) ,
     var(N) = var(ln mu) - 2 l cov(ln mu, g) + l^2 var(g)
@@ -45,10 +46,10 @@ def base_variance(m: Floats, load: float) -> float:
 
 
 def observe_base(m: Floats, gain: float, shrink: float) -> None:
-    """Set the belief to that before this loading, after an observation of ``ln mu - g l`` at the present load.
+    """Set the belief to that before this loading, after an observation of ``ln mu - g l``.
 
-    With the direction ``h = (1, -l)`` and the variance ``s = h' P h``: the mean moves by ``P h gain``, and the
-    covariance shrinks by ``P h h' P shrink``.
+    With the direction ``h = (1, -l)`` of the present load the mean moves by ``P h gain``, and the covariance
+    shrinks by ``P h h' P shrink``.
     """
     load = m.friction.load
     along = m.friction.base_var - load * m.friction.base_cov
@@ -65,7 +66,8 @@ def observe_base(m: Floats, gain: float, shrink: float) -> None:
 def remove_site(m: Floats, load: float, precision: float, weighted: float) -> None:
     """Set the belief before this loading to the present one without a Gaussian factor.
 
-    That is the evidence of the loading: its precision and that times its mean, of ``ln mu - g l`` at ``load``.
+    That is the evidence of the loading: its precision and that times its mean, of ``ln mu - g l`` at
+    ``load``.
     """
     along = m.friction.var - load * m.friction.cov
     across = m.friction.cov - load * m.friction.exponent_var

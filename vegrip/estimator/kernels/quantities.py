@@ -61,7 +61,7 @@ def spread_quantities(m: Floats) -> Quantities:
 
 
 def spread_considered(m: Floats, now: Quantities) -> None:
-    """Columns of D for parameters that only radius, exponent and friction feel; mu, the last, scales friction.
+    """Columns of D for parameters that only radius, exponent and friction feel; mu, the last, is a factor.
 
     Its column is the std of ln mu: bounds are lognormal in it (:func:`.report.upper_gauge`).
     """

@@ -67,7 +67,7 @@ def is_slipping(f: Floats, t: Wholes, g: GraspMemory) -> bool:
 
 
 def believe_friction(f: Floats, g: GraspMemory, i: int) -> None:
-    """Go on from what the grasp believes, and for the present loading from the same without its own evidence."""
+    """Go on from what the grasp believes, for the present loading without the evidence of it."""
     if not MU_LEARNED:
         return
     n = int(g.belief.fingers)
@@ -95,11 +95,11 @@ def update_shared_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     follow_utilisation(g, i, dt, known, unsure, f.friction.load, is_touching)
     follow_forces(g, i, dt, f.state.normal_force, math.sqrt(x * x + y * y), is_touching)
     changed = watch_quiet(g, i, dt, armed_load(f, is_touching), f.shared.load_noise, is_touching)
-    note_slide(g, i, dt, unsure)
+    note_slide(g, i, unsure)
     decide(g, i, dt, f.rule.wanted_margin, is_touching, changed)
 
 
-def told_friction(f: Floats, t: Wholes, mu: float, std: float) -> tuple[float, float]:
+def told_friction(_f: Floats, t: Wholes, mu: float, std: float) -> tuple[float, float]:
     """Return the friction coefficient and its std that are stated, of those that are believed."""
     if t.setup.shares == 0 or not 0.0 < mu < math.inf:
         return mu, std

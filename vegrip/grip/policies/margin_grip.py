@@ -1,7 +1,7 @@
 """The margin grip: raise at once, lower slowly, react to slip, and do not chatter.
 
-Let ``L`` be the least normal force for the wanted margin over the horizon, at the wanted probability, and ``c``
-the command held so far.
+Let ``L`` be the least normal force for the wanted margin over the horizon, at the wanted probability, and
+``c`` the command held so far.
 
 1. Envelope of the need, fast up and slow down, not below the usual need ``U``::
 
