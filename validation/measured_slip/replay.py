@@ -32,7 +32,7 @@ class Replayed:
 
 
 def controller() -> GripController:
-    """Return a controller with the settings of everyone, but for the largest force."""
+    """Return a controller with the default settings, but for the largest force."""
     plain = ControlSettings()
     settings = replace(plain, limits=replace(plain.limits, max_force=STRONGEST))
     return GripController(FINGERS, model=vegrip.paper_model(TIP_RADIUS), settings=settings)

@@ -26,7 +26,7 @@ CHANNELS = 9
 
 
 def controller(*, feels_slip: bool, probes: bool = False) -> GripController:
-    """Return a controller with the settings of everyone, told of the slip channel where there is one."""
+    """Return a controller with the default settings, told of the slip channel where there is one."""
     plain = ControlSettings()
     friction = plain.friction
     if feels_slip:
