@@ -1,0 +1,1 @@
+"""Measured grasps with outcomes, replayed through the controller: whether bound and force fit them."""
