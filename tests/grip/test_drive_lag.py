@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from vegrip.estimator import SensorNoise
 from vegrip.grip.drive_lag import (
     begin_drives,
     follow_drive,
@@ -16,10 +17,10 @@ from vegrip.grip.drive_lag import (
     watch_rate,
 )
 from vegrip.grip.drive_log import DriveLog, describe_lag
-from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.grasp_friction import GraspFriction
 from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.policies.margin_grip import GripSettings
+from vegrip.grip.settings import ControlSettings
 from vegrip.types import Floats
 
 DT, NOISE, FINGER = 0.002, 0.01, 3
@@ -128,7 +129,7 @@ def test_the_lag_stays_within_bounds_whatever_comes() -> None:
 
 def test_a_node_logs_the_lag_of_a_drive_once_it_is_known(caplog: pytest.LogCaptureFixture) -> None:
     log = DriveLog("grip")
-    friction = GraspFriction({"thumb": object()}, FrictionSettings(), 0.01, 0.01)
+    friction = GraspFriction({"thumb": object()}, ControlSettings(), SensorNoise(), 0.01)
     friction.set_lead(GripSettings(drive_lag=0.01), 1e-4)
     with caplog.at_level("INFO", logger="vegrip.grip"):
         log.tell("thumb", friction, GripSettings(drive_lag=0.01))
@@ -142,7 +143,7 @@ def test_a_node_logs_the_lag_of_a_drive_once_it_is_known(caplog: pytest.LogCaptu
 
 
 def test_other_parameters_do_not_make_it_forget_a_lag() -> None:
-    friction = GraspFriction({"thumb": object()}, FrictionSettings(), 0.01, 0.01)
+    friction = GraspFriction({"thumb": object()}, ControlSettings(), SensorNoise(), 0.01)
     for command, force in forces(grips(20.0), 0.0133):
         follow_drive(friction.memory, 0, DT, command, force)
     known = friction.drive_lag("thumb")

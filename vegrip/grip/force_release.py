@@ -125,11 +125,17 @@ def is_quiet(g: GraspMemory, n: int) -> bool:
 
 
 def take_back(g: GraspMemory, slid: bool) -> None:
-    """Take back what was let go of; without a slide it has shown that friction is higher."""
+    """Take back what was let go of; without a slide it has shown that friction is higher.
+
+    A load that would need more than ``REACH`` standard deviations above the mean shows nothing: it may be wrong.
+    """
+    exponent = g.belief.mean[int(g.belief.fingers)]
     for i in range(int(g.belief.fingers)):
-        if g.release.shift[i] > LEAST_SHIFT and not slid and g.slip.level[i] > -math.inf:
-            exponent = g.belief.mean[int(g.belief.fingers)]
-            absorb_hold(g, i, g.slip.level[i] - exponent * g.belief.load[i], SCATTER * SCATTER)
+        if g.release.shift[i] > LEAST_SHIFT and not slid:
+            ln_u = g.slip.shown[i] - exponent * g.belief.load[i]
+            off = ln_u - believed_mean(g, i)
+            if abs(off) < REACH * math.sqrt(believed_variance(g, i)):
+                absorb_hold(g, i, ln_u, SCATTER * SCATTER)
         g.release.shift[i] = 0.0
 
 

@@ -92,7 +92,8 @@ class Slip:
     rate: Channels  # how often it begins to say slip, per look
     shows: Channels  # what it adds to the logit of a slide
     level: Each  # ln u at the reference load, without noise; -inf: not known
-    held: Each  # largest of late without a slide
+    shown: Each  # what is shown to hold: the same, rising no faster than force is let go of
+    held: Each  # largest of it of late without a slide
     top: Each  # largest of the last delay
     top_next: Each
     likely: Each  # chance of a slide by the load alone, largest of the last delay

@@ -52,6 +52,7 @@ RENEWED = 100.0  # [s]
 SCATTER = 0.1  # std of ln mu from one slide to the next
 TOGETHER = 0.5  # probability that a finger slides with another one: the object does, or that one alone
 CHANGED = 0.02  # probability that friction is not what was believed when a channel says slip
+HELD_RISE = 5.0  # [1/s] of ln u, faster than which nothing is shown to hold: it may be a wrong value
 HELD_TIME = 10.0  # [s] in which ln u that was held falls by one
 SMOOTHING = 0.01  # [s] of the utilisation: its noise is that of one sample
 SURE, UNSURE = 0.95, 0.05  # probability from which on a hypothesis is acted on, and below which it is not
@@ -66,7 +67,7 @@ def begin_channels(g: GraspMemory, sliding: float, delay: float) -> None:
         g.slip.says[at], g.slip.heard[at] = math.nan, math.inf
         g.slip.shows[at], g.slip.rate[at] = 0.0, LIES
     for i in range(BELIEF_MOST):
-        g.slip.level[i] = g.slip.held[i] = -math.inf
+        g.slip.level[i] = g.slip.held[i] = g.slip.shown[i] = -math.inf
         g.slip.likely[i] = g.slip.likely_next[i] = g.slip.likely_age[i] = 0.0
         g.slip.top[i] = g.slip.top_next[i] = -math.inf
         g.slip.slides[i] = g.slip.stays[i] = g.slip.stays_next[i] = 0.0
@@ -180,7 +181,9 @@ def follow_utilisation(
     stays = math.exp(-0.5 * below * below)
     remember(g, i, dt, min(max(p, CHANGED * stays, FALSE), SURE), w, stays)
     if g.slip.slides[i] < 0.5:
-        g.slip.held[i] = max(g.slip.held[i] - dt / HELD_TIME, w)
+        rises = w if begins else min(w, g.slip.shown[i] + HELD_RISE * dt)
+        g.slip.shown[i] = rises
+        g.slip.held[i] = max(g.slip.held[i] - dt / HELD_TIME, rises)
 
 
 def remember(g: GraspMemory, i: int, dt: float, p: float, w: float, stays: float) -> None:

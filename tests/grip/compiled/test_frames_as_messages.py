@@ -159,7 +159,7 @@ def test_going_to_and_fro_changes_nothing_where_friction_is_shared(
         ({"shared": True}, {}),
         ({"probing": True}, {}),
         ({"shared": True, "probing": True, "slip_delay": 0.05}, {}),
-        ({"shared": True, "onsets": False}, {}),
+        ({"shared": True, "sliding_speed": 0.0}, {}),
         ({}, {"drive_lag": 0.02}),
         ({}, {"measure_lag": True}),
         ({}, {"proven_time": 3.0, "usual_time": 0.5}),

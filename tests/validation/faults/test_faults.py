@@ -58,7 +58,10 @@ def test_a_node_takes_over_what_is_held_whenever_it_is_killed(begin):
     held = max(scene.course.force[-1])
     fault.end(scene)
     scene.run_until(begin + 1.3)
-    assert max(max(forces) for forces in scene.course.force[round((begin + 0.3) / SAMPLING) :]) < held + 0.6
+    assert (
+        max(max(forces) for forces in scene.course.force[round((begin + 0.3) / SAMPLING) :])
+        < 1.2 * held + 0.4
+    )
     assert scene.hand_node.hand.slips == 0
 
 
