@@ -35,7 +35,6 @@ from vegrip.grip.slip_witness import *
 COST = 0.5  # [s] of the least force, that a slide which is noticed costs
 WORTH = 0.08  # of the force, that knowing friction better does not save: it changes
 FAST_RELEASE = 5.0  # [1/s] of ln N, with which the load shows a slide before the object has gone a millimetre
-REACH = 2.0  # standard deviations above the mean up to which it is let go of
 WORTH_PROVING = 0.45  # probability of a sound channel from which on it is let go of to prove it
 LEAD_TIME = 0.35  # [s] with which the grip follows what is asked of it: so far ahead of u it is asked
 PAUSE = 0.5  # [s] after a slide
@@ -127,14 +126,14 @@ def is_quiet(g: GraspMemory, n: int) -> bool:
 def take_back(g: GraspMemory, slid: bool) -> None:
     """Take back what was let go of; without a slide it has shown that friction is higher.
 
-    A load that would need more than ``REACH`` standard deviations above the mean shows nothing: it may be wrong.
+    A load that would need more than ``CREDIBLE`` standard deviations above the mean may be wrong.
     """
     exponent = g.belief.mean[int(g.belief.fingers)]
     for i in range(int(g.belief.fingers)):
         if g.release.shift[i] > LEAST_SHIFT and not slid:
             ln_u = g.slip.shown[i] - exponent * g.belief.load[i]
             off = ln_u - believed_mean(g, i)
-            if abs(off) < REACH * math.sqrt(believed_variance(g, i)):
+            if abs(off) < CREDIBLE * math.sqrt(believed_variance(g, i)):
                 absorb_hold(g, i, ln_u, SCATTER * SCATTER)
         g.release.shift[i] = 0.0
 
@@ -152,7 +151,7 @@ def let_go(g: GraspMemory, i: int, dt: float, margin: float, touching: bool) -> 
         z = (ln_u - mean) / std
         worth = max(math.exp(mean - counted) - 1.0 - WORTH, 0.0)
         ratio = 2.5066282746310002 * upper_tail(z) * math.exp(0.5 * z * z) if z < 6.0 else 1.0 / z
-        most = mean + REACH * std
+        most = mean + CREDIBLE * std
         rate = min(worth / (COST * g.belief.fingers) * std * ratio, FAST_RELEASE)
     elif p < WORTH_PROVING or rise_needed(g, dt) > BLIND:
         return

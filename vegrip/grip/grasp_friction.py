@@ -115,7 +115,7 @@ class GraspFriction:
         g, i = self.memory, self._places[finger]
         if found := self.suspicion(finger):
             return found
-        if math.isnan(g.slip.says[i]):
+        if math.isnan(g.slip.says[i]) and math.isnan(g.slip.says[BELIEF_MOST + i]):
             return f"{finger} does not feel slip"
         if sound_channel(g, i) < SURE:
             return f"the slip channel of {finger} has not told a slide yet, and may be dead"

@@ -53,6 +53,7 @@ SCATTER = 0.1  # std of ln mu from one slide to the next
 TOGETHER = 0.5  # probability that a finger slides with another one: the object does, or that one alone
 CHANGED = 0.02  # probability that friction is not what was believed when a channel says slip
 HELD_RISE = 5.0  # [1/s] of ln u, faster than which nothing is shown to hold: it may be a wrong value
+CREDIBLE = 2.0  # standard deviations above the mean of friction, beyond which a load that held may be wrong
 HELD_TIME = 10.0  # [s] in which ln u that was held falls by one
 SMOOTHING = 0.01  # [s] of the utilisation: its noise is that of one sample
 SURE, UNSURE = 0.95, 0.05  # probability from which on a hypothesis is acted on, and below which it is not
@@ -182,6 +183,7 @@ def follow_utilisation(
     remember(g, i, dt, min(max(p, CHANGED * stays, FALSE), SURE), w, stays)
     if g.slip.slides[i] < 0.5:
         rises = w if begins else min(w, g.slip.shown[i] + HELD_RISE * dt)
+        rises = min(rises, g.belief.mean[i] + CREDIBLE * std)
         g.slip.shown[i] = rises
         g.slip.held[i] = max(g.slip.held[i] - dt / HELD_TIME, rises)
 

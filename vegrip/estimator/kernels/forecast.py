@@ -14,7 +14,7 @@ from vegrip.estimator.kernels.load_law import *
 from vegrip.estimator.kernels.load_loss import load_to_hold
 from vegrip.estimator.kernels.report import upper_gauge
 from vegrip.estimator.kernels.slip_probability import onset_probability
-from vegrip.estimator.kernels.state import copy_state, put_learned
+from vegrip.estimator.kernels.state import DEEPEST, copy_state, put_learned
 
 Load = tuple[float, float]
 """Tangential force [N] and torque [N m], both not negative."""
@@ -26,7 +26,6 @@ FIRST = 1e-3  # [s] of the first look ahead
 GROWTH = 0.5  # each later one is so much farther ahead
 LAST = 2e4  # [s]
 OPEN = -1.0  # for a time that is not known yet
-DEEPEST = 3.0  # tip radii; the force there is 5 times that at one, which a stiffness that is a guess may miss
 PARTS = (0.1, 0.25, 0.5, 1.0)  # of the horizon, where the least force looks
 
 

@@ -4,6 +4,8 @@ import math
 
 from vegrip.estimator.kernels.generated import *
 
+DEEPEST = 3.0  # tip radii; the force there is 5 times that at one, which a stiffness that is a guess may miss
+
 
 def clear_section(m: Floats, start: int, end: int) -> None:
     """Set a section to zero."""
@@ -52,7 +54,7 @@ def bound_state(m: Floats) -> None:
     """Keep the state where the model makes sense."""
     y = Y0
     R = m.set.tip_radius
-    m[y + DELTA] = min(max(m[y + DELTA], -100.0 * R), R)
+    m[y + DELTA] = min(max(m[y + DELTA], -100.0 * R), DEEPEST * R)
     for j in range(LEARNED_FROM, M):
         m[y + j] = min(max(m[y + j], m.low[j]), m.high[j])
 

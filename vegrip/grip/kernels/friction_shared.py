@@ -50,7 +50,7 @@ def screen_slip(f: Floats, g: GraspMemory, i: int, dt: float) -> None:
     f.shared.flag, f.shared.speed = f.state.slip, abs(f.state.slip_speed)
     hear_slip(g, i, dt, f.shared.flag, f.shared.speed)
     slides = g.slip.slides[i]
-    if not math.isnan(f.state.slip):
+    if f.state.slip <= 0.0 or f.state.slip >= 1.0:
         quiet = 0.0 if sound_channel(g, i) > UNSURE and slides < 0.5 else UNKNOWN_SLIP
         f.state.slip = 1.0 if slides >= SURE else quiet
 
