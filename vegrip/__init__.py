@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from vegrip.effects import Effect
-    from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+    from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise, Sensors
     from vegrip.grip.controller import GripController
     from vegrip.grip.settings import ControlSettings
     from vegrip.identification.compare import compare
@@ -53,6 +53,7 @@ _PLACES = {
     "ModelHealth": "vegrip.messages",
     "NodeStatus": "vegrip.messages",
     "SensorNoise": "vegrip.estimator",
+    "Sensors": "vegrip.estimator",
     "SlipMargin": "vegrip.messages",
     "compare": "vegrip.identification.compare",
     "diagnose": "vegrip.identification.diagnosis",
@@ -83,6 +84,7 @@ __all__ = [
     "ModelHealth",
     "NodeStatus",
     "SensorNoise",
+    "Sensors",
     "SlipMargin",
     "__version__",
     "compare",

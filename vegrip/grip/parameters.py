@@ -8,7 +8,7 @@ from typing import Any
 
 from vegrip.config import build, fixed_parameter, parameter
 from vegrip.errors import ConfigError
-from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise, Sensors
 from vegrip.estimator.layout import friction_symbol
 from vegrip.grip.learned_store import InMemory, OnDisk
 from vegrip.grip.settings import ControlSettings
@@ -39,6 +39,7 @@ class GraspParameters(ControlSettings):
     tip: TipParameters = fixed_parameter(TipParameters(), doc="every fingertip")
     tips: dict[str, Any] = fixed_parameter({}, doc="what is different at a finger, by its name")
     noise: SensorNoise = fixed_parameter(SensorNoise(), doc="of the sensors")
+    sensors: Sensors = fixed_parameter(Sensors(), doc="gains of the sensors")
     estimator: EstimatorSettings = fixed_parameter(EstimatorSettings(), doc="the estimator")
     suspects: bool = fixed_parameter(
         True, doc="look for the effect that a failing model lacks, in a process of low priority"
@@ -61,6 +62,12 @@ def estimator_factory(
     if unknown:
         raise ConfigError(
             f"{where}: 'tips' has {', '.join(sorted(unknown))}; the fingers are {', '.join(fingers)}"
+        )
+
+    odd = parameters.sensors.fingers.keys() - tips.keys()
+    if odd:
+        raise ConfigError(
+            f"{where}: 'sensors.fingers' has {', '.join(sorted(odd))}; the fingers are {', '.join(fingers)}"
         )
 
     def make(finger: str) -> ContactEstimator:
