@@ -24,8 +24,8 @@ class SensorNoise:
 class Sensors:
     """By how much sensors read wrong in proportion: ``read = gain * true``.
 
-    A known weight that is lifted measures it (:mod:`vegrip.identification.lifted_weight`). Two silicone pads
-    read 0.81 to 0.95 of the weight that they held (robertburk/ME_THESIS_ROBERT_BURKE at 6575ffb).
+    A weight that is lifted measures it (:mod:`vegrip.identification.tangential_gain`). Two silicone pads read
+    0.81 to 0.95 of the weight that they held (robertburk/ME_THESIS_ROBERT_BURKE at 6575ffb).
     """
 
     tangential_gain: float = fixed_parameter(
