@@ -1,4 +1,4 @@
-"""``vegrip calibrate --weight``: from every kind of recording, into launch file or map; every mistake said."""
+"""``vegrip calibrate --weight``: from any kind of recording, into launch file or map, every mistake said."""
 
 import json
 import tomllib

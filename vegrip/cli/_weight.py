@@ -185,7 +185,7 @@ def _print(found: "TangentialGain", assumed: list[str], launch: Path | None) -> 
     lifts = f"{found.lifts} lift{'s' if found.lifts > 1 else ''}"
     console.print(
         f"tangential forces read {found.common.meaning}: gain {found.common} of the sum of "
-        f"{' and '.join(found.fingers)} ({lifts}, still for {found.seconds:.1f} s)",
+        f"{', '.join(found.fingers)} ({lifts}, still for {found.seconds:.1f} s)",
         style="bold",
     )
     for name, gain in found.fingers.items():

@@ -132,19 +132,22 @@ def tangential_gain(names: Sequence[str], holds: Sequence[Hold]) -> TangentialGa
         ),
         sum(hold.duration for hold in holds),
     )
-    _check("the tangential forces together", found.common)
+    doubt = (
+        "" if all(hold.is_zeroed_in_air for hold in holds) else "; and begin with open fingers, for the zeros"
+    )
+    _check("the tangential forces together", found.common, doubt)
     if told_apart:
         for name, gain in fingers.items():
-            _check(f"the tangential force of {name}", gain)
+            _check(f"the tangential force of {name}", gain, doubt)
     return found
 
 
-def _check(what: str, gain: Gain) -> None:
+def _check(what: str, gain: Gain, doubt: str) -> None:
     bounds = declaration(Sensors, "tangential_gain")
     if not bounds.low <= gain.value <= bounds.high:
         raise InputError(
             f"{what} read {gain.value:.2g} times the weight, and a gain lies in {bounds.low:g} .. "
-            f"{bounds.high:g}: look at the weight, and at the unit of the channels"
+            f"{bounds.high:g}: look at the weight, and at the unit of the channels{doubt}"
         )
 
 
