@@ -21,6 +21,7 @@ from vegrip.errors import UsageError, suggestion
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger, Place, Wanted
+from vegrip.grip.force_limit import ForceLimit, against_thumb
 from vegrip.grip.grasp_friction import share_friction
 from vegrip.grip.joint_confidence import each_confidence
 from vegrip.grip.known_objects import ObjectFriction
@@ -77,6 +78,8 @@ class GripController:
         self._settings = self._derived(settings or ControlSettings())
         self._known_object = known_object
         self._share_of = make_share(self._settings, self.names)
+        self.force_limit = ForceLimit(self._shares)
+        """Whether the largest force suffices, looked at with every report."""
         self._lines: Mapping[str, Line] = {}
         self._mode = ""
         self._now = 0  # [ns] of the last step
@@ -119,8 +122,12 @@ class GripController:
         return self._finger_called(finger).margin(self._now)
 
     def health(self, finger: str) -> messages.ModelHealth:
-        """Return whether the model explains what ``finger`` measures; errors as of :meth:`contact`."""
-        return self.friction.name_suspect(self._finger_called(finger).health(self._now))
+        """Return whether the model explains what ``finger`` measures; errors as of :meth:`contact`.
+
+        And whether ``limits.max_force`` suffices for it, or soon may not (``limit``).
+        """
+        health = self.friction.name_suspect(self._finger_called(finger).health(self._now))
+        return replace(health, limit=self.force_limit.state(finger))
 
     def drive_lag(self, finger: str) -> float:
         """Return the measured lag [s] of the force of ``finger`` behind what it needs; NaN: not known.
@@ -184,7 +191,12 @@ class GripController:
         return self.commands([finger], now) if self.fingers[finger].watch(now) else []
 
     def reports(self, finger: str, now: int) -> Iterator[messages.Message]:
-        return self.fingers[finger].reports(now)
+        self.force_limit.look(self.fingers, self._settings.limits.max_force, now)
+        for report in self.fingers[finger].reports(now):
+            if isinstance(report, messages.ModelHealth):
+                yield replace(report, limit=self.force_limit.state(finger))
+            else:
+                yield report
 
     def ride_out(self, now: int) -> list[messages.ForceCommand]:
         """Renew commands without the estimators: hold, then ramp to the fail-safe grip."""
@@ -236,6 +248,11 @@ class GripController:
         needs = {other.name: other.need for other in self.fingers.values()}
         started = {name: need for name, need in needs.items() if not math.isnan(need)}
         return self._share_of(started).get(finger.name, 0.0)
+
+    def _shares(self, needs: Mapping[str, float]) -> Mapping[str, float]:
+        """Return what each finger presses with [N] where these are the ``needs``."""
+        share = self._share_of
+        return share(needs) if share is not None else against_thumb(needs, self._settings.thumb)
 
     def _finger_called(self, name: str) -> GraspFinger:
         if name not in self.fingers:

@@ -31,6 +31,7 @@ from vegrip.messages import (
     ContactEstimate,
     FingertipState,
     ForceCommand,
+    GraspPhase,
     GraspStatus,
     Message,
     ModelHealth,
@@ -39,6 +40,8 @@ from vegrip.messages import (
 from vegrip.runtime import NodeBase
 from vegrip.runtime.node import OfLoop
 from vegrip.transport.codec.frame_codec import Line
+
+LETTING_GO = (GraspPhase.RELEASING, GraspPhase.RELEASED)
 
 
 class GraspForce(NodeBase):
@@ -75,6 +78,7 @@ class GraspForce(NodeBase):
         self.controller: GripController | None = None
         """What grips; None until the node is configured."""
         self._names = tuple(fingers)
+        self._logger = logging.getLogger(f"vegrip.{name}")
         self._action = GraspAction(name, self._names, settings.thumb)
         self._model_swap: ModelSwap | None = None
         self._lines: Mapping[str, Line] = {}
@@ -139,6 +143,8 @@ class GraspForce(NodeBase):
         return replace(self._parameters, limits=self._action.limits(self._parameters.limits))
 
     def _bound(self) -> None:
+        if self.controller is not None:
+            self.controller.force_limit.is_letting_go = self._action.phase in LETTING_GO
         if (
             self.controller is not None
             and (settings := self._bounded()).limits != self.controller.settings.limits
@@ -174,7 +180,7 @@ class GraspForce(NodeBase):
             known_object=self._known_object,
         )  # fmt: skip
         if taken := describe_derived(self.parameters.grip, len(self._names)):
-            logging.getLogger(f"vegrip.{self.name}").info("%s", taken)
+            self._logger.info("%s", taken)
         self.run_compiled(self._lines, self._kernel_mode)
 
     def activate(self) -> None:
@@ -383,6 +389,7 @@ class GraspForce(NodeBase):
         for report in controller.reports(finger.name, now):
             yield self._with_suspects(report, controller)
         if looks:
+            controller.force_limit.tell(self._logger, controller.settings.limits.max_force)
             self._tell_probing(controller)
             self._drive_log.tell(finger.name, controller.friction, self.parameters.grip)
         # last, so that a state that has come meanwhile need not wait for it
@@ -423,8 +430,7 @@ class GraspForce(NodeBase):
         why = friction.why_not_probing
         if why != self._why_not_probing:
             self._why_not_probing = why
-            logger = logging.getLogger(f"vegrip.{self.name}")
             if why:
-                logger.warning("friction is not probed: %s", why)
+                self._logger.warning("friction is not probed: %s", why)
             else:
-                logger.info("friction is probed again")
+                self._logger.info("friction is probed again")
