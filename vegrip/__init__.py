@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from vegrip.effects import Effect
     from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise, Sensors
     from vegrip.grip.controller import GripController
+    from vegrip.grip.safety import LimitSettings
     from vegrip.grip.settings import ControlSettings
     from vegrip.identification.compare import compare
     from vegrip.identification.diagnosis import diagnose
@@ -50,6 +51,7 @@ _PLACES = {
     "GraspStatus": "vegrip.messages",
     "GripController": "vegrip.grip.controller",
     "LearnedParameter": "vegrip.messages",
+    "LimitSettings": "vegrip.grip.safety",
     "ModelHealth": "vegrip.messages",
     "NodeStatus": "vegrip.messages",
     "SensorNoise": "vegrip.estimator",
@@ -81,6 +83,7 @@ __all__ = [
     "GraspStatus",
     "GripController",
     "LearnedParameter",
+    "LimitSettings",
     "ModelHealth",
     "NodeStatus",
     "SensorNoise",

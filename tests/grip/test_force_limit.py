@@ -6,12 +6,16 @@ import math
 from collections.abc import Callable
 
 import pytest
+from vegrip.nodes.grasp_force import build
 
+from tests.grip.conftest import ConeEstimator
+from vegrip.grip.controller import GripController
 from vegrip.grip.force_limit import against_thumb
 from vegrip.grip.node import GraspForce
 from vegrip.grip.safety import LimitSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import FingertipState, ForceCommand, ModelHealth, Reason
+from vegrip.runtime import NodeContext
 
 MakeNode = Callable[..., GraspForce]
 MakeState = Callable[..., FingertipState]
@@ -137,3 +141,52 @@ def test_the_thumb_is_looked_at_with_what_the_others_press(make_node: MakeNode, 
 )
 def test_the_thumb_carries_what_the_others_press(needs: dict[str, float], shares: dict[str, float]) -> None:
     assert against_thumb(needs, "thumb") == pytest.approx(shares)
+
+
+UNSTATED = "limits.max_force is 15 N because none is stated: state what fingers and object bear"
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        (None, [UNSTATED]),
+        (ControlSettings(thumb=""), [UNSTATED]),
+        (ControlSettings(limits=LimitSettings(max_force=15.0)), []),
+        (ControlSettings(limits=LimitSettings(max_force=8.0)), []),
+    ],
+)
+def test_a_limit_that_nobody_stated_is_said_once_by_a_controller_in_use(
+    caplog: pytest.LogCaptureFixture, settings: ControlSettings | None, said: list[str]
+) -> None:
+    hand = GripController(("index",), settings=settings, make_estimator=ConeEstimator)
+    for count in range(1, 4):
+        hand.step([], count * PERIOD)
+    assert warnings(caplog) == said
+    assert hand.settings.limits.max_force == (8.0 if settings and settings.limits.max_force == 8.0 else 15.0)
+
+
+@pytest.mark.parametrize(
+    ("stated", "said"),
+    [
+        ({}, [f"{UNSTATED}, in the launch file or in [limits] of a map"]),
+        ({"limits": {"max_force": 15.0}}, []),
+    ],
+)
+def test_a_limit_that_nobody_stated_is_said_once_by_a_node(
+    caplog: pytest.LogCaptureFixture, stated: dict[str, object], said: list[str]
+) -> None:
+    node = build({**stated, "suspects": False}, NodeContext("/grasp", "", ("index",)))
+    node.configure()
+    node.activate()
+    assert warnings(caplog) == said
+
+
+def test_a_controller_without_a_node_foresees_too() -> None:
+    hand = GripController(("index",), settings=ALONE, make_estimator=ConeEstimator)
+    for count in range(1, 500):
+        values = {"normal_force": 3.0 + 1e-3 * math.sin(count), "tangential_force_x": 8.0 * WANTED}
+        state = FingertipState(
+            count * PERIOD, "index", count, **values, tangential_force_y=0.0, displacement=1e-3
+        )
+        hand.step([state], count * PERIOD)
+    assert hand.health("index").limit == "near"

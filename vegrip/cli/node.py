@@ -48,7 +48,7 @@ def configured(
     name: str, config: Path | None, namespace: str | None, as_name: str | None, values: list[str]
 ) -> Any:
     """Return the configuration of a node: that of the launch file, then what the command line says."""
-    from vegrip.runtime.launch_file import NodeConfig
+    from vegrip.runtime.launch_file import NodeConfig, with_map
     from vegrip.runtime.node import find_program
 
     base = _from_file(config, name) if config is not None else NodeConfig(program=name)
@@ -58,7 +58,9 @@ def configured(
     for assignment in values:
         assigned(table, assignment)
     find_program(table["program"])
-    return build(NodeConfig, table, f"node {name}")
+    made = build(NodeConfig, table, f"node {name}")
+    is_new = made.transport.get("map") != base.transport.get("map")
+    return with_map(Path(), made) if is_new else made
 
 
 def _from_file(config: Path, name: str) -> Any:

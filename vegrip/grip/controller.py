@@ -11,6 +11,7 @@ of the grasp, fail-safe, limits, renewal of commands before they expire. The nod
 (:class:`~vegrip.grip.node.GraspForce`) is this controller with a lifecycle around it.
 """
 
+import logging
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -25,6 +26,7 @@ from vegrip.grip.force_limit import ForceLimit, against_thumb
 from vegrip.grip.grasp_friction import share_friction
 from vegrip.grip.joint_confidence import each_confidence
 from vegrip.grip.known_objects import ObjectFriction
+from vegrip.grip.safety import USUAL_LIMITS, limit_not_stated
 from vegrip.grip.settings import ControlSettings, make_share
 from vegrip.grip.slip_table import derive_grip
 from vegrip.model import ContactModel
@@ -47,7 +49,8 @@ class GripController:
         fingers: their names.
         model: of every fingertip, or of each by its name.
         noise: of the sensors; the default is that of :class:`~vegrip.estimator.SensorNoise`.
-        settings: how the grasp is controlled.
+        settings: how the grasp is controlled; state the largest force that fingers and object bear,
+            ``ControlSettings(limits=LimitSettings(max_force=8.0))``, or it is 15 N, which is logged.
         estimator: how the estimators behave.
         make_estimator: gives the estimator of a finger, instead of ``model``, ``noise`` and ``estimator``.
         known_object: gives what former grasps have learned of the object, asked at every beginning; see
@@ -75,6 +78,7 @@ class GripController:
         self.rejected: Counter[str] = Counter()
         """States that were not for a finger of this hand, counted by name."""
         self._make_estimator = make_estimator or _from_models(self.names, model, noise, estimator)
+        self._limit_is_unstated = settings is None or settings.limits is USUAL_LIMITS
         self._settings = self._derived(settings or ControlSettings())
         self._known_object = known_object
         self._share_of = make_share(self._settings, self.names)
@@ -92,6 +96,9 @@ class GripController:
         One command for each finger of which a state came, and one for each whose last command would else
         expire: call it also when nothing came. A finger is commanded from its first state on.
         """
+        if self._limit_is_unstated:
+            self._limit_is_unstated = False
+            logging.getLogger("vegrip.grip").warning("%s", limit_not_stated(self._settings.limits))
         self._now = max(self._now, now)
         heard: dict[str, None] = {}
         for state in states:

@@ -22,6 +22,7 @@ from vegrip.grip.grasp_action import GraspAction, GraspGoal, ReleaseGoal
 from vegrip.grip.known_objects import KnownObjects, ObjectFriction
 from vegrip.grip.learned_store import InMemory
 from vegrip.grip.model_swap import ModelSwap
+from vegrip.grip.safety import limit_not_stated
 from vegrip.grip.settings import ControlSettings, make_share
 from vegrip.grip.slip_table import describe_derived
 from vegrip.grip.wires import COMMANDED, LEFT_ALONE, REPORT
@@ -80,6 +81,8 @@ class GraspForce(NodeBase):
         self._names = tuple(fingers)
         self._logger = logging.getLogger(f"vegrip.{name}")
         self._action = GraspAction(name, self._names, settings.thumb)
+        self.limit_is_stated = True
+        """Whether the launch file or a map states ``limits.max_force``; else it is said."""
         self._model_swap: ModelSwap | None = None
         self._lines: Mapping[str, Line] = {}
         self._kernel_mode = ""
@@ -179,6 +182,10 @@ class GraspForce(NodeBase):
             self._names, settings=self._bounded(), make_estimator=self._new_estimator,
             known_object=self._known_object,
         )  # fmt: skip
+        if not self.limit_is_stated:
+            self._logger.warning(
+                "%s, in the launch file or in [limits] of a map", limit_not_stated(self._parameters.limits)
+            )
         if taken := describe_derived(self.parameters.grip, len(self._names)):
             self._logger.info("%s", taken)
         self.run_compiled(self._lines, self._kernel_mode)
