@@ -55,12 +55,12 @@ def configured(
     table = {f.name: getattr(base, f.name) for f in dataclasses.fields(base)}
     table["loop"] = dataclasses.asdict(base.loop)
     table |= {key: value for key, value in (("namespace", namespace), ("name", as_name)) if value is not None}
+    before = base.transport.get("map")
     for assignment in values:
         assigned(table, assignment)
     find_program(table["program"])
     made = build(NodeConfig, table, f"node {name}")
-    is_new = made.transport.get("map") != base.transport.get("map")
-    return with_map(Path(), made) if is_new else made
+    return with_map(Path(), made) if made.transport.get("map") != before else made
 
 
 def _from_file(config: Path, name: str) -> Any:

@@ -3,6 +3,7 @@
 import pytest
 from hands import PLAIN_DBC, PLAIN_MAP, written
 
+from vegrip.cli.node import configured
 from vegrip.transport.mapped.largest_force import largest_force
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.price import price, settings
@@ -77,6 +78,14 @@ def test_what_the_map_states_goes_before_what_follows_from_it(tmp_path):
     assert settings(plan)["limits"] == {"max_force": 9.0}
     assert settings(plan)["sensors"] == {"tangential_gain": 0.93}
     assert "limits.max_force is 9.0 N, as the map states" in price(plan)
+
+
+def test_a_node_that_is_started_with_a_map_has_what_the_map_gives_and_its_own_goes_before(tmp_path):
+    path = written(tmp_path, PLAIN_DBC, PLAIN_MAP)
+    asked = [f"transport.map={path}"]
+    assert configured("grasp_force", None, None, None, asked).parameters["limits"] == {"max_force": 50.0}
+    asked.append("parameters.limits.max_force=9.0")
+    assert configured("grasp_force", None, None, None, asked).parameters["limits"] == {"max_force": 9.0}
 
 
 def test_without_a_command_no_limit_is_spoken_of(tmp_path):
