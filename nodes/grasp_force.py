@@ -39,4 +39,5 @@ def build(settings: Mapping[str, Any], context: NodeContext) -> GraspForce:
     )
     node = GraspForce(context.name, fingers, factory(parameters), parameters, store, swap, diagnoser)
     node.lacking = lacking
+    node.limit_is_stated = "max_force" in settings.get("limits", {})
     return node

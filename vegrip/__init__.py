@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from vegrip.effects import Effect
-    from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+    from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise, Sensors
     from vegrip.grip.controller import GripController
+    from vegrip.grip.safety import LimitSettings
     from vegrip.grip.settings import ControlSettings
     from vegrip.identification.compare import compare
     from vegrip.identification.diagnosis import diagnose
@@ -50,9 +51,11 @@ _PLACES = {
     "GraspStatus": "vegrip.messages",
     "GripController": "vegrip.grip.controller",
     "LearnedParameter": "vegrip.messages",
+    "LimitSettings": "vegrip.grip.safety",
     "ModelHealth": "vegrip.messages",
     "NodeStatus": "vegrip.messages",
     "SensorNoise": "vegrip.estimator",
+    "Sensors": "vegrip.estimator",
     "SlipMargin": "vegrip.messages",
     "compare": "vegrip.identification.compare",
     "diagnose": "vegrip.identification.diagnosis",
@@ -80,9 +83,11 @@ __all__ = [
     "GraspStatus",
     "GripController",
     "LearnedParameter",
+    "LimitSettings",
     "ModelHealth",
     "NodeStatus",
     "SensorNoise",
+    "Sensors",
     "SlipMargin",
     "__version__",
     "compare",

@@ -187,6 +187,10 @@ PROBED = "probed"
 """Force is let go of slowly on purpose, to learn friction: see :attr:`ModelHealth.friction`."""
 KNOWN = "known"
 """No more is held than the friction that was learned asks for."""
+LIMIT_NEAR = "near"
+"""A load half as large again, or one that grows on, needs more than ``limits.max_force``."""
+LIMIT_REACHED = "reached"
+"""More is needed than ``limits.max_force``: the margin is not kept, see :attr:`ModelHealth.limit`."""
 BEYOND_FIT = "beyond"
 """The channel is beyond the range over which the model was fitted: see :attr:`ModelHealth.regime`."""
 
@@ -206,6 +210,7 @@ class ModelHealth:
     suspect: str = ""  # leading missing effect, "" = not known
     rejected: int = 0  # measurements refused by the outlier gate since activation
     friction: str = ""  # what the grip counts on: PROBED, KNOWN, "" = what is usual
+    limit: str = ""  # whether the largest force suffices: LIMIT_NEAR, LIMIT_REACHED, "" = it does
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,8 @@ import vegrip
 # ---------------------------------------------------------------------------------------------------------
 fingertip = vegrip.paper_model(tip_radius=8e-3)  # or vegrip.read_model(Path("my_fingertip.toml"))
 noise = vegrip.SensorNoise(normal_force=0.01, displacement=5e-6)
-hand = vegrip.GripController(("index",), model=fingertip, noise=noise)
+settings = vegrip.ControlSettings(limits=vegrip.LimitSettings(max_force=8.0))  # [N] that tip and object bear
+hand = vegrip.GripController(("index",), model=fingertip, noise=noise, settings=settings)
 
 
 def control_step(sensed: list[vegrip.FingertipState], now: int) -> list[vegrip.ForceCommand]:

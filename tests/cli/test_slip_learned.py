@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from vegrip.cli import main
-from vegrip.cli.calibrate import write_friction
+from vegrip.cli._written_settings import write_settings
 from vegrip.errors import InputError
 from vegrip.grip.friction_settings import COARSEST_CREEP_M_S
 from vegrip.identification.calibration.session import Calibration, judge, load, save, usual_limits
@@ -107,7 +107,7 @@ def test_a_launch_file_gets_what_was_measured_and_keeps_every_other_line(folder,
     text = (LAUNCH / name).read_text()
     (folder / name).write_text(text)
     for figures in ({**LEARNED, "slip_delay": 0.5}, LEARNED):  # the second replaces the first
-        write_friction(folder / name, figures, "measured")
+        write_settings(folder / name, "friction", figures, "measured")
     changed = (folder / name).read_text()
     before, after = tomllib.loads(text), tomllib.loads(changed)
     (grasp,) = [one for one in after["node"] if one["program"] == "grasp_force"]
@@ -123,7 +123,7 @@ def test_a_launch_file_gets_what_was_measured_and_keeps_every_other_line(folder,
 def test_a_map_gets_what_was_measured(capsys):
     log(DBC)
     connected(capsys)
-    write_friction(Path("h.toml"), LEARNED, "measured")
+    write_settings(Path("h.toml"), "friction", LEARNED, "measured")
     assert tomllib.loads(Path("h.toml").read_text())["friction"] == LEARNED
 
 
@@ -131,7 +131,7 @@ def test_a_map_gets_what_was_measured(capsys):
 def test_a_launch_file_that_cannot_be_added_to_is_refused_with_the_lines_to_write(folder, text):
     (folder / "x.toml").write_text(text)
     with pytest.raises(InputError, match=r"parameters\.friction\.slip_delay = 0\.02"):
-        write_friction(folder / "x.toml", LEARNED, "measured")
+        write_settings(folder / "x.toml", "friction", LEARNED, "measured")
     assert (folder / "x.toml").read_text() == text
 
 

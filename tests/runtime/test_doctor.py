@@ -3,10 +3,12 @@
 import json
 import shutil
 from collections import namedtuple
+from pathlib import Path
 
 import pytest
 
 from vegrip.cli import main
+from vegrip.grip.settings import ControlSettings
 from vegrip.host.realtime import Permission
 from vegrip.runtime import doctor
 from vegrip.runtime.doctor import Grade, examine, fail, ok, warn, worst
@@ -173,3 +175,52 @@ def test_json_and_exit_code_agree(capsys):
     told = json.loads(capsys.readouterr().out)
     assert code == (4 if told["grade"] == "fail" else 0)
     assert {finding["grade"] for finding in told["findings"]} <= {"ok", "warn", "fail"}
+
+
+PLAIN = """[[node]]
+program = "grasp_force"
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "grade", "said"),
+    [
+        (PLAIN, Grade.WARN, f"so it is {ControlSettings().limits.max_force:g} N"),
+        (PLAIN + "parameters.limits.max_force = 8.0\n", Grade.OK, "limits.max_force is 8.0 N"),
+        (PLAIN + 'transport = { kind = "can", map = "hand.toml" }\n', Grade.OK, "is 12.0 N, by "),
+        (
+            PLAIN + 'transport = { kind = "can", map = "hand.toml" }\nparameters.limits.max_force = 8.0\n',
+            Grade.OK,
+            "limits.max_force is 8.0 N",
+        ),
+    ],
+)
+def test_what_bounds_a_grip_is_told_of_a_launch_file(tmp_path, text, grade, said):
+    (tmp_path / "own.dbc").write_text(
+        'VERSION ""\nBU_: X\nBO_ 5 Tip: 8 X\n SG_ Fz : 0|16@1- (0.01,0) [-12|12] "N" X\n'
+        'BO_ 6 Set: 8 X\n SG_ F : 0|16@1+ (0.01,0) [0|20] "N" X\n'
+    )
+    (tmp_path / "hand.toml").write_text(
+        'database = "own.dbc"\n[fingers.thumb]\nnormal_force = { signal = "Tip.Fz" }\n'
+        'command = { signal = "Set.F" }\n'
+    )
+    (tmp_path / "launch.toml").write_text(text)
+    (found,) = doctor.largest_forces(tmp_path / "launch.toml")
+    assert found.grade is grade
+    assert said in found.text
+    assert bool(found.remedy) is (grade is Grade.WARN)
+
+
+def test_every_launch_file_of_ours_states_the_largest_force():
+    paths = sorted((Path(__file__).parents[2] / "launch").glob("*.toml"))
+    found = [each for path in paths for each in doctor.largest_forces(path)]
+    assert len(found) >= len(paths) == 5
+    assert {each.grade for each in found} == {Grade.OK}
+
+
+def test_a_launch_file_is_examined_beside_the_machine(capsys):
+    assert main(["doctor", "demo", "--json"]) in (0, 4)
+    told = json.loads(capsys.readouterr().out)["findings"]
+    assert told[-1]["text"] == "limits.max_force is 15.0 N"
+    assert main(["doctor", "no-such-file"]) == 3
+    assert "there is no launch file 'no-such-file'" in capsys.readouterr().err

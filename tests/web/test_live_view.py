@@ -175,6 +175,8 @@ def test_nothing_is_wrong_with_a_hand_that_holds(view: LiveView) -> None:
         (replace(MARGIN, earliest_slip=0.4), "may slip within"),
         (replace(COMMAND, reason=Reason.SLIP), "slip is felt"),
         (replace(COMMAND, reason=Reason.MAX_LIMIT), "largest force"),
+        (replace(HEALTH, limit="near"), "half as much load again needs more than the largest force"),
+        (replace(HEALTH, limit="reached"), "more is needed than the largest force"),
         (replace(HEALTH, condition=Condition.FROZEN), "frozen"),
         (
             replace(HEALTH, consistent=False, channel="normal_force", regime="hold", suspect="adhesion"),

@@ -1,9 +1,7 @@
 """``vegrip calibrate``: a new fingertip, step by step to its model."""
 
-import re
 import shlex
 import sys
-from collections.abc import Mapping
 from math import isclose
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,9 +10,10 @@ import typer
 
 from vegrip.cli._options import JSON, OPENS, PORT
 from vegrip.cli._terminal import announce_page, answer, figures, printer, progress
-from vegrip.config import parse_toml, toml_value
+from vegrip.cli._weight import weigh
+from vegrip.cli._written_settings import write_settings
 from vegrip.errors import InputError, UsageError, VegripError
-from vegrip.whole_file import write_whole, writing
+from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,14 +22,14 @@ if TYPE_CHECKING:
     from vegrip.identification.calibration.session import Calibration, Ended, Standing
     from vegrip.identification.experiment.design_space import RigLimits
 
-FRICTION_PLACES = (
-    ("[node.parameters.friction]", ""),
-    ("[node.parameters]", "friction."),
-    ("", "parameters.friction."),
-)
-"""Headers within the [[node]], and what stands before a key of ``friction`` below them."""
 MAX_ROUNDS = 2  # an end may find effects that ask for further trials
-FOLDER = Annotated[Path, typer.Argument(help="Keeps everything; made when absent, gone on with when there.")]
+FOLDERS = Annotated[
+    list[Path] | None,
+    typer.Argument(
+        help="Keeps everything; made when absent, gone on with when there. With --weight: recordings of "
+        "lifts, or with --node the folder that keeps one."
+    ),
+]
 RADIUS = Annotated[str, typer.Option("--radius", help="Of the fingertip, e.g. '9 mm'; asked for at first.")]
 TAKE = Annotated[
     Path | None, typer.Option("--take", metavar="RECORDING", help="The recording of the trial asked for.")
@@ -46,8 +45,19 @@ END = Annotated[bool, typer.Option("--end", help="Look for missing effects, writ
 LAUNCH = Annotated[
     Path | None,
     typer.Option(
-        help="With --end: launch file, or map, to write how slip is felt into: learning is then on."
+        help="Launch file, or map, to write into: with --end how slip is felt, so that learning is on; with "
+        "--weight the gain."
     ),
+]
+WEIGHT = Annotated[
+    list[str] | None,
+    typer.Option("--weight", help="Measure tangential gains: of a lifted weight, e.g. 0.5 [kg] or '500 g'."),
+]
+SECONDS = Annotated[
+    float, typer.Option(min=2.0, max=600.0, help="With --weight and --node: how long is recorded [s].")
+]
+HAND = Annotated[
+    Path | None, typer.Option("--map", help="With --weight: map of the hand of a CAN log, or launch file.")
 ]
 LIMITS = Annotated[
     Path | None, typer.Option("--limits", metavar="TOML", help="depth, force, speed, ... of the rig in SI.")
@@ -64,7 +74,7 @@ WEB = Annotated[bool, typer.Option("--web", help="Guide on a page in the browser
 
 
 def calibrate(
-    folder: FOLDER,
+    folders: FOLDERS = None,
     radius: RADIUS = "",
     take: TAKE = None,
     kind: KIND = "",
@@ -74,6 +84,9 @@ def calibrate(
     drop: DROP = 0,
     end: END = False,
     launch: LAUNCH = None,
+    weight: WEIGHT = None,
+    seconds: SECONDS = 15.0,
+    hand: HAND = None,
     limits: LIMITS = None,
     depth: DEPTH = None,
     normal_force: MOST_FORCE = None,
@@ -93,7 +106,25 @@ def calibrate(
     the model lacks and writes model, errors and a report into FOLDER. Started again it goes on.
 
     Example: vegrip calibrate tip --radius '9 mm'
+
+    --weight tells from a weight that is lifted by how much tangential forces read wrong: open the fingers,
+    lift it, and hold it still for three seconds, live (--node) or in a recording.
+
+    Example of it: vegrip sample lift && vegrip calibrate lift --weight 0.5
     """
+    others: dict[str, object] = {
+        "--radius": radius,
+        "--take": take,
+        "--kind": kind,
+        "--drop": drop,
+        "--end": end,
+    }
+    others |= {"--limits": limits, "--web": web, "--virtual": virtual is not None}
+    if weight or hand is not None:
+        _refuse(others if weight else {"--map": hand}, weighs=bool(weight))
+        weigh(folders or [], weight or [], node, seconds, hand, launch, as_json=as_json)
+        return
+    folder = _only(folders or [])
     own = {
         "depth": depth,
         "force": normal_force,
@@ -129,6 +160,19 @@ def calibrate(
         _print_truth(virtual, ended.known)
     if ended is not None:
         _use_slip(ended, launch, folder, say=not as_json)
+
+
+def _refuse(options: dict[str, object], *, weighs: bool) -> None:
+    for name, value in options.items():
+        if value:
+            raise UsageError(f"{name} {'does not go with' if weighs else 'belongs to'} --weight")
+
+
+def _only(folders: list[Path]) -> Path:
+    if len(folders) != 1:
+        given = f"{len(folders)} are given" if folders else "none is given"
+        raise UsageError(f"name the folder of the calibration, as in: vegrip calibrate tip ({given})")
+    return folders[0]
 
 
 def _opened(
@@ -333,7 +377,7 @@ def _use_slip(ended: "Ended", launch: Path | None, folder: Path, *, say: bool) -
     if launch is not None and not settings:
         raise InputError(f"nothing is written into {launch}: {slip.lacking}")
     if launch is not None:
-        write_friction(launch, settings, f"measured by vegrip calibrate {folder}: {slip.bracket}")
+        write_settings(launch, "friction", settings, f"measured by vegrip calibrate {folder}: {slip.bracket}")
     if not say:
         return
     if not settings:
@@ -388,59 +432,3 @@ def _serve(
         _opened(folder, radius, limits, own, None)  # what cannot be is refused before a page opens
 
     run(folder, node, port, announce_page("calibration page"), opens=opens)
-
-
-def write_friction(path: Path, settings: Mapping[str, Any], by: str) -> None:
-    """Write ``settings`` as ``friction`` of the grip controller of a launch file, or of a map."""
-    from vegrip.transport.mapped.writer import changed_text
-
-    try:
-        text = path.read_text(encoding="utf-8")
-        table = parse_toml(text)
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"{path} cannot be read as a launch file: {error}") from None
-    lines = {key: toml_value(value) for key, value in settings.items()}
-    if "node" in table:
-        text = _in_launch(text, lines, by)
-    else:
-        text = changed_text(text, [(["friction", key], value) for key, value in settings.items()])
-    if not _is_in(text, settings):
-        wanted = ", ".join(f"parameters.friction.{key} = {value}" for key, value in lines.items())
-        raise InputError(
-            f'{path}: has no node with program = "grasp_force" that can be added to; write into yours: '
-            f"{wanted}"
-        )
-    with writing(path):
-        write_whole(path, text)
-
-
-def _is_in(text: str, settings: Mapping[str, Any]) -> bool:
-    try:
-        table = parse_toml(text)
-    except (ValueError, RecursionError):  # parameters in braces, or said twice
-        return False
-    given = [one.get("parameters", {}).get("friction", {}) for one in table.get("node", [])]
-    return any(settings.items() <= one.items() for one in (*given, table.get("friction", {})))
-
-
-def _in_launch(text: str, values: Mapping[str, str], by: str) -> str:
-    lines = text.split("\n")
-    program = next(
-        (n for n, one in enumerate(lines) if re.match(r"""\s*program\s*=\s*["']grasp_force["']""", one)), None
-    )
-    if program is None:
-        return text
-    later = (n for n in range(program, len(lines)) if lines[n].lstrip().startswith("[["))
-    end = next(later, len(lines))
-    for header, prefix in FRICTION_PLACES:
-        at = next(
-            (n for n in range(program, end) if header and lines[n].split("#")[0].strip() == header), None
-        )
-        if at is None and header:
-            continue
-        begin = program if at is None else at
-        keys = "|".join(re.escape(prefix + key) for key in values)
-        kept = [one for one in lines[begin + 1 : end] if not re.match(rf"\s*({keys})\s*=", one)]
-        new = [f"{prefix}{key} = {value} # {by}" for key, value in values.items()]
-        return "\n".join([*lines[: begin + 1], *new, *kept, *lines[end:]])
-    return text

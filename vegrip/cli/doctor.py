@@ -11,6 +11,9 @@ from vegrip.errors import UsageError, suggestion
 
 
 def doctor(
+    file: Annotated[
+        str, typer.Argument(help="Launch file or map, or one of vegrip's own: what bounds its grip, too.")
+    ] = "",
     recordings: Annotated[Path, typer.Option(help="Folder that recordings go to.")] = Path(),
     sensors: Annotated[
         bool, typer.Option("--sensors", help="Say instead what which sensors of a fingertip give you.")
@@ -24,11 +27,12 @@ def doctor(
 
     Each line is ok, warn or fail, with the remedy. The exit code is 0, or 4 if anything fails.
 
-    Example: vegrip doctor
+    Example: vegrip doctor demo
 
     What a hand without tangential forces gets: vegrip doctor --sensors --channels normal_force,displacement
     """
-    from vegrip.runtime.doctor import Grade, examine, worst
+    from vegrip.runtime.doctor import Grade, examine, largest_forces, worst
+    from vegrip.runtime.launch_file import find_launch_file
 
     if sensors or channels:
         _show_sensors(channels, as_json=as_json)
@@ -36,6 +40,8 @@ def doctor(
     if not recordings.is_dir():
         recordings = next(parent for parent in recordings.resolve().parents if parent.is_dir())
     findings = examine(recordings=recordings)
+    if file:
+        findings += largest_forces(find_launch_file(file))
     if as_json:
         told = [
             {"check": f.check, "grade": f.grade.name.lower(), "text": f.text, "remedy": f.remedy}

@@ -48,17 +48,19 @@ def configured(
     name: str, config: Path | None, namespace: str | None, as_name: str | None, values: list[str]
 ) -> Any:
     """Return the configuration of a node: that of the launch file, then what the command line says."""
-    from vegrip.runtime.launch_file import NodeConfig
+    from vegrip.runtime.launch_file import NodeConfig, with_map
     from vegrip.runtime.node import find_program
 
     base = _from_file(config, name) if config is not None else NodeConfig(program=name)
     table = {f.name: getattr(base, f.name) for f in dataclasses.fields(base)}
     table["loop"] = dataclasses.asdict(base.loop)
     table |= {key: value for key, value in (("namespace", namespace), ("name", as_name)) if value is not None}
+    before = base.transport.get("map")
     for assignment in values:
         assigned(table, assignment)
     find_program(table["program"])
-    return build(NodeConfig, table, f"node {name}")
+    made = build(NodeConfig, table, f"node {name}")
+    return with_map(Path(), made) if made.transport.get("map") != before else made
 
 
 def _from_file(config: Path, name: str) -> Any:

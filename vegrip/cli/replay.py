@@ -61,7 +61,9 @@ LOAD = Annotated[
 ]
 MASS = Annotated[
     float | None,
-    typer.Option("--mass", min=0.0, help="With --through: mass that the fingers hold [kg], for --load."),
+    typer.Option(
+        "--mass", min=0.0, help="With --through: mass that the fingers hold [kg], shared evenly, for --load."
+    ),
 ]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", help="With --through: session to write.")]
 PLOT = Annotated[Path | None, typer.Option(help="With --through: picture to draw (needs matplotlib).")]
@@ -119,6 +121,19 @@ class _Load:
 
     force: float | None
     mass: float | None
+
+    def assumed(self, fingers: "dict[str, Recording]") -> str:
+        """Return what is taken of the load of fingers that do not feel theirs, empty where all do."""
+        from vegrip.identification.sensors import TANGENTIAL_CHANNELS, share_of
+
+        unfelt = [name for name, one in fingers.items() if not set(TANGENTIAL_CHANNELS) <= set(one.columns)]
+        if self.mass is None or not unfelt:
+            return ""
+        return (
+            f"{', '.join(unfelt)} taken to bear an even share of {self.mass:g} kg, "
+            f"{share_of(self.mass, len(fingers)):.3g} N each: one that bears more slips earlier than told; "
+            "state the largest share by --load"
+        )
 
     def applied_to(self, fingers: "dict[str, Recording]") -> "dict[str, Recording]":
         from vegrip.identification.sensors import share_of, with_load
@@ -200,7 +215,8 @@ def _run_through(
 
     if output is not None:
         claim_recording(output, force=force)
-    recordings = stated.applied_to(_recordings(folder, finger))
+    read = _recordings(folder, finger)
+    recordings, assumed = stated.applied_to(read), stated.assumed(read)
     pictures = {name: _beside(plot, name, len(recordings)) for name in recordings} if plot else {}
     node = grasp_node(offline(read_settings(parameters)), recordings)
     with Outputs(force=force) as outputs, tempfile.TemporaryDirectory() as scratch:
@@ -217,9 +233,10 @@ def _run_through(
         for name, picture in pictures.items():
             outputs.write(picture, partial(_draw, session / name, f"{folder.name}, {name}"))
         if as_json:
-            print_json({"recording": str(folder), **outcome.as_dict()})
+            print_json({"recording": str(folder), "assumed": assumed, **outcome.as_dict()})
         else:
             _print_outcome(outcome, {name: each.report for name, each in recordings.items()})
+            print_sentences([assumed] if assumed else [])
             for name, each in recordings.items():
                 print_sentences(f"{name}: {sentence}" for sentence in lacking(each.columns, LOAD_REMEDY))
 

@@ -66,6 +66,7 @@ class Product:
             tips=dict.fromkeys({first} & set(self.fingers), OPPOSING),
             noise=replace(base.noise, **found.get("noise", {})),
             watchdog=replace(base.watchdog, **found.get("watchdog", {})),
+            limits=replace(base.limits, **found.get("limits", {})),
         )
 
     def transports(self, folder: Path) -> tuple[dict[str, Any], dict[str, Any]]:

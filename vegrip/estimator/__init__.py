@@ -2,6 +2,6 @@
 
 from vegrip.estimator.estimator import ContactEstimator
 from vegrip.estimator.learning import Learned, Learner
-from vegrip.estimator.settings import EstimatorSettings, SensorNoise
+from vegrip.estimator.settings import EstimatorSettings, SensorNoise, Sensors
 
-__all__ = ["ContactEstimator", "EstimatorSettings", "Learned", "Learner", "SensorNoise"]
+__all__ = ["ContactEstimator", "EstimatorSettings", "Learned", "Learner", "SensorNoise", "Sensors"]

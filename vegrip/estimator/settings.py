@@ -1,8 +1,11 @@
 """What an estimator must be told: the noise of the sensors, and how it shall behave."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from vegrip.config import fixed_parameter, parameter
+from vegrip.config import build, fixed_parameter, parameter
+from vegrip.errors import ConfigError
 from vegrip.estimator.friction_prior import FrictionPrior
 
 
@@ -16,6 +19,40 @@ class SensorNoise:
     torque_z: float = parameter(1e-4, unit="N m", low=0.0, high=1e6, doc="torque about the normal")
     contact_radius: float = parameter(5e-5, unit="m", low=1e-18, high=1.0, doc="contact radius")
     temperature: float = parameter(0.1, unit="degC", low=0.0, high=100.0, doc="temperature")
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """By how much sensors read wrong in proportion: ``read = gain * true``.
+
+    A weight that is lifted measures it (:mod:`vegrip.identification.tangential_gain`). Two silicone pads read
+    0.81 to 0.95 of the weight that they held (robertburk/ME_THESIS_ROBERT_BURKE at 6575ffb).
+    """
+
+    tangential_gain: float = fixed_parameter(
+        1.0, unit="1", low=0.5, high=2.0, doc="tangential force read over the true one"
+    )
+    tangential_gain_std: float = fixed_parameter(
+        0.1,
+        unit="1",
+        low=0.0,
+        high=1.0,
+        doc="relative std of the gain; vegrip calibrate --weight measures it",
+    )
+    fingers: dict[str, Any] = fixed_parameter({}, doc="what is different at a finger, by its name")
+
+    def __post_init__(self) -> None:
+        for finger in self.fingers:
+            self.of(finger)  # says what cannot be used
+
+    def of(self, finger: str) -> "Sensors":
+        """Return those of ``finger``."""
+        own = self.fingers.get(finger, {})
+        where = f"sensors.fingers.{finger}"
+        if not isinstance(own, Mapping):
+            raise ConfigError(f"{where} is {own!r}; it must be a table, as {{ tangential_gain = 0.93 }}")
+        usual = {"tangential_gain": self.tangential_gain, "tangential_gain_std": self.tangential_gain_std}
+        return build(Sensors, usual | dict(own), where)
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ of the grasp, fail-safe, limits, renewal of commands before they expire. The nod
 (:class:`~vegrip.grip.node.GraspForce`) is this controller with a lifecycle around it.
 """
 
+import logging
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -21,8 +22,10 @@ from vegrip.errors import UsageError, suggestion
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger, Place, Wanted
+from vegrip.grip.force_limit import ForceLimit, against_thumb
 from vegrip.grip.grasp_friction import share_friction
 from vegrip.grip.known_objects import ObjectFriction
+from vegrip.grip.safety import USUAL_LIMITS, limit_not_stated
 from vegrip.grip.settings import ControlSettings, make_share
 from vegrip.model import ContactModel
 from vegrip.transport.codec.frame_codec import Line
@@ -44,7 +47,8 @@ class GripController:
         fingers: their names.
         model: of every fingertip, or of each by its name.
         noise: of the sensors; the default is that of :class:`~vegrip.estimator.SensorNoise`.
-        settings: how the grasp is controlled.
+        settings: how the grasp is controlled; state the largest force that fingers and object bear,
+            ``ControlSettings(limits=LimitSettings(max_force=8.0))``, or it is 15 N, which is logged.
         estimator: how the estimators behave.
         make_estimator: gives the estimator of a finger, instead of ``model``, ``noise`` and ``estimator``.
         known_object: gives what former grasps have learned of the object, asked at every beginning; see
@@ -71,11 +75,14 @@ class GripController:
         self.names = tuple(fingers)
         self.rejected: Counter[str] = Counter()
         """States that were not for a finger of this hand, counted by name."""
+        self._limit_is_unstated = settings is None or settings.limits is USUAL_LIMITS
         self._settings = settings or ControlSettings()
-        believed = replace(estimator or EstimatorSettings(), friction=self._settings.friction.prior)
+        believed = replace(estimator or EstimatorSettings(), friction=self._settings.friction.prior_of())
         self._make_estimator = make_estimator or _from_models(self.names, model, noise, believed)
         self._known_object = known_object
         self._share_of = make_share(self._settings, self.names)
+        self.force_limit = ForceLimit(self._shares)
+        """Whether the largest force suffices, looked at with every report."""
         self._lines: Mapping[str, Line] = {}
         self._mode = ""
         self._now = 0  # [ns] of the last step
@@ -88,6 +95,9 @@ class GripController:
         One command for each finger of which a state came, and one for each whose last command would else
         expire: call it also when nothing came. A finger is commanded from its first state on.
         """
+        if self._limit_is_unstated:
+            self._limit_is_unstated = False
+            logging.getLogger("vegrip.grip").warning("%s", limit_not_stated(self._settings.limits))
         self._now = max(self._now, now)
         heard: dict[str, None] = {}
         for state in states:
@@ -118,8 +128,12 @@ class GripController:
         return self._finger_called(finger).margin(self._now)
 
     def health(self, finger: str) -> messages.ModelHealth:
-        """Return whether the model explains what ``finger`` measures; errors as of :meth:`contact`."""
-        return self.friction.name_suspect(self._finger_called(finger).health(self._now))
+        """Return whether the model explains what ``finger`` measures; errors as of :meth:`contact`.
+
+        And whether ``limits.max_force`` suffices for it, or soon may not (``limit``).
+        """
+        health = self.friction.name_suspect(self._finger_called(finger).health(self._now))
+        return replace(health, limit=self.force_limit.state(finger))
 
     def drive_lag(self, finger: str) -> float:
         """Return the measured lag [s] of the force of ``finger`` behind what it needs; NaN: not known.
@@ -180,7 +194,12 @@ class GripController:
         return self.commands([finger], now) if self.fingers[finger].watch(now) else []
 
     def reports(self, finger: str, now: int) -> Iterator[messages.Message]:
-        return self.fingers[finger].reports(now)
+        self.force_limit.look(self.fingers, self._settings.limits.max_force, now)
+        for report in self.fingers[finger].reports(now):
+            if isinstance(report, messages.ModelHealth):
+                yield replace(report, limit=self.force_limit.state(finger))
+            else:
+                yield report
 
     def ride_out(self, now: int) -> list[messages.ForceCommand]:
         """Renew commands without the estimators: hold, then ramp to the fail-safe grip."""
@@ -223,6 +242,11 @@ class GripController:
         needs = {other.name: other.need for other in self.fingers.values()}
         started = {name: need for name, need in needs.items() if not math.isnan(need)}
         return self._share_of(started).get(finger.name, 0.0)
+
+    def _shares(self, needs: Mapping[str, float]) -> Mapping[str, float]:
+        """Return what each finger presses with [N] where these are the ``needs``."""
+        share = self._share_of
+        return share(needs) if share is not None else against_thumb(needs, self._settings.thumb)
 
     def _finger_called(self, name: str) -> GraspFinger:
         if name not in self.fingers:

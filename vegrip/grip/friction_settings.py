@@ -53,12 +53,12 @@ class FrictionSettings:
     )  # fmt: skip
     probing: bool = fixed_parameter(False, doc="let go slowly until friction is known")
 
-    @property
-    def prior(self) -> FrictionPrior:
-        """What is believed of friction at first, with the usual gain of the tangential channels."""
-        return FrictionPrior(
-            self.coefficient, self.coefficient_std, self.load_exponent, self.load_exponent_std
-        )
+    def prior_of(
+        self, gain: float = PUBLISHED.tangential_gain, gain_std: float = PUBLISHED.tangential_gain_std
+    ) -> FrictionPrior:
+        """Return what is believed at first, by tangential channels of this gain, with its relative std."""
+        law = self.coefficient, self.coefficient_std, self.load_exponent, self.load_exponent_std
+        return FrictionPrior(*law, gain, gain_std)
 
     @property
     def why_too_coarse(self) -> str:

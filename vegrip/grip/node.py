@@ -22,6 +22,7 @@ from vegrip.grip.grasp_action import GraspAction, GraspGoal, ReleaseGoal
 from vegrip.grip.known_objects import KnownObjects, ObjectFriction
 from vegrip.grip.learned_store import InMemory
 from vegrip.grip.model_swap import ModelSwap
+from vegrip.grip.safety import limit_not_stated
 from vegrip.grip.settings import ControlSettings, make_share
 from vegrip.grip.wires import COMMANDED, LEFT_ALONE, REPORT
 from vegrip.host.realtime import NODE_PRIORITY
@@ -30,6 +31,7 @@ from vegrip.messages import (
     ContactEstimate,
     FingertipState,
     ForceCommand,
+    GraspPhase,
     GraspStatus,
     Message,
     ModelHealth,
@@ -38,6 +40,8 @@ from vegrip.messages import (
 from vegrip.runtime import NodeBase
 from vegrip.runtime.node import OfLoop
 from vegrip.transport.codec.frame_codec import Line
+
+LETTING_GO = (GraspPhase.RELEASING, GraspPhase.RELEASED)
 
 
 class GraspForce(NodeBase):
@@ -74,7 +78,10 @@ class GraspForce(NodeBase):
         self.controller: GripController | None = None
         """What grips; None until the node is configured."""
         self._names = tuple(fingers)
+        self._logger = logging.getLogger(f"vegrip.{name}")
         self._action = GraspAction(name, self._names, settings.thumb)
+        self.limit_is_stated = True
+        """Whether the launch file or a map states ``limits.max_force``; else it is said."""
         self._model_swap: ModelSwap | None = None
         self._lines: Mapping[str, Line] = {}
         self._kernel_mode = ""
@@ -138,6 +145,8 @@ class GraspForce(NodeBase):
         return replace(self._parameters, limits=self._action.limits(self._parameters.limits))
 
     def _bound(self) -> None:
+        if self.controller is not None:
+            self.controller.force_limit.is_letting_go = self._action.phase in LETTING_GO
         if (
             self.controller is not None
             and (settings := self._bounded()).limits != self.controller.settings.limits
@@ -172,6 +181,10 @@ class GraspForce(NodeBase):
             self._names, settings=self._bounded(), make_estimator=self._new_estimator,
             known_object=self._known_object,
         )  # fmt: skip
+        if not self.limit_is_stated:
+            self._logger.warning(
+                "%s, in the launch file or in [limits] of a map", limit_not_stated(self._parameters.limits)
+            )
         self.run_compiled(self._lines, self._kernel_mode)
 
     def activate(self) -> None:
@@ -380,6 +393,7 @@ class GraspForce(NodeBase):
         for report in controller.reports(finger.name, now):
             yield self._with_suspects(report, controller)
         if looks:
+            controller.force_limit.tell(self._logger, controller.settings.limits.max_force)
             self._tell_probing(controller)
             self._drive_log.tell(finger.name, controller.friction, self.parameters.grip)
         # last, so that a state that has come meanwhile need not wait for it
@@ -420,8 +434,7 @@ class GraspForce(NodeBase):
         why = friction.why_not_probing
         if why != self._why_not_probing:
             self._why_not_probing = why
-            logger = logging.getLogger(f"vegrip.{self.name}")
             if why:
-                logger.warning("friction is not probed: %s", why)
+                self._logger.warning("friction is not probed: %s", why)
             else:
-                logger.info("friction is probed again")
+                self._logger.info("friction is probed again")

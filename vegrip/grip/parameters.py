@@ -8,7 +8,7 @@ from typing import Any
 
 from vegrip.config import build, fixed_parameter, parameter
 from vegrip.errors import ConfigError
-from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise, Sensors
 from vegrip.estimator.layout import friction_symbol
 from vegrip.grip.learned_store import InMemory, OnDisk
 from vegrip.grip.settings import ControlSettings
@@ -39,6 +39,7 @@ class GraspParameters(ControlSettings):
     tip: TipParameters = fixed_parameter(TipParameters(), doc="every fingertip")
     tips: dict[str, Any] = fixed_parameter({}, doc="what is different at a finger, by its name")
     noise: SensorNoise = fixed_parameter(SensorNoise(), doc="of the sensors")
+    sensors: Sensors = fixed_parameter(Sensors(), doc="gains of the sensors")
     estimator: EstimatorSettings = fixed_parameter(EstimatorSettings(), doc="the estimator")
     suspects: bool = fixed_parameter(
         True, doc="look for the effect that a failing model lacks, in a process of low priority"
@@ -63,10 +64,16 @@ def estimator_factory(
             f"{where}: 'tips' has {', '.join(sorted(unknown))}; the fingers are {', '.join(fingers)}"
         )
 
-    settings = replace(parameters.estimator, friction=parameters.friction.prior)
+    odd = parameters.sensors.fingers.keys() - tips.keys()
+    if odd:
+        raise ConfigError(
+            f"{where}: 'sensors.fingers' has {', '.join(sorted(odd))}; the fingers are {', '.join(fingers)}"
+        )
 
     def make(finger: str) -> ContactEstimator:
-        model = _model(tips[finger])
+        model, gain = _model(tips[finger]), parameters.sensors.of(finger)
+        believed = parameters.friction.prior_of(gain.tangential_gain, gain.tangential_gain_std)
+        settings = replace(parameters.estimator, friction=believed)
         if store is not None:
             return store.estimator(finger, model, parameters.noise, settings)
         return ContactEstimator(model, parameters.noise, settings)

@@ -12,7 +12,7 @@ from vegrip.grip.policies import find_policy
 from vegrip.grip.policies.baselines import ConeSettings, ConstantSettings, ElasticSettings
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.policies.policy import GripPolicy
-from vegrip.grip.safety import FailSafeSettings, LimitSettings, WatchdogSettings
+from vegrip.grip.safety import USUAL_LIMITS, FailSafeSettings, LimitSettings, WatchdogSettings
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class ControlSettings:
     constant: ConstantSettings = parameter(ConstantSettings(), doc="the constant grip")
     cone: ConeSettings = parameter(ConeSettings(), doc="the Coulomb cone")
     elastic: ElasticSettings = parameter(ElasticSettings(), doc="the elastic limit surface")
-    limits: LimitSettings = parameter(LimitSettings(), doc="passed by every command")
+    limits: LimitSettings = parameter(USUAL_LIMITS, doc="passed by every command")
     fail_safe: FailSafeSettings = parameter(FailSafeSettings(), doc="under faults")
     watchdog: WatchdogSettings = parameter(WatchdogSettings(), doc="supervision of the input")
 

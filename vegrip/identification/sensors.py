@@ -134,7 +134,7 @@ def with_load(recording: Recording, load: float) -> Recording:
 
 
 def share_of(mass: float, fingers: int) -> float:
-    """Return the load [N] of each of ``fingers`` that hold ``mass`` [kg] between them."""
+    """Return the load [N] of each of ``fingers`` that hold ``mass`` [kg] between them, shared evenly."""
     return GRAVITY * mass / fingers
 
 

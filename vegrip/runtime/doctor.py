@@ -25,6 +25,8 @@ from vegrip.errors import DeviceError
 from vegrip.host import realtime
 from vegrip.host.folders import runtime_folder
 from vegrip.host.realtime import Permission
+from vegrip.runtime.launch_file import read_launch_file
+from vegrip.transport.open import settings_of_map
 
 
 class Grade(IntEnum):
@@ -263,6 +265,26 @@ def _ip() -> str | None:
         return None
     command = [program, "-details", "-json", "link", "show"]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=10).stdout
+
+
+def largest_forces(path: Path) -> list[Finding]:
+    """What bounds the grip of each hand of a launch file, or of a map: stated, of the map, or nothing."""
+    found = []
+    for node in read_launch_file(path):
+        if node.program != "grasp_force":
+            continue
+        force, check = node.parameters.get("limits", {}).get("max_force"), f"{node.full_name[1:]} limit"
+        file = node.transport.get("map", "")
+        by_map = settings_of_map(Path(file)).get("limits", {}).get("max_force") if file else None
+        if force is None:
+            text = "limits.max_force is stated neither here nor by a map, so it is 15 N"
+            remedy = f"parameters.limits.max_force = 8.0 below its [[node]] in {path}, or [limits] of a map"
+            found.append(warn(check, text, remedy))
+        else:
+            found.append(
+                ok(check, f"limits.max_force is {force} N{f', by {file}' if by_map == force else ''}")
+            )
+    return found
 
 
 def examine(root: Path = Path("/"), recordings: Path = Path()) -> list[Finding]:

@@ -91,7 +91,7 @@ def read_launch_file(path: Path) -> list[NodeConfig]:
     top = build(_LaunchFile, table, str(path))
     shared = {key: table[key] for key in SHARED if key in table}
     nodes = [
-        _mapped(path, _node({**shared, **entry}, f"{path} [[node]] number {i}"))
+        with_map(path, _node({**shared, **entry}, f"{path} [[node]] number {i}"))
         for i, entry in enumerate(top.node, 1)
     ]
     names = [node.full_name for node in nodes]
@@ -124,8 +124,8 @@ def _launch_of(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _mapped(path: Path, node: NodeConfig) -> NodeConfig:
-    """Return ``node`` with what the map of its hand says of noise and time-out; what the node says stays."""
+def with_map(path: Path, node: NodeConfig) -> NodeConfig:
+    """Return ``node`` with parameters of the map of its hand, beside ``path``, where it has none itself."""
     name = node.transport.get("map")
     if not isinstance(name, str) or not name:
         return node

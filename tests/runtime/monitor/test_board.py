@@ -187,6 +187,17 @@ def through(conditions: Iterable[tuple[float, Condition]], until: float) -> Boar
     return board
 
 
+def test_a_largest_force_that_may_not_suffice_is_said_before_it_is_reached_and_when_it_does_again() -> None:
+    board = Board(0)
+    for limit in ("", "near", "near", "reached", "near", ""):
+        board.receive(ModelHealth(0, "index", 0, Condition.OK, limit=limit), 0)
+    assert texts(board) == [
+        "index: half as much load again needs more than the largest force",
+        "index: more is needed than the largest force",
+        "index: the largest force suffices again",
+    ]
+
+
 def test_input_that_ceases_and_comes_back_is_said() -> None:
     board = through([(1, Condition.OK), (2, Condition.STALE), (4, Condition.OK)], until=6)
     assert texts(board) == ["index: input stale", "index: input ok"]

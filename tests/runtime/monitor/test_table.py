@@ -240,3 +240,10 @@ def test_friction_that_is_probed_on_purpose_is_said_in_place_of_a_red_bar(board:
     with console.capture() as capture:
         console.print(render(board, 1, size=(150, 40)))
     assert "\x1b[31m█" not in capture.get()
+
+
+def test_a_largest_force_that_does_not_suffice_or_may_not_is_said_in_the_health(board: Board) -> None:
+    for limit, said in (("near", "near the largest force"), ("reached", "more than the largest force")):
+        told = ModelHealth(1, "index", 2, Condition.OK, 1.0, consistent=True, friction="known", limit=limit)
+        board.receive(told, 1)
+        assert said in rows_of(board, 1, 150)[0]

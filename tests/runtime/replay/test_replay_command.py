@@ -67,6 +67,19 @@ def test_people_get_a_table(press: Path, capsys: Capsys) -> None:
     assert "lowest margin bound below 0: a slip was possible" in shown
 
 
+def test_a_share_of_a_mass_is_said_to_be_assumed_only_where_no_load_is_felt(
+    press: Path, capsys: Capsys
+) -> None:
+    whole = read_recording(press)
+    left = {name: one for name, one in whole.columns.items() if "tangential" not in name}
+    write_recording(replace(whole, columns=left), press.parent / "bare")
+    for name, said in (("bare", "index taken to bear an even share of 0.2 kg, 1.96 N each"), ("press", "")):
+        assert main(["replay", str(press.parent / name), "--through", "--mass", "0.2", "--json"]) == 0
+        told = json.loads(capsys.readouterr().out)["assumed"]
+        assert told.startswith(said)
+        assert bool(told) is bool(said)
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "sentence"),
     [

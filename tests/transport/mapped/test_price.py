@@ -53,5 +53,7 @@ def test_a_slow_hand_has_a_longer_time_out_and_its_noise(tmp_path):
     text = PLAIN_MAP.replace("rate = 200.0", "rate = 40.0").replace('"Tip1.Fz"', '"Tip1.Fz"\nnoise = 0.03')
     assert "states come at 40 Hz" in said(tmp_path, text)
     path = written(tmp_path, PLAIN_DBC, text)
-    assert settings(open_plan(path)) == {"noise": {"normal_force": 0.03}, "watchdog": {"time_out": 0.075}}
-    assert settings(open_plan(written(tmp_path, PLAIN_DBC, PLAIN_MAP))) == {}
+    asked = {"noise": {"normal_force": 0.03}, "watchdog": {"time_out": 0.075}}
+    limits = {"limits": {"max_force": 50.0}}
+    assert settings(open_plan(path)) == asked | limits
+    assert settings(open_plan(written(tmp_path, PLAIN_DBC, PLAIN_MAP))) == limits

@@ -57,13 +57,7 @@ def test_no_lift_that_failed_or_slid_has_a_bound_above_zero(figures: dict[str, A
     [
         "0.250",
         "0.500",
-        pytest.param(
-            "0.750",
-            marks=pytest.mark.xfail(
-                strict=True,
-                reason="above 22.7 N the model's tip is a radius deep, and the force is not believed",
-            ),
-        ),
+        "0.750",
     ],
 )
 def test_what_is_commanded_is_one_to_one_and_a_half_times_what_held(

@@ -31,7 +31,9 @@ class LimitSettings:
     min_force: float = parameter(
         0.3, unit="N", low=0.0, high=MAX_FORCE_N, doc="least commanded force; keeps touch"
     )
-    max_force: float = parameter(15.0, unit="N", low=0.0, high=MAX_FORCE_N, doc="largest commanded force")
+    max_force: float = parameter(
+        15.0, unit="N", low=0.0, high=MAX_FORCE_N, doc="largest commanded force; state it, or a map does"
+    )
     raise_rate: float = parameter(
         80.0, unit="N/s", low=0.0, high=MOST_RATE, doc="fastest rise of the command"
     )
@@ -44,6 +46,16 @@ class LimitSettings:
                 f"limits: 'min_force' is {self.min_force:g} N and 'max_force' {self.max_force:g} N;"
                 " the least force must not exceed the largest, which must be finite"
             )
+
+
+USUAL_LIMITS: Final = LimitSettings()
+"""Where none are stated; then what fingers and object bear is not known, which is said."""
+
+
+def limit_not_stated(limits: LimitSettings) -> str:
+    """Return what to say where ``limits`` hold because nothing else was stated."""
+    most = f"{limits.max_force:g} N"
+    return f"limits.max_force is {most} because none is stated: state what fingers and object bear"
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,9 @@ from vegrip.errors import RecordingError
 LONGEST_LENGTH: Final = 1.0
 """[m] No tip or probe is larger; a larger number is millimetres taken for metres."""
 
+LARGEST_MASS: Final = 100.0
+"""[kg] No hand lifts more; a larger number is grams taken for kilograms."""
+
 LONGEST_NAME: Final = 100  # characters of a unit
 MOST_POWERS: Final = 5
 POWER: Final = re.compile(r"\*\*|\^")
@@ -57,18 +60,32 @@ def parse_length(text: str, what: str) -> float:
         RecordingError: no length, or none that a fingertip or probe has.
 
     """
+    return _parsed(text, what, "length", "m", LONGEST_LENGTH, "8 mm")
+
+
+def parse_mass(text: str, what: str) -> float:
+    """Return a mass given as ``500 g`` or as plain kilograms [kg].
+
+    Raises:
+        RecordingError: no mass, or none that a hand lifts.
+
+    """
+    return _parsed(text, what, "mass", "kg", LARGEST_MASS, "500 g")
+
+
+def _parsed(text: str, what: str, quantity: str, wanted: str, largest: float, example: str) -> float:
     number, unit = _split(text)
     try:
         value = float(number)
     except ValueError:
-        raise RecordingError(f"{what} is {text!r}; give a length like '8 mm'") from None
-    metres = _convert(value, unit, "m", what) if unit else value
-    if not 0.0 < metres <= LONGEST_LENGTH:
+        raise RecordingError(f"{what} is {text!r}; give a {quantity} like {example!r}") from None
+    found = _convert(value, unit, wanted, what) if unit else value
+    if not 0.0 < found <= largest:
         raise RecordingError(
-            f"{what} is {text!r}, which is {metres:g} m; "
-            f"give a length above 0 and up to {LONGEST_LENGTH:g} m, like '8 mm'"
+            f"{what} is {text!r}, which is {found:g} {wanted}; "
+            f"give a {quantity} above 0 and up to {largest:g} {wanted}, like {example!r}"
         )
-    return metres
+    return found
 
 
 def _split(text: str) -> tuple[str, str]:

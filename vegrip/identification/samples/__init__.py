@@ -50,6 +50,7 @@ SAMPLE_LOG: Final = "press.blf"
 MODEL: Final = "press.toml"
 HIDDEN_LAW: Final = "tiring.py"
 MUSCLE: Final = "muscle"
+LIFT: Final = "lift"
 FOREIGN_DATABASE: Final = "foreign.dbc"
 FOREIGN_LOG: Final = "foreign.blf"
 
@@ -105,6 +106,12 @@ def _write_model(path: Path) -> None:
     write_model(paper_model(SAMPLE_RADIUS_M), path)
 
 
+def _write_lift(folder: Path) -> None:
+    from vegrip.identification.samples.lift import write_lift  # noqa: PLC0415 (heavy)
+
+    write_lift(folder)
+
+
 def _write_recording(path: Path) -> None:
     from vegrip.identification.recording import write_recording  # noqa: PLC0415 (heavy)
 
@@ -130,6 +137,9 @@ SAMPLES: Final = {
     MUSCLE: Sample(
         "measured: muscle fibres stretched at three speeds and held, with a map for `vegrip import`",
         _write_muscle,
+    ),
+    LIFT: Sample(
+        "a session: two fingers lift 0.5 kg three times, for `vegrip calibrate --weight`", _write_lift
     ),
     MODEL: Sample("a model of that fingertip before any fit, for `vegrip simulate`", _write_model),
 }

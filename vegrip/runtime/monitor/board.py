@@ -46,6 +46,7 @@ class Board:
     log: deque[LogLine] = field(default_factory=lambda: deque(maxlen=LOG_LINES))
     said: int = 0  # lines of the log since the start
     counts: dict[str, int] = field(default_factory=dict)
+    _limits: dict[str, str] = field(default_factory=dict)  # of each finger, as it was told
     _slipping: set[str] = field(default_factory=set)
     _looked: int | None = None  # [ns]
     _awake_since: int = 0  # [ns]
@@ -73,6 +74,7 @@ class Board:
                 self._slipping.add(message.finger)
                 self.say(f"{message.finger}: slip detected, grip raised", now, "red")
         elif isinstance(message, messages.ModelHealth):
+            self._log_limit(message, now)
             # :meth:`refresh` tells a change of condition, several fingers in one line
             if message.condition is finger.announced or (
                 finger.announced is None and message.condition in ABSENT
@@ -152,6 +154,20 @@ class Board:
                 self.say(f"{name} is heard again", now, "green")
             case Presence.RUNNING if not row.is_old:
                 self.say(f"{name} has started", now)
+
+    def _log_limit(self, health: messages.ModelHealth, now: int) -> None:
+        before = self._limits.get(health.finger, "")
+        if health.limit == before:
+            return
+        self._limits[health.finger] = health.limit
+        if health.limit == messages.LIMIT_REACHED:
+            self.say(f"{health.finger}: more is needed than the largest force", now, "red")
+        elif health.limit == messages.LIMIT_NEAR and not before:
+            self.say(
+                f"{health.finger}: half as much load again needs more than the largest force", now, "yellow"
+            )
+        elif not health.limit:
+            self.say(f"{health.finger}: the largest force suffices again", now, "green")
 
     def _log_conditions(self, now: int) -> None:
         due = {

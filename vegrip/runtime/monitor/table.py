@@ -21,6 +21,11 @@ WAITING = "no node runs yet, and this waits for one; `vegrip launch demo` starts
 ON_PURPOSE = "cyan"
 FRICTION = {messages.PROBED: "probing friction", messages.KNOWN: "friction known"}
 """What is done on purpose, by :attr:`vegrip.messages.ModelHealth.friction`."""
+LIMIT = {
+    messages.LIMIT_NEAR: ("near the largest force", "yellow"),
+    messages.LIMIT_REACHED: ("more than the largest force", "bold red"),
+}
+"""What is needed, by :attr:`vegrip.messages.ModelHealth.limit`."""
 REASON_STYLE = {
     messages.Reason.SLIP: "bold red",
     messages.Reason.RAISE: "yellow",
@@ -204,9 +209,10 @@ def _health(health: messages.ModelHealth | None, *, is_new: bool) -> Text:
     if health is None:
         return Text("-", "dim")
     if health.condition > messages.Condition.DEGRADED:
-        if is_new and health.condition <= messages.Condition.MISSING:
-            return Text("no input yet", "dim")
-        return Text(words(health.condition), "bold red")
+        is_awaited = is_new and health.condition <= messages.Condition.MISSING
+        return Text("no input yet", "dim") if is_awaited else Text(words(health.condition), "bold red")
+    if health.limit in LIMIT:
+        return Text(*LIMIT[health.limit])
     is_beyond = health.regime == messages.BEYOND_FIT
     if health.channel and (is_beyond or not health.consistent):
         where = f"{health.channel} in {health.regime}" if health.regime and not is_beyond else health.channel

@@ -13,6 +13,7 @@ from typing import Any, Final
 from vegrip.grip.safety import MECHANICAL, WatchdogSettings
 from vegrip.identification.sensors import lacking
 from vegrip.transport.mapped.commands import FrameCommands
+from vegrip.transport.mapped.largest_force import describe_limit, largest_force
 from vegrip.transport.mapped.plan import VECTORS, FingerPlan, Plan
 from vegrip.transport.mapped.schema import HandMap, MessageMap
 
@@ -33,6 +34,7 @@ UNKNOWN_RATE: Final = (
     "the rate of states is not stated (rate = ...): silence counts after 50 ms, which a hand below 60 Hz "
     "does not keep"
 )
+OF_THE_GRIP: Final = ("friction", "sensors", "limits")  # tables that are handed on as they stand
 STUCK_STEPS: Final = 3  # of its sensor, within which the force of a tip that is pressed in cannot stay
 SOFT_TIP: Final = 1e3  # [N/m] stiffness of a soft tip
 MIN_SLIP_RATE_HZ: Final = 100.0  # [Hz] below which a slip is over before it is seen
@@ -69,8 +71,10 @@ def settings(plan: Plan) -> dict[str, Any]:
         watchdog["time_out"] = round(SILENT_AFTER_STATES / rate, 4)
     if watchdog:
         found["watchdog"] = watchdog
-    if plan.hand.friction:
-        found["friction"] = dict(plan.hand.friction)
+    found |= {name: dict(table) for name in OF_THE_GRIP if (table := getattr(plan.hand, name))}
+    known = largest_force(plan)
+    if known is not None:
+        found["limits"] = {"max_force": known.force, **plan.hand.limits}
     return found
 
 
@@ -226,6 +230,7 @@ def _commands(plan: Plan) -> list[str]:
         "their commands have no lifetime: the last one is repeated every "
         f"{1e3 * sending.period:.0f} ms; {ending}"
     )
+    said.append(describe_limit(plan))
     said += [text for finger in plan.fingers if (text := _kind(plan, finger.name))]
     if plan.hand.format:
         return said

@@ -206,6 +206,8 @@ class HandKeys:
     command: SendingMap = field(default_factory=SendingMap)
     transport: dict[str, Any] = parameter({}, doc="for vegrip launch; any launch file goes before it")
     friction: dict[str, Any] = parameter({}, doc="how friction is learned: parameters of grasp_force")
+    sensors: dict[str, Any] = parameter({}, doc="gains of the sensors: parameters of grasp_force")
+    limits: dict[str, Any] = parameter({}, doc="bounds of its grip: parameters of grasp_force")
     packets: dict[str, Any] = parameter({}, doc="bytes of a device: see vegrip.transport.mapped.packets")
     device: DeviceMap = field(default_factory=DeviceMap)
     product: dict[str, Any] = parameter({}, doc="what it is, for vegrip connect --list")

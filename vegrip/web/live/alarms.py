@@ -37,6 +37,11 @@ CONDITIONS = {
     messages.Condition.CORRUPT: "input corrupt",
 }
 
+LIMIT = {
+    messages.LIMIT_NEAR: "half as much load again needs more than the largest force allowed",
+    messages.LIMIT_REACHED: "more is needed than the largest force allowed: the margin is not kept",
+}
+"""Whether the largest force suffices, by :attr:`vegrip.messages.ModelHealth.limit`."""
 FRICTION = {
     messages.PROBED: "probing friction: let go of slowly on purpose",
     messages.KNOWN: "friction is known: held with little more than the least force on purpose",
@@ -141,7 +146,10 @@ def _of_finger(name: str, row: FingerRow, now: int) -> list[Alarm]:
         found.append(Alarm(f"slip {name}", Level.BAD, "slip is felt, the grip is raised", name, "slips"))
     if contact is not None and contact.in_contact and margin is not None and not said.lets_go:
         found += _of_margin(name, margin)
-    if command is not None and command.reason in (messages.Reason.MAX_LIMIT, messages.Reason.FAIL_SAFE):
+    if health is not None and health.limit in LIMIT:
+        text = LIMIT[health.limit]
+        found.append(Alarm(f"limit {name}", Level.WARN, text, name, f"limit {health.limit}"))
+    elif command is not None and command.reason in (messages.Reason.MAX_LIMIT, messages.Reason.FAIL_SAFE):
         found.append(Alarm(f"limit {name}", Level.WARN, REASONS[command.reason], name, words(command.reason)))
     if health is not None and health.channel and not health.consistent:
         found.append(Alarm(f"health {name}", Level.WARN, health_in_words(health), name, "misfit"))

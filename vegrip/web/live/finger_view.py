@@ -167,6 +167,7 @@ def _health(health: messages.ModelHealth | None) -> dict[str, Any]:
         "suspect": health.suspect,
         "rejected": health.rejected,
         "friction": health.friction,
+        "limit": health.limit,
     }
 
 
