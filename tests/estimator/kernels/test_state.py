@@ -59,7 +59,7 @@ def test_learned_parameters_are_read_from_the_state(kernels, m) -> None:
 
 def test_the_state_stays_within_its_bounds(kernels, m) -> None:
     R, y = m[kernels.SET_TIP_RADIUS], kernels.Y0
-    for given, kept in ((1e3, R), (-1e3, -100.0 * R), (0.5 * R, 0.5 * R)):
+    for given, kept in ((1e3, 3.0 * R), (-1e3, -100.0 * R), (0.5 * R, 0.5 * R)):
         m[y + kernels.DELTA] = given
         for j in range(kernels.LEARNED_FROM, kernels.M):
             m[y + j] = given
