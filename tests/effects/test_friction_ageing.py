@@ -7,6 +7,7 @@ import pytest
 
 from vegrip.effects import effect
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+from vegrip.estimator.friction_prior import COULOMB
 from vegrip.messages import FingertipState
 from vegrip.model import paper_model
 
@@ -50,7 +51,7 @@ def test_estimate_and_forecast_carry_the_age_of_the_contact() -> None:
     for symbol in list(model.values):
         model = model.with_value(symbol, 0.0 if symbol == "c1" else model.values[symbol].value, std=0.0)
     model = model.with_value("mu", 0.7, std=1e-6)
-    settings = EstimatorSettings(regrasp=0.0, friction_drift=0.0, offset=0.0)
+    settings = EstimatorSettings(regrasp=0.0, friction_drift=0.0, offset=0.0, friction=COULOMB)
     estimator = ContactEstimator(model, SensorNoise(), settings)
     N = model.simulate([0.0, 1.0], [1e-3, 1e-3], plain=True).normal_force[-1]
     pull = 0.62 * N

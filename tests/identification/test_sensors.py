@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+from vegrip.estimator.friction_prior import COULOMB
 from vegrip.identification.recording import Recording
 from vegrip.identification.samples import SAMPLE_RADIUS_M, recording
 from vegrip.identification.sensors import (
@@ -43,7 +44,8 @@ def press() -> list[FingertipState]:
 def test_the_estimator_gives_what_is_promised_and_no_more(
     channels: frozenset[str], press: list[FingertipState]
 ) -> None:
-    finger = ContactEstimator(paper_model(SAMPLE_RADIUS_M), SensorNoise(normal_force=0.01, displacement=5e-6))
+    noise, settings = SensorNoise(normal_force=0.01, displacement=5e-6), EstimatorSettings(friction=COULOMB)
+    finger = ContactEstimator(paper_model(SAMPLE_RADIUS_M), noise, settings)
     missing = dict.fromkeys(("slip", "slip_speed", *(set(CHANNELS) - channels)), math.nan)
     for state in press:
         contact = finger.update(replace(state, **missing))
@@ -85,7 +87,8 @@ def test_a_stated_load_gives_a_margin_where_none_is_measured() -> None:
     t = np.arange(200) * 1e-2
     force = {"normal_force": np.full(200, 2.0)}
     stated = with_load(Recording("r", t, np.zeros(200, dtype=np.int64), force), share_of(0.1, 2))
-    finger = ContactEstimator(paper_model(SAMPLE_RADIUS_M), SensorNoise(normal_force=0.01, displacement=5e-6))
+    noise, settings = SensorNoise(normal_force=0.01, displacement=5e-6), EstimatorSettings(friction=COULOMB)
+    finger = ContactEstimator(paper_model(SAMPLE_RADIUS_M), noise, settings)
     for state in stated.states("thumb"):
         finger.update(state)
     expected = 1.0 - 0.1 * 9.81 / 2 / (paper_model(SAMPLE_RADIUS_M).values["mu"].value * 2.0)

@@ -95,7 +95,7 @@ def published(rng: np.random.Generator) -> tuple[str, float, float, float, float
 def belief(rng: np.random.Generator) -> tuple[str, float, float, float, float]:
     """Return the same as the grip believes it at first, where nothing is stated."""
     settings = FrictionSettings()
-    prior, own = settings.prior, settings.own_spread
+    prior, own = settings.prior_of(), settings.own_spread
     common = math.sqrt(PUBLISHED_SPREAD**2 - own**2)
     mu = PUBLISHED_COEFFICIENT * math.exp(common * rng.standard_normal())
     exponent = prior.load_exponent + prior.load_exponent_std * rng.standard_normal()

@@ -121,7 +121,7 @@ def calibrate(
     }
     others |= {"--limits": limits, "--web": web, "--virtual": virtual is not None}
     if weight or hand is not None:
-        _refuse(others if weight else {"--map": hand}, weighs=bool(weight))
+        _refuse(others if weight else {"--map": hand}, has_weight=bool(weight))
         weigh(folders or [], weight or [], node, seconds, hand, launch, as_json=as_json)
         return
     folder = _only(folders or [])
@@ -162,10 +162,10 @@ def calibrate(
         _use_slip(ended, launch, folder, say=not as_json)
 
 
-def _refuse(options: dict[str, object], *, weighs: bool) -> None:
+def _refuse(options: dict[str, object], *, has_weight: bool) -> None:
     for name, value in options.items():
         if value:
-            raise UsageError(f"{name} {'does not go with' if weighs else 'belongs to'} --weight")
+            raise UsageError(f"{name} {'does not go with' if has_weight else 'belongs to'} --weight")
 
 
 def _only(folders: list[Path]) -> Path:

@@ -127,6 +127,7 @@ class Effect:
             proportional to it.
         trial_shapes: parameter that only shapes it and the values at which it is tried.
         trials_at: gives further trials for the values of a model and the greatest force measured [N].
+        friction_over_load: it states how friction depends on the normal force; nothing is assumed of it then.
         imitated_by: fault of a recording that looks the same, as a sentence with the effect's symbols and
             ``radius`` in braces.
         file: where it was read from, of an effect that is in no package.
@@ -156,6 +157,7 @@ class Effect:
     trial_sizes: tuple[float, ...] = (1.0,)
     trial_shapes: tuple[tuple[str, tuple[float, ...]], ...] = ()
     trials_at: Callable[[Mapping[str, float], float], Iterator[Mapping[str, float]]] | None = None
+    friction_over_load: bool = False
     imitated_by: str = ""
     file: str = ""
 

@@ -27,5 +27,6 @@ EFFECT = Effect(
     hooks=(hook(friction),),
     channels=("tangential_force", "torque_z"),
     confounded=("friction_ageing",),
+    friction_over_load=True,
     experiment="slips at four or more loads after equal holds",
 )

@@ -18,10 +18,6 @@ from vegrip.model import ContactModel
 
 PUBLISHED_COEFFICIENT = 0.5  # [-] median of mu at 5 N over soft tips
 PUBLISHED_SPREAD = 0.35  # std of ln mu: 0.25 to 1 for 95 of 100
-PAPERS_LAW = "coulomb_friction"
-"""Effect whose friction coefficient, where it is the default of the catalogue, states no material."""
-LAW_OF_LOAD = "load_dependent_friction"
-"""Effect of a model that has an exponent of its own."""
 
 
 @dataclass(frozen=True)
@@ -68,16 +64,19 @@ def prior_belief(model: ContactModel, symbol: str, prior: FrictionPrior) -> Fric
     value, std = stated_friction(model, symbol, prior)
     if std == 0.0:  # friction that is told and not learned
         return FrictionBelief(math.log(value), 0.0, 0.0, 0.0)
-    has_own_law = any(effect.name == LAW_OF_LOAD for effect in model.effects)
+    has_own_law = any(effect.friction_over_load for effect in model.effects)
     exponent, spread = (0.0, 0.0) if has_own_law else (prior.load_exponent, prior.load_exponent_std)
     variance = std * std + prior.tangential_gain_std**2
     return FrictionBelief(math.log(value * prior.tangential_gain), variance, exponent, spread * spread)
 
 
 def stated_friction(model: ContactModel, symbol: str, prior: FrictionPrior) -> tuple[float, float]:
-    """Return mu and the std of ln mu: stated, else those of a fitted model, else the published ones."""
-    (effect, declared), believed = model.parameters[symbol], model.values[symbol]
-    is_guess = effect == PAPERS_LAW and (believed.value, believed.std) == (declared.default, declared.std)
+    """Return mu and the std of ln mu: stated, else those of a fitted model, else the published ones.
+
+    The default of the catalogue states no material.
+    """
+    (_, declared), believed = model.parameters[symbol], model.values[symbol]
+    is_guess = (believed.value, believed.std) == (declared.default, declared.std)
     is_stated = prior.as_modelled or not is_guess
     value, std = (believed.value, believed.std) if is_stated else (PUBLISHED_COEFFICIENT, PUBLISHED_SPREAD)
     return prior.coefficient or value, prior.coefficient_std or std

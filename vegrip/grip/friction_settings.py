@@ -15,7 +15,7 @@ LATEST_SLIP_S = 0.03
 
 @dataclass(frozen=True)
 class FrictionSettings:
-    """Belief of the grasp and probing; see :mod:`vegrip.grip.friction_belief`, ``friction_probe``."""
+    """What is believed of friction at first, how slip is felt, and whether force is let go of."""
 
     coefficient: float = fixed_parameter(
         0.0, unit="1", low=0.0, high=20.0,

@@ -109,7 +109,8 @@ def _write_model(path: Path) -> None:
 def _write_lift(folder: Path) -> None:
     from vegrip.identification.samples.lift import write_lift  # noqa: PLC0415 (heavy)
 
-    write_lift(folder)
+    with filled_folder(folder):
+        write_lift(folder)
 
 
 def _write_recording(path: Path) -> None:
