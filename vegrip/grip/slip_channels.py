@@ -57,6 +57,7 @@ CREDIBLE = 2.0  # standard deviations above the mean of friction, beyond which a
 HELD_TIME = 10.0  # [s] in which ln u that was held falls by one
 SMOOTHING = 0.01  # [s] of the utilisation: its noise is that of one sample
 SURE, UNSURE = 0.95, 0.05  # probability from which on a hypothesis is acted on, and below which it is not
+NAMED = 0.02  # probability of a sound channel below which it is named as a wrong one
 FEWEST = 1e-6  # probability that no hypothesis falls below
 
 
@@ -221,7 +222,7 @@ def noticed(g: GraspMemory) -> float:
 
 def is_named(g: GraspMemory, at: int) -> bool:
     """Return whether the channel at ``at`` is surely not sound."""
-    return g.slip.sound[at] < UNSURE
+    return g.slip.sound[at] < NAMED
 
 
 def teller(g: GraspMemory, i: int) -> int:
