@@ -4,42 +4,25 @@ A grasp is drawn whole: its friction, its load and shares, what its sensors hide
 """
 
 import math
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 
 from vegrip.estimator.friction_prior import PUBLISHED_COEFFICIENT, PUBLISHED_SPREAD
 from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.trials.published_friction import TANGENTIAL_GAIN_RANGE, draw_friction
 
-CONTACTS = Path(__file__).with_name("contacts.toml")
 STATED_AT = 5.0  # [N] at which friction is mu
 
 WEIGHT_RANGE = (0.5, 6.0)  # [N] of 50 g to 600 g, drawn evenly in the logarithm
 LIGHT = 1.7  # [N] below it a load is light: half of them
 FORCE_RANGE = (0.6, 3.0)  # of the least force that holds, drawn evenly in the logarithm
 SHARE_RANGE = (0.36, 0.64)  # of the weight on the first finger: 64 : 36 was measured ([Burke2023]_)
-GAIN_RANGE = (0.8, 1.05)  # of tangential channels: 0.81 and 0.95 were measured ([Burke2023]_)
 OWN_STD = 0.05  # of ln mu between the fingers on one object, in the published world
 EXTREME_BELOW, EXTREME_ABOVE = 0.25, 1.0  # [-] mu at 5 N
 LOW = 0.45  # [-] mu at 5 N below which friction counts as low
 WOOD = "silicone pillars on wood"
-
-
-@dataclass(frozen=True)
-class Contact:
-    """One row of published friction."""
-
-    name: str
-    mu: float  # [-] at 5 N
-    ln_mu_std: float
-    exponent: float  # [-] g
-    exponent_std: float
-    source: str
-    assumed: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -77,19 +60,10 @@ def least_force(mu: float, exponent: float, load: float) -> float:
     return float(plain * (plain / STATED_AT) ** (exponent / (1.0 - exponent)))
 
 
-@cache
-def read_contacts() -> tuple[Contact, ...]:
-    rows = tomllib.loads(CONTACTS.read_text(encoding="utf-8"))["contact"]
-    return tuple(Contact(**{**row, "assumed": tuple(row["assumed"])}) for row in rows)
-
-
 def published(rng: np.random.Generator) -> tuple[str, float, float, float, float]:
     """Return contact, mu, exponent, gain of the sensors, and the std of ln mu of a finger of its own."""
-    rows = read_contacts()
-    row = rows[int(rng.integers(len(rows)))]
-    mu = row.mu * math.exp(row.ln_mu_std * rng.standard_normal())
-    exponent = row.exponent + row.exponent_std * rng.standard_normal()
-    return row.name, mu, exponent, float(rng.uniform(*GAIN_RANGE)), OWN_STD
+    row, mu, exponent = draw_friction(rng)
+    return row.name, mu, exponent, float(rng.uniform(*TANGENTIAL_GAIN_RANGE)), OWN_STD
 
 
 def belief(rng: np.random.Generator) -> tuple[str, float, float, float, float]:

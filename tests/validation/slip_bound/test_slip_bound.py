@@ -23,10 +23,10 @@ from validation.slip_bound.worlds import (
     Grasp,
     draw_grasp,
     friction_class,
-    read_contacts,
 )
 from vegrip import GripController
 from vegrip.cli import run
+from vegrip.trials.published_friction import PUBLISHED
 
 EVEN = Grasp("", (0.5, 0.5), exponent=0.2, weight=4.0, share=0.5, gain=0.9, force_ratio=1.5, seed=1)
 UNEVEN = replace(EVEN, mu=(0.4, 0.6), share=0.64)
@@ -165,7 +165,7 @@ def test_a_grasp_is_told_by_its_number(world: str) -> None:
 
 def test_the_published_world_has_every_row_and_its_extremes_are_a_class() -> None:
     grasps = [draw_grasp("published", seed) for seed in range(700)]
-    assert {one.contact for one in grasps} == {row.name for row in read_contacts()}
+    assert {one.contact for one in grasps} == {row.name for row in PUBLISHED}
     for grasp in grasps:
         is_extreme = not EXTREME_BELOW <= grasp.friction <= EXTREME_ABOVE
         assert (friction_class("published", grasp) == "extreme friction") == is_extreme
@@ -176,8 +176,8 @@ def test_the_published_world_has_every_row_and_its_extremes_are_a_class() -> Non
 
 def test_every_row_has_a_source_that_the_references_list() -> None:
     page = (Path(__file__).parents[3] / "docs" / "references.md").read_text(encoding="utf-8")
-    for row in read_contacts():
-        assert f"**[{row.source.partition(':')[0]}]**" in page, row.name
+    for row in PUBLISHED:
+        assert f"**{row.source.rstrip('_')}**" in page, row.name
 
 
 def test_the_world_of_the_belief_has_its_moments() -> None:
