@@ -81,7 +81,7 @@ def test_what_it_means_is_said(capsys):
     assert main(["calibrate", "lift", "--weight", "0.5"]) == 0
     said = capsys.readouterr().out
     assert "tangential forces read 7 % low: gain 0.9" in said
-    assert "the shares do not tell the fingers apart" in said
+    assert "the shares do not distinguish the fingers" in said
     assert "the pads face sideways" in said
     assert "to grip by it add --launch FILE: sensors.tangential_gain = 0.9" in said
 

@@ -149,7 +149,7 @@ def test_a_bogus_slip_at_light_touch_changes_nothing() -> None:
 @pytest.mark.parametrize(
     ("friction", "slip", "sentence"),
     [
-        (LEARNING, 0.0, "the slip channel of thumb has not told a slide yet, and may be dead"),
+        (LEARNING, 0.0, "the slip channel of thumb has not reported a slide yet, and may be dead"),
         (LEARNING, math.nan, "thumb does not feel slip"),
         (replace(LEARNING, slip_threshold=5e-4), 0.0, "slip is felt from 0.0005 m/s on"),
         (replace(LEARNING, slip_delay=0.04), 0.0, "slip is felt 0.04 s late"),

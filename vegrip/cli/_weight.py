@@ -192,7 +192,7 @@ def _print(found: "TangentialGain", assumed: list[str], launch: Path | None) -> 
         console.print(f"{name}: {gain}, {gain.meaning}")
     if not found.are_told_apart:
         console.print(
-            "the shares do not tell the fingers apart, so all get the gain of the sum, with a std for "
+            "the shares do not distinguish the fingers, so all get the gain of the sum, with a std for "
             "their differences; lift with other shares too, best with one finger alone"
         )
     if found.load_dependence:

@@ -131,7 +131,7 @@ class _Load:
             return ""
         return (
             f"{', '.join(unfelt)} taken to bear an even share of {self.mass:g} kg, "
-            f"{share_of(self.mass, len(fingers)):.3g} N each: one that bears more slips earlier than told; "
+            f"{share_of(self.mass, len(fingers)):.3g} N each: one that bears more slips earlier than stated; "
             "state the largest share by --load"
         )
 

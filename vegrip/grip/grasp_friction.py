@@ -118,7 +118,7 @@ class GraspFriction:
         if math.isnan(g.slip.says[i]) and math.isnan(g.slip.says[BELIEF_MOST + i]):
             return f"{finger} does not feel slip"
         if sound_channel(g, i) < SURE:
-            return f"the slip channel of {finger} has not told a slide yet, and may be dead"
+            return f"the slip channel of {finger} has not reported a slide yet, and may be dead"
         return ""
 
     def doubted_channel(self, finger: str) -> str:

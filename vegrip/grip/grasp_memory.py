@@ -1,4 +1,4 @@
-"""What the fingers of a grasp share, by section: ``g.trust.proof[i]`` in Python, and a place where compiled.
+"""What the fingers of a grasp share, by section: ``g.slip.sound[i]`` in Python, and a place where compiled.
 
 All of it is one array of real numbers, which the steps of all fingers read and write. First stands what each
 finger needs [N], ``g[i]`` (:mod:`vegrip.grip.kernels.share`). What is shared of friction follows, in the

@@ -304,7 +304,7 @@ def _kernel(text: str, entries: frozenset[str]) -> str:
 
 
 class _Places(ast.NodeTransformer):
-    """Names in a memory, ``f.grip.held``, ``f.lowest[i]``, ``g.trust.proof[i]``, as places of a layout."""
+    """Names in a memory, ``f.grip.held``, ``f.lowest[i]``, ``g.slip.sound[i]``, as places of a layout."""
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         if not isinstance(node.value, ast.Attribute) or not _is_memory(node.value.value):

@@ -1,6 +1,7 @@
 """What a finger learns of friction with the others of its grasp (:mod:`vegrip.grip.grasp_friction`).
 
-``g`` is what the grasp shares: the needs, the belief, probing, onsets and loads, one behind the other.
+``g`` is what the grasp shares: the needs, the belief, drives, loads, slip, witness and release, one behind
+the other.
 """
 
 import math
