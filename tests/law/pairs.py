@@ -11,8 +11,6 @@ from .grasp import WORLDS, Case, Occurrence, World, draw, draw_occurrence
 from .sensors import SENSOR_FAULTS
 
 LEAST_MU, MOST_MU = 0.15, 1.1  # at 5 N
-FRICTIONS = (0.15, 0.25, 0.4, 0.65, 1.1)
-"""That every pair is tried with."""
 REAL = replace(WORLDS["real"], mu=(LEAST_MU, MOST_MU))
 
 NAMED = (*(name for name in FAULTS if name != "none"), *SENSOR_FAULTS)

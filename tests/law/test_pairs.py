@@ -8,7 +8,7 @@ import pytest
 
 from .channels import FAULTS
 from .grasp import SLID_M, Case, Occurrence, run
-from .pairs import FRICTIONS, PAIRS, case_of, draw_pair
+from .pairs import PAIRS, draw_pair
 from .plant import Make
 from .sensors import COLUMNS
 from .test_plant import WOOD
@@ -45,14 +45,6 @@ def sampled(stratum: tuple[str, str]) -> Case:
 @pytest.mark.parametrize("stratum", STRATA, ids=" and ".join)
 def test_two_faults_of_any_kind_drop_nothing_crush_nothing_and_are_named(stratum: tuple[str, str]) -> None:
     case = sampled(stratum)
-    assert left_of(case) == [], case
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("pair", PAIRS, ids=" and ".join)
-def test_no_pair_of_faults_drops_crushes_or_stays_unnamed(pair: tuple[str, str]) -> None:
-    mu = FRICTIONS[PAIRS.index(pair) % len(FRICTIONS)]
-    case = replace(case_of(pair, mu), duration=30.0)
     assert left_of(case) == [], case
 
 
