@@ -46,20 +46,25 @@ def prepare_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
 def screen_slip(f: Floats, g: GraspMemory, i: int, dt: float) -> None:
     """Let the state have what is believed of slip: whether the finger slides, if that is known at all.
 
-    The sign of a slip speed is its direction, which some sensors tell.
+    The sign of a slip speed is its direction, which some sensors tell. A channel that is surely wrong counts
+    as missing, which degrades the finger.
     """
-    f.shared.flag, f.shared.speed = f.state.slip, abs(f.state.slip_speed)
-    hear_slip(g, i, dt, f.shared.flag, f.shared.speed)
+    f.shared.flag, f.shared.speed = f.state.slip, f.state.slip_speed
+    hear_slip(g, i, dt, f.shared.flag, abs(f.shared.speed))
     slides = g.slip.slides[i]
     if f.state.slip <= 0.0 or f.state.slip >= 1.0:
         quiet = 0.0 if sound_channel(g, i) > UNSURE and slides < 0.5 else UNKNOWN_SLIP
         f.state.slip = 1.0 if slides >= SURE else quiet
+    if is_named(g, i):
+        f.state.slip = math.nan
+    if is_named(g, BELIEF_MOST + i):
+        f.state.slip_speed = math.nan
 
 
 def restore_slip(f: Floats, t: Wholes) -> None:
     """Let the state show slip as it was sensed."""
     if t.setup.shares == 1:
-        f.state.slip = f.shared.flag
+        f.state.slip, f.state.slip_speed = f.shared.flag, f.shared.speed
 
 
 def is_slipping(f: Floats, t: Wholes, g: GraspMemory) -> bool:
