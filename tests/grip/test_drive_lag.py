@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from vegrip.estimator import SensorNoise
 from vegrip.grip.drive_lag import (
     begin_drives,
     follow_drive,
@@ -129,8 +128,8 @@ def test_the_lag_stays_within_bounds_whatever_comes() -> None:
 
 def test_a_node_logs_the_lag_of_a_drive_once_it_is_known(caplog: pytest.LogCaptureFixture) -> None:
     log = DriveLog("grip")
-    friction = GraspFriction({"thumb": object()}, ControlSettings(), SensorNoise(), 0.01)
-    friction.set_lead(GripSettings(drive_lag=0.01), 1e-4)
+    friction = GraspFriction({"thumb": object()}, ControlSettings())
+    friction.set_lead(GripSettings(drive_lag=0.01))
     with caplog.at_level("INFO", logger="vegrip.grip"):
         log.tell("thumb", friction, GripSettings(drive_lag=0.01))
         for command, force in forces(grips(20.0), 0.0133):
@@ -143,11 +142,11 @@ def test_a_node_logs_the_lag_of_a_drive_once_it_is_known(caplog: pytest.LogCaptu
 
 
 def test_other_parameters_do_not_make_it_forget_a_lag() -> None:
-    friction = GraspFriction({"thumb": object()}, ControlSettings(), SensorNoise(), 0.01)
+    friction = GraspFriction({"thumb": object()}, ControlSettings())
     for command, force in forces(grips(20.0), 0.0133):
         follow_drive(friction.memory, 0, DT, command, force)
     known = friction.drive_lag("thumb")
-    friction.set_lead(GripSettings(measure_lag=True), 1e-4)
+    friction.set_lead(GripSettings(measure_lag=True))
     assert friction.drive_lag("thumb") == known
 
 

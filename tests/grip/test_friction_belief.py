@@ -109,7 +109,7 @@ def test_a_thousand_looks_at_one_load_are_one_piece_of_evidence() -> None:
     absorb_hold(g, 0, -0.9, 0.01)
     once = mean(g), covariance(g)
     for _ in range(1000):
-        absorb_hold(g, 0, -0.9 + 0.029, 0.01)
+        absorb_hold(g, 0, -0.9 + 0.019, 0.01)
     assert np.array_equal(mean(g), once[0])
     assert np.array_equal(covariance(g), once[1])
 
@@ -136,10 +136,12 @@ def test_no_slide_moves_the_belief_by_more_than_four_standard_deviations() -> No
     assert np.allclose(mean(far), mean(farther))
 
 
-def test_a_slide_of_a_light_touch_teaches_nothing() -> None:
-    g = belief()
-    absorb_slide(g, 0, -2.0, 0.31**2)
-    assert np.array_equal(mean(g)[:N], np.full(N, LN_MU))
+def test_a_slide_whose_load_is_known_less_well_teaches_less() -> None:
+    known, vague = belief(), belief()
+    absorb_slide(known, 0, -1.0, 0.1**2)
+    absorb_slide(vague, 0, -1.0, 0.3**2)
+    assert mean(known)[0] < mean(vague)[0] < LN_MU
+    assert covariance(known)[0, 0] < covariance(vague)[0, 0]
 
 
 @pytest.mark.parametrize("off", [0.0, -0.3, 1.0, -2.0])
@@ -195,4 +197,4 @@ def test_hostile_evidence_leaves_a_covariance() -> None:
             g.belief.since += float(rng.exponential(2.0))
         assert np.all(np.isfinite(mean(g)))
         assert np.linalg.eigvalsh(covariance(g)).min() > -1e-9
-        assert np.diag(covariance(g))[:N].max() < STD**2 * 1.3
+        assert np.diag(covariance(g))[:N].max() < STD**2 * 1.6

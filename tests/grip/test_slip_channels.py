@@ -9,8 +9,8 @@ import pytest
 from vegrip.grip.friction_belief import begin_belief, expect_exponent, expect_finger
 from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 from vegrip.grip.slip_channels import (
-    LYING_FIRST,
-    SILENT_FIRST,
+    EVEN,
+    RARE,
     SURE,
     UNSURE,
     begin_channels,
@@ -61,7 +61,7 @@ def probabilities(g: GraspMemory, at: int = 0) -> tuple[float, float, float]:
 def test_silence_proves_nothing() -> None:
     g = grasp()
     run(g, 30.0, rising(0.3, 1.0), QUIET)
-    assert probabilities(g)[0] == pytest.approx(1.0 - SILENT_FIRST - LYING_FIRST, abs=0.02)
+    assert probabilities(g)[0] == pytest.approx(1.0 - EVEN - RARE, abs=0.02)
 
 
 def test_slip_that_the_load_makes_likely_proves_a_channel_for_a_while() -> None:

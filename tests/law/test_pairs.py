@@ -48,9 +48,7 @@ def test_two_faults_of_any_kind_drop_nothing_crush_nothing_and_are_named(stratum
     assert left_of(case) == [], case
 
 
-@pytest.mark.parametrize(
-    "fault", ["none", "random", "noisy", "absent", "stuck", pytest.param("dead", marks=OPEN)]
-)
+@pytest.mark.parametrize("fault", ["none", "random", "noisy", "absent", "stuck", "dead"])
 def test_a_wooden_object_is_held_whatever_the_slip_channel_says(fault: str) -> None:
     """With 0.81 of the tangential force, as the pads felt it."""
     told = run(Case(WOOD, fault, tangential_gain=0.81, duration=45.0, seed=2))

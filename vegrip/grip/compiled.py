@@ -32,7 +32,8 @@ GRIP_KERNELS: Final = (
     "finger_step", "reports",
 )  # fmt: skip
 SHARED_FRICTION: Final = (
-    "friction_belief", "drive_lag", "load_lead", "slip_channels", "slip_witness", "force_release",
+    "friction_numbers", "friction_belief", "drive_lag", "load_lead", "slip_channels", "slip_witness",
+    "force_release",
 )  # fmt: skip
 """Texts of :mod:`vegrip.grip`: the friction of a grasp, which a node also looks at."""
 

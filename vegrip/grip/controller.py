@@ -23,7 +23,7 @@ from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger, Place, Wanted
 from vegrip.grip.force_limit import ForceLimit, against_thumb
-from vegrip.grip.grasp_friction import share_friction
+from vegrip.grip.grasp_friction import GraspFriction
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.safety import USUAL_LIMITS, limit_not_stated
 from vegrip.grip.settings import ControlSettings, make_share
@@ -157,7 +157,7 @@ class GripController:
         """Forget contacts and commands; nothing is commanded before the next state of a finger."""
         self._now = 0
         estimators = {name: self._make_estimator(name) for name in self.names}
-        self.friction = share_friction(estimators, self._settings, self._known_object())
+        self.friction = GraspFriction(estimators, self._settings, self._known_object())
         self.fingers = {name: self._new_finger(name, estimator) for name, estimator in estimators.items()}
         self._apply()
 
@@ -223,8 +223,7 @@ class GripController:
         )  # fmt: skip
 
     def _apply(self) -> None:
-        noise = getattr(self._settings, "noise", SensorNoise())
-        self.friction.set_lead(self._settings.grip, noise.torque_z)
+        self.friction.set_lead(self._settings.grip)
         self.friction.set_risk(self._settings.grip)
         for name, finger in self.fingers.items():
             finger.apply(self._settings, self.wanted)

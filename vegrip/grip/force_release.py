@@ -18,7 +18,7 @@ s_b, so with::
 
 slides come at this rate: it is the part of the force that is held for want of knowledge, over what one slide
 costs. Where no channel is proven, the load alone is a witness (:mod:`.slip_witness`), which sees a slide the
-sooner, the faster N falls: then b grows by ``FAST_RELEASE``.
+sooner, the faster N falls: then b grows by ``QUICK``.
 
 b returns to 0 when a finger slides, which teaches, and when a load changes; what has held until then is
 evidence that friction is higher.
@@ -32,21 +32,6 @@ from vegrip.estimator.normal_law import upper_tail
 from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
 from vegrip.grip.slip_witness import *
 
-COST = 0.5  # [s] of the least force, that a slide which is noticed costs
-WORTH = 0.08  # of the force, that knowing friction better does not save: it changes
-FAST_RELEASE = 5.0  # [1/s] of ln N, with which the load shows a slide before the object has gone a millimetre
-WORTH_PROVING = 0.45  # probability of a sound channel from which on it is let go of to prove it
-LEAD_TIME = 0.35  # [s] with which the grip follows what is asked of it: so far ahead of u it is asked
-PAUSE = 0.5  # [s] after a slide
-FOLLOWING = 0.1  # [s] with which the load from which changes are counted follows
-QUIET_TIME = 0.2  # [s] without a change of any load before force is let go of
-QUIET_CHANGE = 0.05  # relative change of a load that is one
-LEAST_SHIFT = 1e-3  # of ln mu, from which on a finger counts as let go of
-ENDS_A_SLIDE = 0.1  # of ln mu: to take so much back ends a slide that letting go has brought
-HALVINGS = 16
-REACTED = 0.2  # probability of a slide from which on the grip grows
-UNFELT_CHANGE = 0.1  # std of ln mu by which friction changes between two slides
-
 
 def set_risk(g: GraspMemory, risk: float, noticed_risk: float, releases: bool) -> None:
     """Set the risks of a slide that is not noticed and of one that is, and whether force is let go of."""
@@ -57,7 +42,7 @@ def set_risk(g: GraspMemory, risk: float, noticed_risk: float, releases: bool) -
 def begin_release(g: GraspMemory) -> None:
     """Take what is believed now as the prior."""
     n = int(g.belief.fingers)
-    g.release.exponent, g.release.exponent_var = g.belief.mean[n], g.belief.p[n * BELIEF_ROW + n]
+    g.release.exponent = g.belief.mean[n]
     g.release.pause = g.release.ends = 0.0
     for i in range(BELIEF_MOST):
         g.release.prior[i], g.release.spread[i] = g.belief.mean[i], g.belief.p[i * BELIEF_ROW + i]
@@ -75,17 +60,17 @@ def reacts(g: GraspMemory, i: int) -> bool:
 
     A slide that letting go has brought ends with that, and is told for a while longer.
     """
-    return g.slip.slides[i] >= REACTED and g.release.ends <= 0.0
+    return g.slip.slides[i] >= EVEN and g.release.ends <= 0.0
 
 
 def counted_on(g: GraspMemory, i: int) -> float:
     """Return the ln mu of finger ``i`` that is counted on, by halving."""
     p, load = chance_noticed(g), g.belief.load[i]
-    mean, std = believed_mean(g, i), math.sqrt(believed_variance(g, i) + FEWEST)
+    mean, std = believed_mean(g, i), math.sqrt(believed_variance(g, i) + NEARLY_NONE)
     first = g.release.prior[i] - g.release.exponent * load
-    spread = math.sqrt(g.release.spread[i] + load * load * g.release.exponent_var + FEWEST)
+    spread = math.sqrt(g.release.spread[i] + load * load * g.belief.exponent_var + NEARLY_NONE)
     low, high = min(mean - 4.0 * std, first - 4.0 * spread), max(mean, first)
-    for _ in range(HALVINGS):
+    for _ in range(16):
         x = 0.5 * (low + high)
         believed, at_first = upper_tail((mean - x) / std), upper_tail((first - x) / spread)
         loss = (1.0 - p) * max(believed, at_first) + p * g.release.kappa * believed
@@ -105,9 +90,9 @@ def watch_quiet(g: GraspMemory, i: int, dt: float, load: float, noise: float, to
     if g.release.still[i] < 0.0:
         g.release.smooth[i] = g.release.steady[i] = load
         g.release.still[i] = 0.0
-    g.release.smooth[i] += (1.0 - math.exp(-dt / SMOOTHING)) * (load - g.release.smooth[i])
+    g.release.smooth[i] += (1.0 - math.exp(-dt / LOOK)) * (load - g.release.smooth[i])
     g.release.still[i] += dt
-    g.release.steady[i] += (1.0 - math.exp(-dt / FOLLOWING)) * (g.release.smooth[i] - g.release.steady[i])
+    g.release.steady[i] += (1.0 - math.exp(-dt / PAUSE)) * (g.release.smooth[i] - g.release.steady[i])
     change = abs(g.release.smooth[i] - g.release.steady[i])
     if change <= QUIET_CHANGE * g.release.steady[i] + 2.0 * noise:
         return False
@@ -118,7 +103,7 @@ def watch_quiet(g: GraspMemory, i: int, dt: float, load: float, noise: float, to
 def is_quiet(g: GraspMemory, n: int) -> bool:
     """Return whether no finger has slid and no load has changed for a while."""
     for j in range(n):
-        if 0.0 <= g.release.still[j] < QUIET_TIME:
+        if 0.0 <= g.release.still[j] < RETURN:
             return False
     return g.release.pause <= 0.0
 
@@ -130,7 +115,7 @@ def take_back(g: GraspMemory, slid: bool) -> None:
     """
     exponent = g.belief.mean[int(g.belief.fingers)]
     for i in range(int(g.belief.fingers)):
-        if g.release.shift[i] > LEAST_SHIFT and not slid:
+        if g.release.shift[i] > RISE and not slid:
             ln_u = g.slip.shown[i] - exponent * g.belief.load[i]
             off = ln_u - believed_mean(g, i)
             if abs(off) < CREDIBLE * math.sqrt(believed_variance(g, i)):
@@ -144,24 +129,24 @@ def let_go(g: GraspMemory, i: int, dt: float, margin: float, touching: bool) -> 
     if not (touching and p > UNSURE and g.slip.level[i] > -math.inf and is_quiet(g, n)):
         return
     ln_u = g.slip.level[i] - g.belief.mean[n] * g.belief.load[i]
-    mean, std = believed_mean(g, i), math.sqrt(believed_variance(g, i) + FEWEST)
+    mean, std = believed_mean(g, i), math.sqrt(believed_variance(g, i) + NEARLY_NONE)
     counted = g.release.counted[i]
-    most, rate = math.inf, FAST_RELEASE
+    most, rate = math.inf, QUICK
     if p >= SURE:
         z = (ln_u - mean) / std
         worth = max(math.exp(mean - counted) - 1.0 - WORTH, 0.0)
         ratio = 2.5066282746310002 * upper_tail(z) * math.exp(0.5 * z * z) if z < 6.0 else 1.0 / z
         most = mean + CREDIBLE * std
-        rate = min(worth / (COST * g.belief.fingers) * std * ratio, FAST_RELEASE)
-    elif p < WORTH_PROVING or rise_needed(g, dt) > BLIND:
+        rate = min(worth / (COST * g.belief.fingers) * std * ratio, QUICK)
+    elif p < 1.0 - EVEN - 2.0 * RARE or rise_needed(g, dt) > BLIND:
         return
-    most = min(most, ln_u + rate * LEAD_TIME) - math.log(1.0 - margin) - counted
+    most = min(most, ln_u + rate * LEAD) - math.log(1.0 - margin) - counted
     g.release.shift[i] = max(g.release.shift[i], min(g.release.shift[i] + rate * dt, most))
 
 
 def stated_std(std: float) -> float:
     """Return the std of ln mu that is stated: friction may have changed since it was felt."""
-    return math.sqrt(std * std + UNFELT_CHANGE * UNFELT_CHANGE)
+    return math.sqrt(std * std + SCATTER * SCATTER)
 
 
 def note_slide(g: GraspMemory, i: int, unsure: float) -> None:
@@ -175,7 +160,7 @@ def note_slide(g: GraspMemory, i: int, unsure: float) -> None:
             if g.slip.sound[teacher] >= SURE:
                 g.belief.before[i] = -math.inf
         return
-    if g.slip.taught[i] > 0.0 or not g.slip.top[i] > -math.inf:
+    if g.slip.taught[i] > 0.0 or unsure > SCATTER or not g.slip.top[i] > -math.inf:
         return
     g.slip.taught[i], g.slip.held[i], g.slip.teacher[i] = 1.0, g.slip.top[i], float(teller(g, i))
     ln_u = g.slip.top[i] - g.belief.mean[int(g.belief.fingers)] * g.belief.load[i]
@@ -199,8 +184,8 @@ def decide(g: GraspMemory, i: int, dt: float, margin: float, touching: bool, cha
     g.release.pause = max(g.release.pause - dt / float(n), 0.0)
     g.release.ends = max(g.release.ends - dt / float(n), 0.0)
     if g.slip.slides[i] >= 0.5 or sees_slide(g, dt, total):
-        if total > ENDS_A_SLIDE:
-            g.release.ends = 2.0 * (g.slip.delay + SMOOTHING)
+        if total > SCATTER:
+            g.release.ends = 2.0 * (g.slip.delay + LOOK)
         take_back(g, True)
         g.release.pause = PAUSE
     elif changed or (total > 0.0 and chance_noticed(g) < SURE and ends_slowly(g, dt)):

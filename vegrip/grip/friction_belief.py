@@ -21,7 +21,7 @@ Evidence about one finger is a Gaussian factor on ``h' z``: its precision p and 
   that is off by d makes the second one more likely. With its probability the common variance is widened
   first::
 
-      p = CHANGE N(d; S + CHANGE_STD^2) / (CHANGE N(d; S + CHANGE_STD^2) + (1 - CHANGE) N(d; S)),   S = h'Ph +
+      p = RARE N(d; S + CHANGE_STD^2) / (RARE N(d; S + CHANGE_STD^2) + (1 - RARE) N(d; S)),   S = h'Ph +
       noise
 
 Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
@@ -30,16 +30,8 @@ Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same 
 import math
 
 from vegrip.estimator.normal_law import inverse_mills
+from vegrip.grip.friction_numbers import *
 from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
-
-COMMON_DRIFT = 0.8  # share of the forgetting that is common to all fingers
-CHANGE = 0.02  # probability that friction has changed between two slides
-CHANGE_STD = 0.4  # std of ln mu of such a change: wet faces have 0.6 to 0.9 of dry ones' friction, or less
-FARTHEST_SLIDE = 4.0  # standard deviations by which one slide counts at most
-LEAST_SLIP_PRECISION = 11.0  # of ln mu (std 0.3); a slip that tells less is one of a light touch
-RECORD = 0.03  # of ln u, by which a load must exceed what has held before: noise exceeds it by less
-LEAST_PRECISION = 1e-12
-MOST_REMOVED = 0.8  # of the precision that is there
 
 
 def begin_belief(g: GraspMemory, fingers: int, drift: float) -> None:
@@ -62,6 +54,7 @@ def expect_exponent(g: GraspMemory, mean: float, variance: float) -> None:
     """Set the prior of the exponent by which friction falls with the load; before, friction is constant."""
     n = int(g.belief.fingers)
     g.belief.mean[n], g.belief.p[n * BELIEF_ROW + n] = mean, variance
+    g.belief.exponent_var = variance
 
 
 def expect_finger(g: GraspMemory, i: int, mean: float, std: float, own: float) -> None:
@@ -100,14 +93,13 @@ def shared_part_of(g: GraspMemory, j: int, i: int, load: float) -> float:
 
 def widen_belief(g: GraspMemory) -> None:
     """Forget what the time since the last look asks for, never beyond the prior."""
+    g.belief.version += 1.0
     grown = g.belief.drift * g.belief.drift * g.belief.since
     g.belief.since = 0.0
-    add_common(g, COMMON_DRIFT * grown)
+    add_common(g, COMMON * grown)
     for i in range(int(g.belief.fingers)):
         at = i * BELIEF_ROW + i
-        g.belief.p[at] = max(
-            g.belief.p[at], min(g.belief.p[at] + (1.0 - COMMON_DRIFT) * grown, g.belief.prior_var)
-        )
+        g.belief.p[at] = max(g.belief.p[at], min(g.belief.p[at] + (1.0 - COMMON) * grown, g.belief.prior_var))
 
 
 def add_common(g: GraspMemory, grown: float) -> None:
@@ -139,7 +131,7 @@ def absorb_factor(g: GraspMemory, i: int, load: float, precision: float, weighte
     for j in range(n + 1):
         g.belief.along[j] = shared_part_of(g, j, i, load)
     left = 1.0 + precision * (g.belief.along[i] - load * g.belief.along[n])
-    if not (left > LEAST_PRECISION and abs(weighted) < math.inf):
+    if not (left > NEARLY_NONE and abs(weighted) < math.inf):
         return
     off = (weighted - precision * (g.belief.mean[i] - load * g.belief.mean[n])) / left
     shrink = precision / left
@@ -156,9 +148,10 @@ def remove_factor(g: GraspMemory, i: int, load: float, precision: float, weighte
     One that is nearly all that is known stays: rounding would be what is left.
     """
     variance = shared_part_of(g, i, i, load) - load * shared_part_of(g, int(g.belief.fingers), i, load)
-    if precision > 0.0 and 0.0 < variance < g.belief.prior_var:
-        part = min(1.0, (1.0 / variance - 1.0 / g.belief.prior_var) / precision)
-        if part * precision * variance < MOST_REMOVED:
+    first = g.belief.prior_var + load * load * g.belief.exponent_var
+    if precision > 0.0 and 0.0 < variance < first:
+        part = min(1.0, (1.0 / variance - 1.0 / first) / precision)
+        if part * precision * variance < SURE:
             absorb_factor(g, i, load, -part * precision, -part * weighted)
 
 
@@ -175,14 +168,11 @@ def refuse_evidence(g: GraspMemory) -> None:
 
 def absorb_slide(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
     """Take in that finger ``i`` slid at ``ln_u``, known with the variance ``noise``, at its present load."""
-    if noise * LEAST_SLIP_PRECISION > 1.0:
-        refuse_evidence(g)
-        return
     widen_belief(g)
     remove_hold(g, i)
     off, expected = ln_u - believed_mean(g, i), believed_variance(g, i) + noise
     add_common(g, CHANGE_STD * CHANGE_STD * chance_of_change(off, expected))
-    most = FARTHEST_SLIDE * math.sqrt(believed_variance(g, i) + noise)
+    most = OUTLIER * math.sqrt(believed_variance(g, i) + noise)
     counted = believed_mean(g, i) + min(max(off, -most), most)
     g.belief.before[i], g.belief.before_var[i] = g.belief.mean[i], g.belief.p[i * BELIEF_ROW + i]
     absorb_factor(g, i, g.belief.load[i], 1.0 / noise, counted / noise)
@@ -206,7 +196,7 @@ def chance_of_change(off: float, expected: float) -> float:
     """
     wider = expected + CHANGE_STD * CHANGE_STD
     ratio = 0.5 * off * off * (1.0 / expected - 1.0 / wider) + 0.5 * math.log(expected / wider)
-    return 1.0 / (1.0 + (1.0 - CHANGE) / CHANGE * math.exp(-min(ratio, 50.0)))
+    return 1.0 / (1.0 + (1.0 - RARE) / RARE * math.exp(-min(ratio, 50.0)))
 
 
 def absorb_hold(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
@@ -216,7 +206,7 @@ def absorb_hold(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
     ``h' z`` rises by ``h' P h r / sqrt(..)`` and its variance falls by ``(h' P h)^2 r (q + r) / (..)``.
     """
     record = ln_u + g.belief.mean[int(g.belief.fingers)] * g.belief.load[i]
-    if not record > g.belief.record[i] + RECORD:
+    if not record > g.belief.record[i] + RISE:
         refuse_evidence(g)
         return
     widen_belief(g)
@@ -227,7 +217,7 @@ def absorb_hold(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
     q = (mean - ln_u) / spread
     ratio = inverse_mills(q)
     left = 1.0 - variance * ratio * (q + ratio) / (spread * spread)
-    if not (variance > 0.0 and left > LEAST_PRECISION):
+    if not (variance > 0.0 and left > NEARLY_NONE):
         return
     precision = (1.0 / left - 1.0) / variance
     after = mean + variance * ratio / spread

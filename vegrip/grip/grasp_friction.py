@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from vegrip.estimator.estimator import ContactEstimator
-from vegrip.estimator.settings import EstimatorSettings, SensorNoise
+from vegrip.estimator.settings import SensorNoise
 from vegrip.grip.drive_lag import begin_drives, measured_lag, tell_drives
 from vegrip.grip.force_release import *
 from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
@@ -33,8 +33,6 @@ class GraspFriction:
     Args:
         fingers: the estimator of each, by name; one of another make makes all learn alone.
         settings: how friction is learned, and what grip it is for.
-        noise: of the sensors.
-        drift: random walk of ln mu [1/sqrt(s)].
         known: what former grasps have learned of the object.
 
     """
@@ -43,27 +41,24 @@ class GraspFriction:
         self,
         fingers: Mapping[str, object],
         settings: ControlSettings,
-        noise: SensorNoise,
-        drift: float,
         known: ObjectFriction | None = None,
     ) -> None:
         able = {name: e for name, e in fingers.items() if isinstance(e, ContactEstimator)}
-        self._settings, self._noise = settings.friction, noise.tangential_force
+        self._settings = settings.friction
+        self._noise = next((e.noise for e in fingers.values() if hasattr(e, "noise")), SensorNoise())
         self.active = self._settings.shared and len(able) == len(fingers) <= BELIEF_MOST
         self._places = {name: i for i, name in enumerate(fingers)}
         self.memory = GraspMemory(len(fingers))
         """All that the fingers of the grasp share; their steps write here."""
         self._is_leading = False
-        begin_drives(self.memory, noise.normal_force)
+        begin_drives(self.memory, self._noise.normal_force)
         if self.active:
-            self._begin(able, drift, known)
+            self._begin(able, known)
             self.set_risk(settings.grip)
 
-    def _begin(
-        self, able: Mapping[str, ContactEstimator], drift: float, known: ObjectFriction | None
-    ) -> None:
+    def _begin(self, able: Mapping[str, ContactEstimator], known: ObjectFriction | None) -> None:
         s, g = self._settings, self.memory
-        begin_belief(g, len(able), drift)
+        begin_belief(g, len(able), max(e.settings.friction_drift for e in able.values()))
         widest = 0.0
         for i, estimator in enumerate(able.values()):
             mean, variance, exponent, exponent_var = estimator.friction_law
@@ -75,7 +70,7 @@ class GraspFriction:
             expect_finger(g, i, mean, math.sqrt(max(variance, 0.0)), s.own_spread)
         g.belief.prior_var = widest  # forgetting leads back to what is usual
         begin_channels(g, s.sliding_speed, s.slip_delay)
-        begin_witness(g, self._noise)
+        begin_witness(g, self._noise.tangential_force)
         begin_release(g)
 
     def set_risk(self, grip: GripSettings) -> None:
@@ -84,11 +79,11 @@ class GraspFriction:
             is_fine = self._settings.probing and not self._settings.why_too_coarse
             set_risk(self.memory, 1.0 - grip.probability, 1.0 - grip.known_probability, is_fine)
 
-    def set_lead(self, grip: GripSettings, torque_noise: float) -> None:
-        """Set what is told of the drives, and the noise of a torque [N m]; what was measured stays."""
+    def set_lead(self, grip: GripSettings) -> None:
+        """Set what is told of the drives; what was measured stays."""
         self._is_leading = grip.drive_lag > 0.0 or grip.measure_lag
         tell_drives(self.memory, grip.drive_lag, grip.measure_lag, grip.burst_rate)
-        begin_lead(self.memory, self._noise, torque_noise)
+        begin_lead(self.memory, self._noise.tangential_force, self._noise.torque_z)
 
     def drive_lag(self, finger: str) -> float:
         """Return the measured lag of the drive of ``finger`` [s]; NaN while it is not known."""
@@ -100,7 +95,7 @@ class GraspFriction:
         i = self._places[finger]
         memory["SETUP_SHARES"] = self.active
         memory["SETUP_LEADS"] = self._is_leading and i < BELIEF_MOST
-        memory["SHARED_LOAD_NOISE"] = self._noise
+        memory["SHARED_LOAD_NOISE"] = self._noise.tangential_force
 
     @property
     def why_not_probing(self) -> str:
@@ -147,7 +142,7 @@ class GraspFriction:
         if not self.active:
             return ""
         g, i = self.memory, self._places[finger]
-        if g.release.shift[i] > LEAST_SHIFT:
+        if g.release.shift[i] > RISE:
             return PROBED
         is_known = believed_variance(g, i) < UNKNOWN_OBJECT**2 and chance_noticed(g) >= SURE
         return KNOWN if is_known else ""
@@ -178,7 +173,7 @@ class GraspFriction:
     def learned_object(self) -> ObjectFriction | None:
         """What this grasp has learned of the object; None while it is unknown."""
         n, belief = len(self._places), self.memory.belief
-        if not self.active or belief.version == 0.0:
+        if not self.active:
             return None
         rows = [belief.p[i * BELIEF_ROW : i * BELIEF_ROW + n] for i in range(n)]
         std = math.sqrt(max(sum(map(sum, rows)), 0.0)) / n
@@ -190,12 +185,3 @@ class GraspFriction:
         """Return mean and std of ln mu of ``finger`` at its present load."""
         i = self._places[finger]
         return believed_mean(self.memory, i), math.sqrt(believed_variance(self.memory, i))
-
-
-def share_friction(
-    estimators: Mapping[str, object], settings: ControlSettings, known: ObjectFriction | None = None
-) -> GraspFriction:
-    """Return what fingers learn of friction together, from what their estimators believe now."""
-    noise = getattr(settings, "noise", SensorNoise())
-    estimator = getattr(settings, "estimator", EstimatorSettings())
-    return GraspFriction(estimators, settings, noise, estimator.friction_drift, known)

@@ -32,7 +32,8 @@ class Belief:
     version: float  # changes with every evidence
     since: float  # [s] since the belief was last widened
     drift: float  # [1/sqrt(s)] random walk of ln mu
-    prior_var: float
+    prior_var: float  # of ln mu at the reference load, before anything was felt
+    exponent_var: float  # of the exponent, at that time
     mean: Annotated[MutableSequence[float], BELIEF_ROW]  # of ln mu at the reference load, then the exponent
     common: Each  # std of what each shares with all, at the beginning
     load: Each  # relative load of each, ln(N / N_0)
@@ -92,6 +93,7 @@ class Slip:
     rate: Channels  # how often it begins to say slip, per look
     shows: Channels  # what it adds to the logit of a slide
     level: Each  # ln u at the reference load, without noise; -inf: not known
+    spread: Each  # std of the utilisation, averaged as it is
     shown: Each  # what is shown to hold: the same, rising no faster than force is let go of
     held: Each  # largest of it of late without a slide
     top: Each  # largest of the last delay
@@ -132,7 +134,6 @@ class Release:
     risk: float  # of a slide that is not noticed
     kappa: float  # loss of a slide that is noticed over that of one that is not
     exponent: float  # of friction over the load before anything was felt
-    exponent_var: float
     pause: float  # [s] until force may be let go of again
     ends: float  # [s] in which a slide that letting go has brought ends
     prior: Each  # mean of ln mu at the reference load before anything was felt

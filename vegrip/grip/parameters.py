@@ -71,8 +71,11 @@ def estimator_factory(
         )
 
     def make(finger: str) -> ContactEstimator:
-        model, gain = _model(tips[finger]), parameters.sensors.of(finger)
-        believed = parameters.friction.prior_of(gain.tangential_gain, gain.tangential_gain_std)
+        tip, gain = tips[finger], parameters.sensors.of(finger)
+        model, friction = _model(tip), parameters.friction
+        if friction.coefficient == 0.0:  # a tip's own, also where it is what the catalogue has
+            friction = replace(friction, coefficient=tip.friction)
+        believed = friction.prior_of(gain.tangential_gain, gain.tangential_gain_std)
         settings = replace(parameters.estimator, friction=believed)
         if store is not None:
             return store.estimator(finger, model, parameters.noise, settings)

@@ -5,7 +5,7 @@ Each is one of three:
 
 * *sound*: while its finger slides it says so with probability ``DETECTS``, else with ``FALSE`` a look;
 * *silent*: it never says slip, as a dead one;
-* *lying*: it says slip with probability ``LIES`` a look, whatever the finger does.
+* *lying*: it says slip with probability ``RARE`` a look, whatever the finger does.
 
 A *look* lasts ``LOOK``: what a channel says in between is the same noise. With the probability p that the
 finger slides by all that is known beside this channel, what it says multiplies the three by::
@@ -20,13 +20,13 @@ and a channel goes back to what is usual of such channels in ``RENEWED``: sensor
 **A slide of finger i.** ``w = ln u + g l`` is its utilisation referred to the reference load; it slides where
 ``w > x_i``. Having just held ``h`` cuts off the belief of x, so without any channel::
 
-    p = P(x < w + SCATTER | x > h - SCATTER),    at least CHANGED exp(-((h - w) / SCATTER)^2 / 2)
+    p = P(x < w + SCATTER | x > h - SCATTER),    at least RARE exp(-((h - w) / SCATTER)^2 / 2)
 
 since friction may have changed, but not while w falls: a contact that slides has w = x. It is taken at its
-largest over the delay of the channels, because they tell late, and at least ``TOGETHER`` times the
+largest over the delay of the channels, because they tell late, and at least ``EVEN`` times the
 probability that another finger slides. To its logit a channel that says slip for n looks adds::
 
-    ln (S DETECTS + Y LIES) / (S FALSE^n + Y LIES),     S, Y its probabilities to be sound and to lie
+    ln (S DETECTS + Y RARE) / (S FALSE^n + Y RARE),     S, Y its probabilities to be sound and to lie
 
 because a sound one errs anew at each look, and one that lies may go on.
 
@@ -39,35 +39,14 @@ from vegrip.estimator.normal_law import upper_tail
 from vegrip.grip.friction_belief import *
 from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 
-DETECTS = 0.99  # probability that a sound channel tells a slide
-FALSE = 1e-4  # the same in a look in which nothing slides
-LIES = 0.02  # the same of one that lies, as far as it has not shown how often it does
-RATE_LOOKS = 100.0  # looks from which it is seen how often one begins to say slip
-LOOK = 0.01  # [s] that what a channel says stays the same: a sample or two of published slip sensors
-SILENT_FIRST = (
-    0.5  # probability of a channel that has proven nothing to be dead: half, for nothing is known of it
-)
-LYING_FIRST = 0.02  # the same to lie
-RENEWED = 100.0  # [s]
-SCATTER = 0.1  # std of ln mu from one slide to the next
-TOGETHER = 0.5  # probability that a finger slides with another one: the object does, or that one alone
-CHANGED = 0.02  # probability that friction is not what was believed when a channel says slip
-HELD_RISE = 5.0  # [1/s] of ln u, faster than which nothing is shown to hold: it may be a wrong value
-CREDIBLE = 2.0  # standard deviations above the mean of friction, beyond which a load that held may be wrong
-HELD_TIME = 10.0  # [s] in which ln u that was held falls by one
-SMOOTHING = 0.01  # [s] of the utilisation: its noise is that of one sample
-SURE, UNSURE = 0.95, 0.05  # probability from which on a hypothesis is acted on, and below which it is not
-NAMED = 0.02  # probability of a sound channel below which it is named as a wrong one
-FEWEST = 1e-6  # probability that no hypothesis falls below
-
 
 def begin_channels(g: GraspMemory, sliding: float, delay: float) -> None:
     """Set the slip speed [m/s] from which a finger slides, 0 = the flag alone tells, and the delay [s]."""
     g.slip.sliding, g.slip.delay = sliding, delay
     for at in range(2 * BELIEF_MOST):
-        g.slip.sound[at], g.slip.silent[at] = 1.0 - SILENT_FIRST - LYING_FIRST, SILENT_FIRST
+        g.slip.sound[at], g.slip.silent[at] = 1.0 - EVEN - RARE, EVEN
         g.slip.says[at], g.slip.heard[at] = math.nan, math.inf
-        g.slip.shows[at], g.slip.rate[at] = 0.0, LIES
+        g.slip.shows[at], g.slip.rate[at] = 0.0, RARE
     for i in range(BELIEF_MOST):
         g.slip.level[i] = g.slip.held[i] = g.slip.shown[i] = -math.inf
         g.slip.likely[i] = g.slip.likely_next[i] = g.slip.likely_age[i] = 0.0
@@ -77,7 +56,7 @@ def begin_channels(g: GraspMemory, sliding: float, delay: float) -> None:
 
 def lying(g: GraspMemory, at: int) -> float:
     """Return the probability that the channel at ``at`` lies."""
-    return max(1.0 - g.slip.sound[at] - g.slip.silent[at], FEWEST)
+    return max(1.0 - g.slip.sound[at] - g.slip.silent[at], NEARLY_NONE)
 
 
 def hear_slip(g: GraspMemory, i: int, dt: float, flag: float, speed: float) -> None:
@@ -87,16 +66,21 @@ def hear_slip(g: GraspMemory, i: int, dt: float, flag: float, speed: float) -> N
         fast = 1.0 if speed >= g.slip.sliding else 0.0
     hear_channel(g, i, i, dt, flag if flag <= 0.0 or flag >= 1.0 else math.nan)
     hear_channel(g, i, BELIEF_MOST + i, dt, fast)
-    shows = max(g.slip.shows[i], g.slip.shows[BELIEF_MOST + i])  # both are of one sensor
+    shows = shown_slide(g, i)
     g.slip.slides[i] = chance(logit(likely_slide(g, i)) + shows) if shows > 0.0 else 0.0
 
 
+def shown_slide(g: GraspMemory, i: int) -> float:
+    """Return what the channels of finger ``i`` add to the logit of its slide; both are of one sensor."""
+    return max(g.slip.shows[i], g.slip.shows[BELIEF_MOST + i])
+
+
 def likely_slide(g: GraspMemory, i: int) -> float:
-    """Return p of finger ``i``, by its load and by the slides of the others."""
+    """Return p of finger ``i``, by its load and by what is known of each other finger without this one."""
     p = g.slip.likely[i]
     for j in range(int(g.belief.fingers)):
-        if j != i:
-            p = max(p, TOGETHER * g.slip.slides[j])
+        if j != i and shown_slide(g, j) > 0.0:
+            p = max(p, EVEN * chance(logit(g.slip.likely[j]) + shown_slide(g, j)))
     return p
 
 
@@ -105,10 +89,10 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
     before, g.slip.says[at] = g.slip.says[at], says
     looks = min(dt / LOOK, 1.0)
     usual = 1.0 - math.exp(-dt / RENEWED)
-    g.slip.sound[at] += usual * (1.0 - SILENT_FIRST - LYING_FIRST - g.slip.sound[at])
-    g.slip.silent[at] += usual * (SILENT_FIRST - g.slip.silent[at])
+    g.slip.sound[at] += usual * (1.0 - EVEN - RARE - g.slip.sound[at])
+    g.slip.silent[at] += usual * (EVEN - g.slip.silent[at])
     g.slip.heard[at] += dt
-    g.slip.rate[at] += looks / RATE_LOOKS * (LIES - g.slip.rate[at])
+    g.slip.rate[at] += looks / RENEWED * (RARE - g.slip.rate[at])
     if not says >= 0.5:
         g.slip.shows[at] = 0.0
         return
@@ -116,18 +100,18 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
     p, rate = likely_slide(g, i), g.slip.rate[at]
     if before >= 0.5:
         tells = g.slip.stays[i] * DETECTS + (1.0 - g.slip.stays[i]) * FALSE
-        weigh(g, at, math.exp(looks * math.log(tells)), FEWEST, math.exp(looks * math.log(DETECTS)))
+        weigh(g, at, math.exp(looks * math.log(tells)), NEARLY_NONE, math.exp(looks * math.log(DETECTS)))
     else:
-        weigh(g, at, p * DETECTS + (1.0 - p) * FALSE, FEWEST, rate)
-        g.slip.rate[at] += (1.0 - rate) / RATE_LOOKS
+        weigh(g, at, p * DETECTS + (1.0 - p) * FALSE, NEARLY_NONE, rate)
+        g.slip.rate[at] += (1.0 - rate) / RENEWED
     most = math.log(1.0 + g.slip.sound[at] * DETECTS / (lying(g, at) * rate))
     g.slip.shows[at] = min(g.slip.shows[at] - looks * math.log(FALSE), most)
 
 
 def weigh(g: GraspMemory, at: int, sound: float, silent: float, lies: float) -> None:
     """Multiply the probabilities of a channel by these likelihoods."""
-    sound *= max(g.slip.sound[at], FEWEST)
-    silent *= max(g.slip.silent[at], FEWEST)
+    sound *= max(g.slip.sound[at], NEARLY_NONE)
+    silent *= max(g.slip.silent[at], NEARLY_NONE)
     lies *= lying(g, at)
     total = sound + silent + lies
     g.slip.sound[at], g.slip.silent[at] = sound / total, silent / total
@@ -146,15 +130,15 @@ def judge_slide(g: GraspMemory, since: float, p: float) -> None:
         for k in range(2):
             at = i + k * BELIEF_MOST
             if g.slip.heard[at] <= since:
-                weigh(g, at, p * DETECTS + (1.0 - p) * LIES, FEWEST, LIES)
+                weigh(g, at, p * DETECTS + (1.0 - p) * RARE, NEARLY_NONE, RARE)
             elif last > since and not math.isnan(g.slip.says[at]):
                 weigh(g, at, 1.0 - p * DETECTS, 1.0, 1.0)
 
 
 def follow_utilisation(
     g: GraspMemory, i: int, dt: float, u: float, unsure: float, load: float, touching: bool
-) -> None:
-    """Note how likely finger ``i`` slides by its load.
+) -> float:
+    """Note how likely finger ``i`` slides by its load; return the relative std of the averaged utilisation.
 
     Args:
         g: what the grasp shares.
@@ -166,33 +150,52 @@ def follow_utilisation(
         touching: whether it touches: in the air nothing slides, and of a light touch it is not known.
 
     """
+    g.slip.held[i] -= dt / HELD_TIME
     if not 0.0 < u < math.inf:
-        g.slip.level[i] = -math.inf
-        g.slip.held[i] -= dt / HELD_TIME
-        remember(g, i, dt, CHANGED if touching else FALSE, -math.inf, 1.0 if touching else 0.0)
-        return
-    w = math.log(u) + g.belief.mean[int(g.belief.fingers)] * load
-    begins = g.slip.level[i] == -math.inf
-    g.slip.level[i] = w if begins else w + math.exp(-dt / SMOOTHING) * (g.slip.level[i] - w)
-    w, near = g.slip.level[i], math.sqrt(SCATTER * SCATTER + unsure * unsure)
-    std = math.sqrt(believed_variance(g, i) + FEWEST)
+        g.slip.level[i] = g.slip.shown[i] = -math.inf
+        remember(g, i, dt, RARE if touching else FALSE, -math.inf, others_stay(g, i) if touching else 0.0)
+        return math.inf
+    relative = math.exp(-g.belief.mean[int(g.belief.fingers)] * load)
+    spread = u * unsure
+    if g.slip.level[i] > -math.inf:
+        old = math.exp(-dt / LOOK)
+        u += old * (math.exp(g.slip.level[i]) * relative - u)
+        spread += old * (g.slip.spread[i] - spread)
+    u = max(u, NEARLY_NONE)
+    g.slip.spread[i], unsure = spread, spread / u
+    w = g.slip.level[i] = math.log(u / relative)
+    if unsure > EVEN:
+        remember(g, i, dt, RARE, -math.inf, others_stay(g, i))
+        return unsure
+    near, std = math.hypot(SCATTER, unsure), math.sqrt(believed_variance(g, i) + NEARLY_NONE)
     low = (g.slip.held[i] - near - g.belief.mean[i]) / std
     high = (w + near - g.belief.mean[i]) / std
     p = 1.0 - upper_tail(high) / upper_tail(low) if high > low else 0.0
     below = max(g.slip.held[i] - w, 0.0) / near
     stays = math.exp(-0.5 * below * below)
-    remember(g, i, dt, min(max(p, CHANGED * stays, FALSE), SURE), w, stays)
+    remember(g, i, dt, min(max(p, RARE * stays, FALSE), SURE), w, stays)
+    rises = w - CREDIBLE * unsure
+    rises = min(rises, g.slip.shown[i] + QUICK * dt) if g.slip.shown[i] > -math.inf else rises
+    rises = min(rises, g.belief.mean[i] + CREDIBLE * std)
+    g.slip.held[i] = max(g.slip.held[i], rises)
     if g.slip.slides[i] < 0.5:
-        rises = w if begins else min(w, g.slip.shown[i] + HELD_RISE * dt)
-        rises = min(rises, g.belief.mean[i] + CREDIBLE * std)
         g.slip.shown[i] = rises
-        g.slip.held[i] = max(g.slip.held[i] - dt / HELD_TIME, rises)
+    return unsure
+
+
+def others_stay(g: GraspMemory, i: int) -> float:
+    """Return whether finger ``i``, of which too little is known, may go on sliding as the others may."""
+    found = -1.0
+    for j in range(int(g.belief.fingers)):
+        if j != i and g.slip.held[j] > -math.inf:
+            found = max(found, g.slip.stays[j])
+    return max(found, 0.0) if found >= 0.0 else 1.0
 
 
 def remember(g: GraspMemory, i: int, dt: float, p: float, w: float, stays: float) -> None:
     """Keep the largest chance of a slide, and the largest utilisation, of the last one or two delays."""
     g.slip.likely_age[i] += dt
-    if g.slip.likely_age[i] > g.slip.delay + 2.0 * SMOOTHING:
+    if g.slip.likely_age[i] > g.slip.delay + 2.0 * LOOK:
         g.slip.likely_age[i] = 0.0
         g.slip.likely[i], g.slip.top[i] = g.slip.likely_next[i], g.slip.top_next[i]
         g.slip.stays[i] = g.slip.stays_next[i]
@@ -222,7 +225,7 @@ def noticed(g: GraspMemory) -> float:
 
 def is_named(g: GraspMemory, at: int) -> bool:
     """Return whether the channel at ``at`` is surely not sound."""
-    return g.slip.sound[at] < NAMED
+    return g.slip.sound[at] < NAMED_AT
 
 
 def teller(g: GraspMemory, i: int) -> int:

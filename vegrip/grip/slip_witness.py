@@ -7,10 +7,10 @@ While force is let go of, ::
 
 so the rise of y above its least of late is the test of [Page1954]_ for the moment at which a slide begins. It
 counts from ``RISE`` on, or from five standard deviations of its noise; where that is beyond ``BLIND``,
-nothing is let go of. The least y is forgotten within ``FORGOTTEN``, because a load that changes slowly is no
-slide; nor is one that fades more than ``LOAD_FADES`` times as fast as N.
+nothing is let go of. The least y is forgotten within ``PAUSE``, because a load that changes slowly is no
+slide; nor is one that fades more than ``GOES_AWAY`` times as fast as N.
 
-It was a slide if T comes back with N: within ``JUDGED`` T must rise from its least by more than half of what
+It was a slide if T comes back with N: within ``RETURN`` T must rise from its least by more than half of what
 it had fallen by. A load that went away does not come back with the grip. Then each channel that has not told
 it has missed a slide.
 
@@ -21,18 +21,6 @@ import math
 
 from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 from vegrip.grip.slip_channels import *
-
-FOLLOWS = 0.3  # d ln T / d ln N between that of an object that holds, 0, and of one that slides, 1
-RISE = 0.03  # of y
-RISE_STDS = 5.0
-LOAD_FADES = 2.0  # times as far as N, T falls because the load goes away
-BLIND = 0.15  # of y
-FORGOTTEN = 0.6  # [s]
-SLOW = 0.6  # [1/s] of ln N, below which a slide would show too late
-BEGUN = 0.85  # of N at first, from which on it must fall that fast
-LAGGING = 0.15  # [s]
-SHOWN = 3.0  # logarithm of how much likelier such a rise is where the object slides
-JUDGED = 0.15  # [s] that a grip takes to be back
 
 
 def begin_witness(g: GraspMemory, noise: float) -> None:
@@ -49,7 +37,7 @@ def follow_forces(g: GraspMemory, i: int, dt: float, force: float, pull: float, 
     if not (touching and force > 0.0 and pull >= 0.0):
         g.witness.forces[i] = g.witness.pulls[i] = 0.0
         return
-    part = 1.0 - math.exp(-dt / SMOOTHING) if g.witness.forces[i] > 0.0 else 1.0
+    part = 1.0 - math.exp(-dt / LOOK) if g.witness.forces[i] > 0.0 else 1.0
     g.witness.forces[i] += part * (force - g.witness.forces[i])
     g.witness.pulls[i] += part * (pull - g.witness.pulls[i])
 
@@ -62,15 +50,15 @@ def rise_needed(g: GraspMemory, dt: float) -> float:
         pull += g.witness.pulls[i]
     if not (pull > 0.0 and dt > 0.0):
         return math.inf
-    std = g.witness.noise * math.sqrt(g.belief.fingers * dt / (dt + 2.0 * SMOOTHING))
-    return max(RISE, RISE_STDS * std / pull)
+    std = g.witness.noise * math.sqrt(g.belief.fingers * dt / (dt + 2.0 * LOOK))
+    return max(RISE, OUTLIER * std / pull)
 
 
 def is_slow(g: GraspMemory, dt: float, force: float) -> bool:
     """Return whether N, ``force`` [N] now, has begun to fall and falls too slowly to show a slide in time."""
-    g.witness.lagging += (1.0 - math.exp(-dt / LAGGING)) * (force - g.witness.lagging)
-    rate = math.log(g.witness.lagging / force) / LAGGING
-    return force < BEGUN * g.witness.first and rate < SLOW
+    g.witness.lagging += (1.0 - math.exp(-dt / RETURN)) * (force - g.witness.lagging)
+    rate = math.log(g.witness.lagging / force) / RETURN
+    return force < (1.0 - BLIND) * g.witness.first and rate < SLOW
 
 
 def sees_slide(g: GraspMemory, dt: float, let_go: float) -> bool:
@@ -90,7 +78,7 @@ def sees_slide(g: GraspMemory, dt: float, let_go: float) -> bool:
         return False
     y = FOLLOWS * math.log(force) - math.log(pull)
     if y - g.witness.least > rise_needed(g, dt):
-        if math.log(g.witness.pull / pull) > LOAD_FADES * math.log(g.witness.force / force):
+        if math.log(g.witness.pull / pull) > GOES_AWAY * math.log(g.witness.force / force):
             g.witness.least = math.inf
             return False
         g.witness.lost = g.witness.pull - pull
@@ -98,12 +86,12 @@ def sees_slide(g: GraspMemory, dt: float, let_go: float) -> bool:
         likely = 0.0
         for i in range(n):
             likely = max(likely, g.slip.likely[i])
-        g.witness.chance = chance(logit(likely) + SHOWN)
+        g.witness.chance = chance(logit(likely) + logit(SURE))
         if g.witness.lost > 0.0:
-            g.witness.waits, g.witness.rested = JUDGED + g.slip.delay, 0.0
+            g.witness.waits, g.witness.rested = RETURN + g.slip.delay, 0.0
             g.witness.low = g.witness.high = pull
         return True
-    part = 1.0 if y <= g.witness.least else 1.0 - math.exp(-part / FORGOTTEN)
+    part = 1.0 if y <= g.witness.least else 1.0 - math.exp(-part / PAUSE)
     if g.witness.least == math.inf:
         part = 1.0
         g.witness.least = y

@@ -18,8 +18,6 @@ from vegrip.grip.load_lead import *
 
 LONGEST_STEP = 0.1  # [s]; a longer pause between two states counts as so much
 NEW_CONTACT = 1e-4  # growth of the variance of ln mu between two states that only a new contact brings
-UNKNOWN_SLIP = 0.5  # a slip channel that says neither
-VAGUE_LOAD = 0.1  # relative std of the utilisation beyond which it tells nothing: a light touch
 
 
 def prepare_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
@@ -37,8 +35,8 @@ def prepare_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     screen_slip(f, g, i, since_last)
     if math.isnan(g.release.counted[i]):
         g.release.counted[i] = counted_on(g, i)
-    counted, std = g.release.counted[i], math.sqrt(believed_variance(g, i) + FEWEST)
-    f.asked.quantile = min(max((believed_mean(g, i) - counted) / std, 0.0), FARTHEST_SLIDE)
+    counted, std = g.release.counted[i], math.sqrt(believed_variance(g, i) + NEARLY_NONE)
+    f.asked.quantile = min(max((believed_mean(g, i) - counted) / std, 0.0), OUTLIER)
     more = counted - (believed_mean(g, i) - f.asked.quantile * std)
     f.asked.margin = 1.0 - (1.0 - f.rule.wanted_margin) * math.exp(g.release.shift[i] + more)
 
@@ -53,7 +51,7 @@ def screen_slip(f: Floats, g: GraspMemory, i: int, dt: float) -> None:
     hear_slip(g, i, dt, f.shared.flag, abs(f.shared.speed))
     slides = g.slip.slides[i]
     if f.state.slip <= 0.0 or f.state.slip >= 1.0:
-        quiet = 0.0 if sound_channel(g, i) > UNSURE and slides < 0.5 else UNKNOWN_SLIP
+        quiet = 0.0 if sound_channel(g, i) > UNSURE and slides < 0.5 else EVEN
         f.state.slip = 1.0 if slides >= SURE else quiet
     if is_named(g, i):
         f.state.slip = math.nan
@@ -92,13 +90,14 @@ def update_shared_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     dt = since(t.news.stamp, t.turn.learned) if t.turn.learned != 0 else 0.0
     t.turn.learned = t.news.stamp
     g.belief.since += dt / float(t.setup.fingers)
+    if g.belief.since >= LONGEST_STEP:
+        widen_belief(g)
     is_touching = touches(f, t)
     g.belief.load[i] = f.friction.load
     give_evidence(f, g, i)
     u, unsure = utilised_friction(f, is_touching)
     x, y = f.state.tangential_force_x, f.state.tangential_force_y
-    known = u if unsure < VAGUE_LOAD else math.nan
-    follow_utilisation(g, i, dt, known, unsure, f.friction.load, is_touching)
+    unsure = follow_utilisation(g, i, dt, u, unsure, f.friction.load, is_touching)
     follow_forces(g, i, dt, f.state.normal_force, math.sqrt(x * x + y * y), is_touching)
     changed = watch_quiet(g, i, dt, armed_load(f, is_touching), f.shared.load_noise, is_touching)
     note_slide(g, i, unsure)
