@@ -14,11 +14,11 @@ which is the bound of the prior, or the belief where that is lower, for P = 0, a
 with ``z = (ln u - m_b) / s_b`` the next slide comes after a rise of ln u whose mean is Mills' ratio times
 s_b, so with::
 
-    db/dt = rate s_b (1 - Phi(z)) / phi(z),       rate = (e^(m_b - x) - 1 - WORTH) / COST
+    db/dt = rate s_b (1 - Phi(z)) / phi(z),       rate = (e^(m_b - x) - 1 - WORTH) / (n COST)
 
-slides come at this rate: it is the part of the force that is held for want of knowledge, over what one slide
-costs. Where no channel is proven, the load alone is a witness (:mod:`.slip_witness`), which sees a slide the
-sooner, the faster N falls: then b grows by ``QUICK``.
+slides of n fingers come at this rate: it is the part of the force that is held for want of knowledge, over
+what one slide costs. Where no channel is proven, the load alone is a witness (:mod:`.slip_witness`), which
+sees a slide the sooner, the faster N falls: then b grows by ``QUICK``.
 
 b returns to 0 when a finger slides, which teaches, and when a load changes; what has held until then is
 evidence that friction is higher.

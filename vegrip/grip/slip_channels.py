@@ -13,18 +13,19 @@ finger slides by all that is known beside this channel, what it says multiplies 
     begins to say slip:                     p DETECTS + (1 - p) FALSE,  0,  how often it begins
     goes on, while w is still what it was:  DETECTS,                    0,  DETECTS
     goes on, though w has fallen:           FALSE a look,               0,  DETECTS
-    has missed a slide that the load shows: 1 - DETECTS,                1,  1
+    has missed a slide that the load shows: 1 - q DETECTS,              1,  1
 
 and a channel goes back to what is usual of such channels in ``RENEWED``: sensors are mended, and they break.
 
 **A slide of finger i.** ``w = ln u + g l`` is its utilisation referred to the reference load; it slides where
 ``w > x_i``. Having just held ``h`` cuts off the belief of x, so without any channel::
 
-    p = P(x < w + SCATTER | x > h - SCATTER),    at least RARE exp(-((h - w) / SCATTER)^2 / 2)
+    p = P(x < w + e | x > h - e),    at least RARE exp(-((h - w) / e)^2 / 2),    e^2 = SCATTER^2 + std^2
 
 since friction may have changed, but not while w falls: a contact that slides has w = x. It is taken at its
-largest over the delay of the channels, because they tell late, and at least ``EVEN`` times the
-probability that another finger slides. To its logit a channel that says slip for n looks adds::
+largest over the delay of the channels, because they tell late, and at least ``EVEN`` times the probability
+that another finger slides by its own load and channels. A channel that says slip for n looks adds to its
+logit::
 
     ln (S DETECTS + Y RARE) / (S FALSE^n + Y RARE),     S, Y its probabilities to be sound and to lie
 
