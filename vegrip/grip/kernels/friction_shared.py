@@ -12,7 +12,7 @@ from vegrip.estimator.kernels.load_law import remove_site
 from vegrip.estimator.kernels.load_loss import is_load_doubted
 from vegrip.estimator.kernels.sense import touches
 from vegrip.grip.force_release import *
-from vegrip.grip.grasp_memory import BELIEF_ROW, GraspMemory
+from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
 from vegrip.grip.kernels.generated import *
 from vegrip.grip.load_lead import *
 
