@@ -15,11 +15,14 @@ if TYPE_CHECKING:
     from vegrip.grip.controller import GripController
     from vegrip.grip.safety import LimitSettings
     from vegrip.grip.settings import ControlSettings
-    from vegrip.identification.compare import compare
-    from vegrip.identification.diagnosis import diagnose
-    from vegrip.identification.diagnosis.error_ladder import refine
-    from vegrip.identification.fit import fit
-    from vegrip.identification.recording import read_recording
+    from vegrip.identification.compare import Comparison, compare
+    from vegrip.identification.diagnosis import Diagnosis, diagnose
+    from vegrip.identification.diagnosis.error_ladder import Ladder, Refinement, ladder, refine
+    from vegrip.identification.draft import Draft, draft
+    from vegrip.identification.fit import Fit, Noise, fit, noise_of
+    from vegrip.identification.recording import Fingertip, Recording, read_recording, write_recording
+    from vegrip.identification.recording.import_file import import_recording
+    from vegrip.identification.samples import sample
     from vegrip.messages import (
         ContactEstimate,
         DeviceReport,
@@ -38,67 +41,97 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _PLACES = {
+    "Comparison": "vegrip.identification.compare",
     "ContactEstimate": "vegrip.messages",
     "ContactEstimator": "vegrip.estimator",
     "ContactModel": "vegrip.model",
     "ControlSettings": "vegrip.grip.settings",
     "DeviceReport": "vegrip.messages",
+    "Diagnosis": "vegrip.identification.diagnosis",
+    "Draft": "vegrip.identification.draft",
     "Effect": "vegrip.effects",
     "Estimate": "vegrip.messages",
     "EstimatorSettings": "vegrip.estimator",
+    "Fingertip": "vegrip.identification.recording",
     "FingertipState": "vegrip.messages",
+    "Fit": "vegrip.identification.fit",
     "ForceCommand": "vegrip.messages",
     "GraspStatus": "vegrip.messages",
     "GripController": "vegrip.grip.controller",
+    "Ladder": "vegrip.identification.diagnosis.error_ladder",
     "LearnedParameter": "vegrip.messages",
     "LimitSettings": "vegrip.grip.safety",
     "ModelHealth": "vegrip.messages",
     "NodeStatus": "vegrip.messages",
+    "Noise": "vegrip.identification.fit",
+    "Recording": "vegrip.identification.recording",
+    "Refinement": "vegrip.identification.diagnosis.error_ladder",
     "SensorNoise": "vegrip.estimator",
     "Sensors": "vegrip.estimator",
     "SlipMargin": "vegrip.messages",
     "compare": "vegrip.identification.compare",
     "diagnose": "vegrip.identification.diagnosis",
+    "draft": "vegrip.identification.draft",
     "fit": "vegrip.identification.fit",
+    "import_recording": "vegrip.identification.recording.import_file",
+    "ladder": "vegrip.identification.diagnosis.error_ladder",
+    "noise_of": "vegrip.identification.fit",
     "open_endpoint": "vegrip.transport.open",
     "paper_model": "vegrip.model",
     "read_model": "vegrip.model",
     "read_recording": "vegrip.identification.recording",
     "refine": "vegrip.identification.diagnosis.error_ladder",
+    "sample": "vegrip.identification.samples",
     "write_model": "vegrip.model",
+    "write_recording": "vegrip.identification.recording",
 }
 """Public name -> module that has it."""
 
 __all__ = [
+    "Comparison",
     "ContactEstimate",
     "ContactEstimator",
     "ContactModel",
     "ControlSettings",
     "DeviceReport",
+    "Diagnosis",
+    "Draft",
     "Effect",
     "Estimate",
     "EstimatorSettings",
+    "Fingertip",
     "FingertipState",
+    "Fit",
     "ForceCommand",
     "GraspStatus",
     "GripController",
+    "Ladder",
     "LearnedParameter",
     "LimitSettings",
     "ModelHealth",
     "NodeStatus",
+    "Noise",
+    "Recording",
+    "Refinement",
     "SensorNoise",
     "Sensors",
     "SlipMargin",
     "__version__",
     "compare",
     "diagnose",
+    "draft",
     "fit",
+    "import_recording",
+    "ladder",
+    "noise_of",
     "open_endpoint",
     "paper_model",
     "read_model",
     "read_recording",
     "refine",
+    "sample",
     "write_model",
+    "write_recording",
 ]
 
 

@@ -4,6 +4,7 @@
 
     VegripError
      +-- UsageError     the caller asked for something that does not exist (exit code 2)
+     |    +-- KindError     an argument is of another kind than is wanted, which is named; a TypeError too
      +-- InputError     what was read is not usable: recording, configuration, wire (exit code 3)
      |    +-- ConfigError
      |    +-- RecordingError
@@ -31,6 +32,10 @@ class UsageError(VegripError):
     """The caller asked for something that does not exist."""
 
     exit_code = 2
+
+
+class KindError(UsageError, TypeError):
+    """An argument is of another kind than is wanted; names what is."""
 
 
 class InputError(VegripError):

@@ -15,7 +15,9 @@ from collections import namedtuple
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields
 from enum import IntEnum, IntFlag
-from typing import Any, Final, TypeVar
+from typing import Any, ClassVar, Final, TypeVar
+
+from vegrip.displayed import Displayed
 
 NAN: Final = math.nan
 VERSION: Final = 1
@@ -135,9 +137,11 @@ class FingertipState:
     contact_radius: float = NAN  # [m]
 
 
-@dataclass(frozen=True, slots=True)
-class ContactEstimate:
+@dataclass(frozen=True, slots=True, repr=False)
+class ContactEstimate(Displayed):
     """The contact as the estimator sees it."""
+
+    _display: ClassVar[str] = "contact"
 
     stamp: int
     finger: str
@@ -154,9 +158,11 @@ class ContactEstimate:
     limit_radius: Estimate = UNKNOWN  # [N] distance to the limit surface along the present load
 
 
-@dataclass(frozen=True, slots=True)
-class SlipMargin:
+@dataclass(frozen=True, slots=True, repr=False)
+class SlipMargin(Displayed):
     """How far the contact is from slipping, now and in time."""
+
+    _display: ClassVar[str] = "contact"
 
     stamp: int
     finger: str

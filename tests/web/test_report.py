@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from vegrip.cli import main
 from vegrip.identification.samples import SAMPLES
-from vegrip.web.axes import BOTTOM, LEFT, RIGHT, TOP, Axes, extent, log_ticks, runs, ticks
+from vegrip.plotting import runs
+from vegrip.web.axes import BOTTOM, LEFT, RIGHT, TOP, Axes, extent, log_ticks, ticks
 from vegrip.web.check.session import CHECK_FILE
 from vegrip.web.markup import document, listed, table
 

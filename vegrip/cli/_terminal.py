@@ -7,18 +7,17 @@ import json
 import shlex
 import sys
 import time
-from collections.abc import Callable, Container, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import typer
 from rich.console import Console
 from rich.table import Column, Table
-from rich.text import Text
 
+from vegrip.display.text import WIDE_COLUMNS, Literal
 from vegrip.jsonable import jsonable
 
-WIDE_COLUMNS = 240  # columns
 COUNT_PERIOD_S = 1.0  # [s] between counts, where each would be a line
 
 Report = Callable[[str], None]
@@ -29,36 +28,15 @@ def table(*header: str, wraps: str = "") -> Table:
     return Table(*(Column(name, no_wrap=name != wraps) for name in header), box=None, pad_edge=False)
 
 
-def figures(*header: str, left: Container[str] = ()) -> Table:
-    """Return an empty table of numbers; the columns ``left`` are text."""
-    columns = (Column(name, justify="left" if name in left else "right") for name in header)
-    return Table(*columns, box=None, padding=(0, 2))
-
-
-def printable(text: str) -> str:
-    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
-
-
-class _Literal(Console):
-    """Shows text as it stands, whatever file it comes from: no markup, no emoji and no control characters."""
-
-    def __init__(self, **options: Any) -> None:
-        super().__init__(highlight=False, markup=False, emoji=False, **options)
-
-    def render_str(self, text: str, **options: Any) -> Text:
-        """Return ``text`` to be shown; sentences and the cells of tables come by here."""
-        return super().render_str(printable(text), **options)
-
-
 def printer(*, stderr: bool = False) -> Console:
     """Return where sentences go: broken between words in a terminal, unbroken in a file."""
-    console = _Literal(stderr=stderr)
-    return console if console.is_terminal else _Literal(soft_wrap=True, width=WIDE_COLUMNS, stderr=stderr)
+    console = Literal(stderr=stderr)
+    return console if console.is_terminal else Literal(soft_wrap=True, width=WIDE_COLUMNS, stderr=stderr)
 
 
 def show(content: Table) -> None:
-    console = _Literal()
-    (console if console.is_terminal else _Literal(width=WIDE_COLUMNS)).print(content)
+    console = Literal()
+    (console if console.is_terminal else Literal(width=WIDE_COLUMNS)).print(content)
 
 
 def print_next(*words: object) -> None:
@@ -66,7 +44,7 @@ def print_next(*words: object) -> None:
 
 
 def complain(sentence: str) -> None:
-    _Literal(stderr=True).print(f"vegrip: {sentence}", style="red", soft_wrap=True)
+    Literal(stderr=True).print(f"vegrip: {sentence}", style="red", soft_wrap=True)
 
 
 def print_sentences(sentences: Iterable[str]) -> None:

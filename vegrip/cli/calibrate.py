@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vegrip.cli._options import JSON, OPENS, PORT
-from vegrip.cli._terminal import announce_page, answer, figures, printer, progress
+from vegrip.cli._terminal import announce_page, answer, printer, progress
 from vegrip.cli._weight import weigh
 from vegrip.cli._written_settings import write_settings
+from vegrip.display.text import figures
 from vegrip.errors import InputError, UsageError, VegripError
 from vegrip.whole_file import write_whole
 

@@ -47,6 +47,7 @@ def diagnose(
     Example: vegrip sample press && vegrip diagnose press -o found
     """
     from vegrip.cli.fit import error_options, judged, opened
+    from vegrip.display.diagnosis import told as told_of
     from vegrip.identification.diagnosis import diagnose as diagnose_model
     from vegrip.model import write_model
 
@@ -64,7 +65,7 @@ def diagnose(
                 output, partial(_write_folder, found, model.stem if model else "the paper's model", draws)
             )
         if as_json:
-            _terminal.print_json(_as_dict(found, draws))
+            _terminal.print_json(told_of(found, draws))
         else:
             _print(found, draws)
             if words := _next(found, recording, model):
@@ -98,69 +99,25 @@ def _next(found: "Diagnosis", recording: Path, model: Path | None) -> list[objec
     return ["draft", recording, *base, "-o", "law.py"]
 
 
-def _as_dict(found: "Diagnosis", draws: int) -> dict[str, Any]:
-    from vegrip.identification.diagnosis.certainty import certainty_of
-    from vegrip.identification.experiment.design import next_experiment
-
-    return found.as_dict(next_experiment(found), certainty_of(found, draws).as_dict())
-
-
 def _write_folder(found: "Diagnosis", start: str, draws: int, folder: Path) -> None:
+    from vegrip.display.diagnosis import told as told_of
     from vegrip.identification.diagnosis.account import draw_diagnosis
     from vegrip.model import write_model
 
     draw_diagnosis(found, folder, start)
-    write_whole(folder / "diagnosis.json", _terminal.json_text(_as_dict(found, draws)) + "\n")
+    write_whole(folder / "diagnosis.json", _terminal.json_text(told_of(found, draws)) + "\n")
     write_model(found.model, folder / "model.toml")
 
 
-SENTENCES = {
-    "adequate": "nothing is missing that this recording can show",
-    "named": "this explains the misfit:",
-    "ambiguous": "one of these explains the misfit; the recording does not separate them:",
-    "unexplained": "no effect of the catalogue explains the misfit",
-}
-
-
 def _print(found: "Diagnosis", draws: int) -> None:
-    from rich.text import Text
+    from vegrip.display.diagnosis import parts
+    from vegrip.display.diagnosis import told as told_of
 
     console = _terminal.printer()
-    told = _as_dict(found, draws)
-    error = told["error"]
-    grave = [doubt.text for doubt in found.doubts if doubt.is_grave]
-    sentence = f"not reliable: {'; '.join(grave)}" if grave else SENTENCES[told["verdict"]]
-    head = Text(f"{told['recording']}: {told['verdict']}", style="bold")
-    sure = ", ".join(told["named"])
-    is_all = told["verdict"] == "named"
-    console.print(head + Text(f" - {sentence} {sure if is_all else ''}".rstrip(), style="not bold"))
-    if sure and not is_all:
-        console.print(f"named: {sure}")
-    for group in told["indistinguishable"]:
-        console.print(f"not separated: {', '.join(group)}")
-    console.print(f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)")
-    columns = ("round", "effect", "evidence [nats]", "held out [nats]", "error", "outcome")
-    table = _terminal.figures(*columns, left=("effect", "outcome"))
-    for one in told["rounds"]:
-        cells = (f"{one['evidence_gain']:.1f}", f"{one['heldout_gain']:.1f}", f"{one['error_after']:.3f}")
-        table.add_row(str(one["round"]), one["name"], *cells, one["outcome"])
-    console.print(table)
-    added = ", ".join(one.candidate.name for one in found.search.accepted)
-    if suggested := ", ".join(found.suggested) or (added if found.unproven else ""):
-        console.print(f"a suggestion: {suggested}, with {error['after']:.3f} times the noise left")
-    elif added and told["verdict"] == "unexplained":
-        misfit = told["misfit"]
-        console.print(
-            f"not enough: with {added} {error['after']:.3f} times the noise is left, and depends on depth, "
-            f"motion or time (chi-square by regime {misfit['after']:.3g}; noise: up to {misfit['noise']:.3g})"
-        )
-    for name, si in told["si"].items():
-        console.print(f"{name} is {si['value']:.3g} {si['unit']}")
-    for note in [
-        one["note"]
-        for one in (told["unexplained"], told["repeated"], told["holds"], told["certainty"])
-        if one and one["note"]
-    ]:
+    told = told_of(found, draws)
+    for part in parts(found):
+        console.print(part)
+    if note := told["certainty"]["note"]:
         console.print(note, soft_wrap=True)
     if told["experiment"]:
         for name, text in told["experiment"]["suggestions"].items():
@@ -172,7 +129,8 @@ def _print(found: "Diagnosis", draws: int) -> None:
         unseen.setdefault(reason, []).append(name)
     for reason, names in unseen.items():
         console.print(f"could not be tested, {reason}: {', '.join(names)}")
-    _print_failures(told, added)
+    _print_failures(told, ", ".join(one.candidate.name for one in found.search.accepted))
+    grave = [doubt.text for doubt in found.doubts if doubt.is_grave]
     _terminal.print_sentences(text for text in [*told["doubts"], *told["warnings"]] if text not in grave)
 
 

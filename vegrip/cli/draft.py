@@ -2,17 +2,14 @@
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from vegrip.cli._options import EACH, HOLD_BACK, JSON, RECORDING, REFITTED_MODEL, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
-from vegrip.cli._terminal import figures, print_json, print_next, printer, progress
+from vegrip.cli._terminal import print_json, print_next, printer, progress
 from vegrip.whole_file import write_whole
-
-if TYPE_CHECKING:
-    from vegrip.identification.draft import Draft
 
 OUT = Annotated[
     Path, typer.Option("-o", "--output", help="Effect to write, such as wear.py; its name is the effect's.")
@@ -56,6 +53,7 @@ def draft(
     Example: vegrip sample press && vegrip draft press -o press_law.py
     """
     from vegrip.cli.fit import error_options, judged, opened
+    from vegrip.display.draft import parts
     from vegrip.identification.draft import draft as draft_law
     from vegrip.identification.draft.plot import curve, draw_draft
     from vegrip.identification.draft.search import effect_name
@@ -88,7 +86,8 @@ def draft(
                 told["curve"] = curve(found, CURVE_ROWS) if found.taken is not None else None
             print_json(told)
             return
-        _print(found)
+        for part in parts(found):
+            printer().print(part)
         if rival is not None and found.taken is not None and not found.rivals:
             printer().print("no law over anything else is as good: there is no rival to write")
         base = ["--model", model] if model is not None else []
@@ -106,26 +105,3 @@ def draft(
         elif kept:
             options = error_options(zeros_each_episode, tolerance)
             print_next("vegrip", "add", output, recording, *base, "-o", f"{name}.toml", *options)
-
-
-def _print(found: "Draft") -> None:
-    console = printer()
-    told: dict[str, Any] = found.as_dict()
-    console.print(
-        f"{told['recording']}: {told['verdict']}" + (f" - {told['reason']}" if told["reason"] else "")
-    )
-    if found.taken is not None:
-        console.print(f"{told['law']}", soft_wrap=True)
-        error = told["error"]
-        console.print(f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)")
-        values = ", ".join(f"{symbol} = {value:.4g}" for symbol, value in told["parameters"].items())
-        console.print(f"in the {told['place']}; {values}")
-        console.print(f"what would refute it: {told['experiment']}")
-    if told["tried"]:
-        columns = ("law", "evidence [nats]", "episodes [nats]", "protocols [nats]", "error", "fails")
-        table = figures(*columns, left=("law", "fails"))
-        for one in told["tried"]:
-            gains = (one["evidence_gain"], one["heldout_gain"], one["heldout_protocols_gain"])
-            failed = "; ".join(one["failed"])
-            table.add_row(one["law"], *(f"{gain:.1f}" for gain in gains), f"{one['error_after']:.3f}", failed)
-        console.print(table)

@@ -8,9 +8,10 @@ import typer
 
 from vegrip.cli._options import JSON, RECORDING, REFITTED_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
-from vegrip.cli._terminal import answer, figures, printer, progress
+from vegrip.cli._terminal import answer, printer, progress
 from vegrip.config import build
 from vegrip.config import replace as changed
+from vegrip.display.text import figures
 from vegrip.errors import UsageError
 
 if TYPE_CHECKING:

@@ -2,7 +2,6 @@
 
 import json
 import logging
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,6 +13,7 @@ from vegrip.cli._outputs import FORCE, Outputs
 from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
+    from vegrip.display.text import Part
     from vegrip.identification.compare import Comparison
     from vegrip.identification.diagnosis.data_checks import Doubt
     from vegrip.identification.diagnosis.error_ladder import Rung
@@ -151,6 +151,7 @@ def refine(
 
     Example: vegrip sample press && vegrip refine press -o press-refined.toml --report press-ladder
     """
+    from vegrip.display import ladder
     from vegrip.identification.diagnosis import error_ladder
     from vegrip.identification.diagnosis.account import account
     from vegrip.identification.experiment.design import next_experiment
@@ -165,7 +166,6 @@ def refine(
             refined = error_ladder.refine(measured, start, **same, most=most, report=tell)
         found, rungs = refined.diagnosis, refined.rungs
         outputs.write(output, partial(write_model, found.model))
-        told = {"ladder": [asdict(rung) for rung in rungs], "verdict": found.verdict, "noise_floor": 1.0}
         if report is not None:
             again = f"vegrip refine {recording}" + (f" --model {model}" if model is not None else "")
             again += f" --hold-back {hold_back}" if hold_back else ""
@@ -173,7 +173,7 @@ def refine(
                 report,
                 partial(_write_report, rungs, account(found, recording, [again], next_experiment(found))),
             )
-        _terminal.answer(told, lambda: _print_ladder(told), as_json=as_json)
+        _terminal.answer(ladder.told(refined), lambda: _print_parts(ladder.parts(refined)), as_json=as_json)
 
 
 def _write_report(rungs: "list[Rung]", told: dict[str, Any], folder: Path) -> None:
@@ -183,21 +183,11 @@ def _write_report(rungs: "list[Rung]", told: dict[str, Any], folder: Path) -> No
     write_whole(folder / "report.json", json.dumps(told, indent=2) + "\n")
 
 
-def _print_ladder(told: dict[str, Any]) -> None:
-    table = _terminal.figures("model", "error / noise", "held out", left=("model",))
-    for rung in told["ladder"]:
-        name = "start" if rung["effect"] is None else f"+ {rung['effect']}"
-        table.add_row(name, f"{rung['error']:.3f}", f"{rung['heldout_error']:.3f}")
-    _terminal.printer().print(table)
-    _terminal.printer().print(f"verdict: {told['verdict']}; the next effect does not pay")
-
-
 MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model is fitted.")]
 VERSUS = Annotated[
     Path | None, typer.Option("--versus", help="A second model (file) or recording (folder) beside it.")
 ]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Draw pictures into DIR.")]
-FITTED = "the paper's model, fitted"
 CURVES = Annotated[
     bool,
     typer.Option("--curves", help="In the JSON: curves over time, residuals by regime and over variables."),
@@ -225,6 +215,7 @@ def compare(
     Example: vegrip sample press && vegrip fit press -o base.toml
     && vegrip compare press --model base.toml -o pictures
     """
+    from vegrip.display.comparison import FITTED, parts
     from vegrip.identification.compare import compare as compare_model
     from vegrip.identification.compare.plot import curves
 
@@ -250,7 +241,8 @@ def compare(
             _terminal.print_json(told[0] | ({"versus": told[1]} if len(told) > 1 else {}))
             return
         for one, values, name in zip(found, told, names, strict=True):
-            _print_comparison(one, values, name)
+            _print_parts(parts(one, name if one.fitted else f"{name} as it is"))
+            _terminal.print_sentences(values["doubts"])
 
 
 def _drawn(found: "list[Comparison]", names: list[str], out: Path) -> None:
@@ -261,20 +253,9 @@ def _drawn(found: "list[Comparison]", names: list[str], out: Path) -> None:
         _terminal.printer(stderr=True).print(f"{len(files)} pictures in {files[0].parent}", soft_wrap=True)
 
 
-def _print_comparison(found: "Comparison", told: dict[str, Any], name: str) -> None:
-    from rich.text import Text
-
-    console = _terminal.printer()
-    origin = name if found.fitted else f"{name} as it is"
-    head = Text(told["recording"], style="bold")
-    console.print(head + Text(f": {origin}, {told['error']:.3f} times the noise", style="not bold"))
-    console.print(channel_table(told["channels"]))
-    _terminal.print_sentences(regime["note"] for regime in told["where"])
-    if not told["where"]:
-        console.print("nothing stands out of the noise")
-    if told["repeated"]:
-        console.print(told["repeated"]["note"], soft_wrap=True)
-    _terminal.print_sentences(told["doubts"])
+def _print_parts(parts: "list[Part]") -> None:
+    for part in parts:
+        _terminal.printer().print(part)
 
 
 def judged(
@@ -324,22 +305,10 @@ def doubted(problem: "Problem") -> "list[Doubt]":
 
 def print_fit(fit: "Fit") -> None:
     """Print values with their standard errors, errors by channel, and warnings."""
-    console = _terminal.printer()
+    from vegrip.display.fit import parts
+
+    _print_parts(parts(fit))
     told = fit.as_dict()
-    text = ("parameter", "unit", "in SI", "effect")
-    table = _terminal.figures("parameter", "value", "std", "unit", "in SI", "effect", left=text)
-    for name, one in told["parameters"].items():
-        is_log = one["scale"] == "log"
-        spread = f"{100.0 * one['std']:.2g} %" if is_log else f"{one['std']:.2g}"
-        si = f"{one['si']['value']:.3g} {one['si']['unit']}" if "si" in one else ""
-        table.add_row(name, f"{one['value']:.5g}", spread, one["unit"], si, one["effect"])
-    console.print(table)
-    console.print(channel_table(told["channels"]))
-    console.print(f"all channels: {told['error']:.3f} times the noise")
-    zeros = told["zeros"]
-    console.print(
-        f"zeros: displacement {zeros['displacement']:.3g} m, normal force {zeros['normal_force']:.3g} N"
-    )
     print_noise(told["noise"])
     _terminal.print_sentences([*told["warnings"], *([fit.laws_note] if fit.laws else [])])
 
@@ -353,12 +322,3 @@ def print_noise(noise: dict[str, Any]) -> None:
         console.print(f"noise of {channel}: {size}{source}{slow}")
     if noise.get("tolerance"):
         console.print(f"and {100.0 * noise['tolerance']:.3g} % of each episode's peak force, as asked for")
-
-
-def channel_table(channels: dict[str, Any]) -> Any:
-    head = ("channel", "rmse", "noise", "ratio", "white (p)", "in 95 % band")
-    table = _terminal.figures(*head, left=("channel",))
-    for name, one in channels.items():
-        cells = (f"{one['rmse']:.3g}", f"{one['noise']:.3g}", f"{one['ratio']:.3f}")
-        table.add_row(name, *cells, f"{one['whiteness_p']:.2g}", f"{100.0 * one['coverage95']:.1f} %")
-    return table

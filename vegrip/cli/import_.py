@@ -245,7 +245,8 @@ def _refuse_options(options: Mapping[str, object], what: str) -> None:
 
 
 def _print_result(found: "Mapping[Path, Recording]", *, has_own_zeros: bool, as_json: bool) -> None:
-    from vegrip.cli._recordings import describe, print_recording
+    from vegrip.cli._recordings import print_recording
+    from vegrip.display.recording import describe
     from vegrip.identification.recording import Kind
     from vegrip.identification.recording.report import account
 

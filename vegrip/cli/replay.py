@@ -10,9 +10,10 @@ import typer
 
 from vegrip.cli._options import LOGS, SET
 from vegrip.cli._outputs import FORCE, Outputs, claim_recording
-from vegrip.cli._terminal import complain, figures, print_json, print_sentences, printer, progress
+from vegrip.cli._terminal import complain, print_json, print_sentences, printer, progress
 from vegrip.clock import WallClock
 from vegrip.config import build
+from vegrip.display.text import figures
 from vegrip.errors import DeviceError, InputError, UsageError
 
 if TYPE_CHECKING:

@@ -58,7 +58,8 @@ def simulate(
 
     Example: vegrip sample press.toml && vegrip simulate press.toml --noise contact_radius=5e-5 -o pressed
     """
-    from vegrip.cli._recordings import describe, print_recording
+    from vegrip.cli._recordings import print_recording
+    from vegrip.display.recording import describe
     from vegrip.identification.recording import read_recording, write_recording
     from vegrip.identification.recording.session import replaced
     from vegrip.identification.simulate import like as simulate_like

@@ -8,8 +8,9 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
-from vegrip.cli._terminal import answer, figures, print_next, progress, show
+from vegrip.cli._terminal import answer, print_next, progress, show
 from vegrip.cli.bench import from_source
+from vegrip.display.text import figures
 from vegrip.errors import UsageError, suggestion
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from vegrip.c99 import MEMORY
 from vegrip.c99.kinds import INT
 from vegrip.contact import limit_surface
+from vegrip.displayed import Displayed
 from vegrip.effects import Effect, effect, place
 from vegrip.effects.contract import GEOMETRY, OUTSIDE
 from vegrip.errors import ModelError
@@ -126,8 +127,8 @@ class Shown:
     warmest: float = math.inf
 
 
-@dataclass(frozen=True)
-class ContactModel:
+@dataclass(frozen=True, repr=False)
+class ContactModel(Displayed):
     """One fingertip: geometry, effects in order, values of their parameters.
 
     Raises:
@@ -135,6 +136,8 @@ class ContactModel:
             the message names the effect and the remedy.
 
     """
+
+    _display: ClassVar[str] = "model"
 
     effects: tuple[Effect, ...]
     values: Mapping[str, Value]  # by symbol; symbols are unique within a model

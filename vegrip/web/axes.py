@@ -3,9 +3,7 @@
 Colours are names of the style sheet, so that a drawing is light or dark as its page is, and prints.
 """
 
-import itertools
 import math
-import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
@@ -13,20 +11,7 @@ from html import escape
 Pair = tuple[float, float]
 TICKS = 5  # about so many on an axis
 MARK = 58  # [px] half of the words on a mark
-MIN_GAP_STEPS = 8.0  # times the usual step, from which on nothing was measured between two columns
 LEFT, RIGHT, TOP, BOTTOM = 62, 12, 16, 40  # [px] around the drawing
-
-
-def runs(times: Sequence[float]) -> list[slice]:
-    """Return the stretches of ``times`` that no gap parts: what was not measured is not drawn.
-
-    >>> runs([0.0, 1.0, 2.0, 60.0, 61.0])
-    [slice(0, 3, None), slice(3, 5, None)]
-    """
-    steps = [later - sooner for sooner, later in itertools.pairwise(times)]
-    gap = MIN_GAP_STEPS * statistics.median(steps) if steps else 0.0
-    ends = [0, *(i for i, step in enumerate(steps, 1) if step > gap), len(times)]
-    return [slice(begin, end) for begin, end in itertools.pairwise(ends) if end > begin]
 
 
 @dataclass
@@ -35,7 +20,7 @@ class Axes:
 
     Args:
         x, y: least and greatest value shown.
-        x_label, y_label: with units.
+        x_label, y_label: with units; without a label of y no ticks.
         size: width and height [px].
         logarithmic: the y axis.
 
@@ -120,7 +105,8 @@ class Axes:
     def _frame(self) -> list[str]:
         width, height = self.size
         foot, parts = height - BOTTOM, []
-        for tick in log_ticks(self.y) if self.is_logarithmic else ticks(self.y):
+        rows = log_ticks(self.y) if self.is_logarithmic else ticks(self.y)
+        for tick in rows if self.y_label else ():
             y = self._y(tick)
             parts.append(f'<path class="axis" d="M{LEFT} {y:.1f}H{width - RIGHT}"/>')
             parts.append(f'<text x="{LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{tick:g}</text>')

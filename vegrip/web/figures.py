@@ -3,28 +3,16 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from vegrip.identification.compare.plot import CHANNEL_NAMES, SIGMA, scaled
 from vegrip.identification.compare.where import format_quantity
-from vegrip.web.axes import Axes, extent, runs
+from vegrip.plotting import runs
+from vegrip.web.axes import Axes, extent
 from vegrip.web.markup import Markup, table
 
 WIDE, LOW = (1300, 260), (1300, 170)  # [px]
 MAX_POINT_COLUMNS = 80  # columns, with less of which each is drawn as a point
 DOT = 1.5  # [px]
-SIGMA = 1.96  # standard deviations in which 95 % of noise lie
-SCALES = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "N m": (1e3, "N mm")}
-CHANNEL_NAMES = {
-    "indentation": "depth",
-    "normal_force": "normal force",
-    "time_in_contact": "time in contact",
-    "time": "time",
-    "speed": "speed",
-    "temperature": "temperature",
-}
 Told = Mapping[str, Any]
-
-
-def scaled(unit: str) -> tuple[float, str]:
-    return SCALES.get(unit, (1.0, unit.replace("degC", "°C")))
 
 
 def over_time(channel: str, told: Told, beside: Told | None = None) -> str:

@@ -305,12 +305,12 @@ def test_of_those_that_pass_each_is_as_probable_as_its_evidence_and_one_that_fai
         "fails: error",
         "fails: evidence, regimes",
     ]
-    assert [one["name"] for one in found.effects()] == ["a", "b", "c", "d"]
+    assert [one["name"] for one in found.effects] == ["a", "b", "c", "d"]
 
 
 def test_what_became_of_a_candidate_that_passes_is_told() -> None:
     two = [step(tried("a", 30.0), tried("b", 20.0), taken=1), step(tried("a", 25.0), taken=0)]
-    assert [one["name"] for one in told(two).effects()] == ["b", "a"]  # the taken ones first
+    assert [one["name"] for one in told(two).effects] == ["b", "a"]  # the taken ones first
     assert told(ONE, dropped=["adhesion"]).rounds[0]["outcome"] == "taken, and not needed beside the others"
     assert told(ONE, error=1.3).rounds[0]["outcome"] == "taken, not enough"
     suggested = Diagnosis(SimpleNamespace(), told(ONE).search, unproven="one motion")
@@ -366,7 +366,7 @@ def test_clocks_are_looked_at_where_something_is_left_or_named_and_a_doubtful_re
     monkeypatch.setattr(diagnosis, "find_discrepancy", lambda _: None)
     monkeypatch.setattr(diagnosis, "find_jump", lambda *_: None)
     monkeypatch.setattr(diagnosis, "check_clocks", lambda _, best: seen.append(best) or [])
-    found = diagnosis.diagnose([])
+    found = diagnosis.diagnose.__wrapped__([])
     is_grave = True in doubts
     assert seen == [0 if is_grave else 4, *asked]
     assert len(found.doubts) == len(doubts)

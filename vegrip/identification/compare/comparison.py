@@ -2,12 +2,14 @@
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
+from vegrip.displayed import Result
 from vegrip.identification.compare.where import EXCESS_STDS, Features, Regime, Residuals, features_of, where
 from vegrip.identification.fit.fitting import solve
+from vegrip.identification.fit.given import on_recording
 from vegrip.identification.fit.noise import Noise, find_pairs
 from vegrip.identification.fit.problem import Problem, Zeros
 from vegrip.identification.fit.result import ChannelError, channel_errors, loads_at_slip, overall_error
@@ -40,13 +42,36 @@ class Repeated:
         return asdict(self) | {"note": self.note}
 
 
-@dataclass(frozen=True, eq=False)
-class Comparison:
-    """A model and a recording, at the coordinates that were compared."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Result):
+    """A model and a recording, at the coordinates that were compared.
+
+    Attributes:
+        model: that was compared.
+        recording: with which.
+        error: rms of the whitened residuals over all channels; 1 is the noise.
+        channels: error by channel, in its unit and over its noise.
+        where: regimes in which the model fails, the largest share of the misfit first.
+        repeated: what of the misfit recurs where a motion is repeated; None where none is.
+        fitted: whether the model was fitted to this recording first.
+        problem: both.
+        u: coordinates at which they were compared.
+
+    """
+
+    _display: ClassVar[str] = "comparison"
 
     problem: Problem  # with both
     u: Floats  # coordinates at which they were compared
     fitted: bool  # whether the model was fitted to this recording first
+
+    @property
+    def model(self) -> ContactModel:
+        return self.problem.model
+
+    @property
+    def recording(self) -> Recording:
+        return self.problem.measured.recording
 
     @property
     def channels(self) -> dict[str, ChannelError]:
@@ -96,6 +121,7 @@ class Comparison:
         }
 
 
+@on_recording
 def compare(
     recording: Recording,
     model: ContactModel | None = None,

@@ -3,8 +3,10 @@
 Long recordings are thinned to columns that keep the smallest and the greatest value, so no peak is lost.
 """
 
+import math
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -12,13 +14,30 @@ from vegrip.identification.compare.comparison import Comparison, residuals_of
 from vegrip.identification.compare.where import MIN_REGIME_ROWS, PHASES, SPOKEN_UNITS, Features, Residuals
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.recording import Recording
-from vegrip.plotting import new_figure, save_figure
+from vegrip.plotting import empty_figure, runs, save_figure
 from vegrip.types import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 PAUSE_DRAWN_S: Final = 0.5  # [s] that is drawn between trials
 TIME_LABEL: Final = "time without the pauses [s]"
 COLUMNS: Final = 420
 BINS: Final = 12
+IN_A_ROW: Final = 3  # pictures over a variable
+SIGMA: Final = 1.96  # standard deviations in which 95 % of noise lie
+SCALES: Final = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "N m": (1e3, "N mm")}
+CHANNEL_NAMES: Final = {
+    "indentation": "depth",
+    "normal_force": "normal force",
+    "time_in_contact": "time in contact",
+}
+# of the model in question, and of those before it: as on the page
+COLOURS: Final = {0: "C0", -1: "C1", -2: "C2"}
+STYLES: Final = {0: "-", -1: "--", -2: ":"}
+Curves = Mapping[str, Any]
+"""What :func:`curves` gives, of all channels or of one."""
 VARIABLES: Final = ("indentation", "normal_force", "speed", "time_in_contact", "time", "temperature")
 
 
@@ -30,32 +49,91 @@ def drawn_time(recording: Recording) -> Floats:
     return drawn
 
 
+def scaled(unit: str) -> tuple[float, str]:
+    """Return factor and name of the unit in which a quantity of ``unit`` is drawn."""
+    return SCALES.get(unit, (1.0, unit.replace("degC", "°C")))
+
+
 def draw_comparison(comparison: Comparison, folder: Path, name: str = "model") -> list[Path]:
     """Draw one picture per channel into ``folder``; return the files. ``name`` is that of the model."""
+    return draw_channels(f"{comparison.recording.name}, {name}", {name: curves(comparison)}, folder)
+
+
+def draw_channels(title: str, models: Mapping[str, Curves], folder: Path) -> list[Path]:
+    """Draw :func:`channel_figure` of every channel into ``folder``; return the files."""
     folder.mkdir(parents=True, exist_ok=True)
-    features = comparison.features
     files = []
-    for residuals in residuals_of(comparison.problem, comparison.u):
-        figure, every = new_figure(4, size=(9, 10))
-        t = drawn_time(comparison.problem.measured.recording)[residuals.rows]
-        _measured(every[0], comparison, residuals, t, name)
-        axes = every[1:]
-        axes[0].plot(t, residuals.z, ".", ms=1.5)
-        _labels(axes[0], TIME_LABEL, "residual / std")
-        every[0].set_title(f"{comparison.problem.measured.recording.name}: {residuals.channel}, {name}")
-        depth = 1e3 * features.values["indentation"][residuals.rows]
-        phase = features.phase[residuals.rows]
-        for p in np.unique(phase):
-            axes[1].plot(depth[phase == p], residuals.z[phase == p], ".", ms=1.5, label=PHASES[p])
-        axes[1].legend(markerscale=5, fontsize=7, ncols=3)
-        _labels(axes[1], "displacement [mm]", "residual / std")
-        axes[2].semilogx(
-            np.maximum(features.values["time_in_contact"][residuals.rows], 1e-3), residuals.z, ".", ms=1.5
-        )
-        _labels(axes[2], "time in contact [s]", "residual / std")
-        files.append(folder / f"{residuals.channel}.png")
-        save_figure(figure, files[-1])
+    for channel in next(iter(models.values())):
+        files.append(folder / f"{channel}.png")
+        save_figure(channel_figure(title, models, channel), files[-1])
     return files
+
+
+def channel_figure(title: str, models: Mapping[str, Curves], channel: str) -> "Figure":
+    """Return what the page shows of a channel: over time, what is left, and over what may matter.
+
+    ``models``: :func:`curves` by the names of one model, or of several of which the last is the one in
+    question; of the others the residual is not drawn over the variables.
+    """
+    every = {name: told[channel] for name, told in models.items() if channel in told}
+    last = list(every.values())[-1]
+    variables = list(last["variables"])
+    rows = [variables[i : i + IN_A_ROW] for i in range(0, len(variables), IN_A_ROW)]
+    mosaic: Any = [["over time"] * IN_A_ROW, ["left"] * IN_A_ROW]
+    mosaic += [[*row, *["."] * (IN_A_ROW - len(row))] for row in rows]
+    figure = empty_figure((10.0, 5.2 + 2.2 * len(rows)))
+    axes = figure.subplot_mosaic(mosaic, height_ratios=[3.0, 2.0, *[2.0] * len(rows)])
+    figure.suptitle(title)
+    _draw_over_time(axes["over time"], channel, every)
+    _draw_left(axes["left"], every)
+    for variable in variables:
+        _draw_over(axes[variable], variable, last["variables"][variable])
+    return figure
+
+
+def _draw_over_time(axis: "Axes", channel: str, every: Curves) -> None:
+    last = list(every.values())[-1]
+    (scale, unit), columns = scaled(last["unit"]), last["columns"]
+    noise = SIGMA * (last["noise"] or 0.0)
+    t, low, high = (_parted(columns, name) for name in ("time", "measured_low", "measured_high"))
+    band = "measured, with 95 % of the noise"
+    axis.fill_between(t, scale * (low - noise), scale * (high + noise), color="0.75", lw=0.5, label=band)
+    for i, (name, told) in enumerate(every.items(), 1 - len(every)):
+        model = (_parted(told["columns"], "model_low") + _parted(told["columns"], "model_high")) / 2.0
+        axis.plot(_parted(told["columns"], "time"), scale * model, color=COLOURS[i], ls=STYLES[i], label=name)
+    axis.set(xlabel=TIME_LABEL, ylabel=f"{channel.replace('_', ' ')} [{unit}]")
+    axis.margins(x=0.0)
+    axis.legend(fontsize=8)
+
+
+def _draw_left(axis: "Axes", every: Curves) -> None:
+    for i, (name, told) in enumerate(every.items(), 1 - len(every)):
+        t, low, high = (_parted(told["columns"], key) for key in ("time", "z_low", "z_high"))
+        axis.fill_between(t, low, high, color=COLOURS[i], lw=0.5, alpha=0.6, label=name)
+    axis.axhspan(-SIGMA, SIGMA, color="0.5", alpha=0.25, label="95 % of the noise")
+    axis.set(xlabel=TIME_LABEL, ylabel="residual [noise std]")
+    axis.margins(x=0.0)
+    axis.legend(fontsize=8)
+
+
+def _draw_over(axis: "Axes", variable: str, told: Curves) -> None:
+    """Draw rms and mean of the residual in bins of a variable."""
+    scale, unit = scaled(told["unit"])
+    middles = [scale * (one["low"] + one["high"]) / 2.0 for one in told["bins"]]
+    axis.axhline(1.0, color="0.6", ls=":", lw=1)
+    axis.plot(
+        middles, [one["rms"] for one in told["bins"]], "o-", ms=3, color=COLOURS[0], label="rms (1 is noise)"
+    )
+    axis.plot(middles, [one["mean"] for one in told["bins"]], "--", color=COLOURS[-1], label="mean")
+    axis.set(xlabel=f"{CHANNEL_NAMES.get(variable, variable)} [{unit}]", ylabel="residual [noise std]")
+    axis.set_ylim(bottom=min(axis.get_ylim()[0], 0.0), top=max(axis.get_ylim()[1], 1.5))
+    axis.legend(fontsize=7)
+
+
+def _parted(columns: Mapping[str, list[float]], name: str) -> Floats:
+    """Return a curve with NaN where nothing was measured, so that no line is drawn there."""
+    parts = [[*columns[name][run], math.nan] for run in runs(columns["time"])]
+    return np.array([value for part in parts for value in part])
 
 
 def measured_values(problem: Problem, residuals: Residuals) -> Floats:
@@ -67,21 +145,6 @@ def measured_values(problem: Problem, residuals: Residuals) -> Floats:
         return size
     seen: Floats = columns[residuals.channel][residuals.rows]
     return seen if residuals.channel == "normal_force" else np.abs(seen)
-
-
-def _measured(axis: Any, comparison: Comparison, residuals: Residuals, t: Floats, name: str) -> None:
-    seen = measured_values(comparison.problem, residuals)
-    axis.plot(t, seen, "k.", ms=1.5, label="measured")
-    axis.plot(t, seen - residuals.raw, ".", ms=1.0, label=name)
-    axis.legend(markerscale=5, fontsize=7)
-    axis.set_xlabel(TIME_LABEL)
-    axis.set_ylabel(f"{residuals.channel.replace('_', ' ')} [{SPOKEN_UNITS[residuals.channel]}]")
-
-
-def _labels(axis: Any, x: str, y: str) -> None:
-    axis.axhspan(-1.96, 1.96, color="0.9")
-    axis.set_xlabel(x)
-    axis.set_ylabel(y)
 
 
 def curves(comparison: Comparison) -> dict[str, Any]:

@@ -10,8 +10,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
+from vegrip.displayed import Result
 from vegrip.identification.blind import FRICTION_TREND, ZERO_JUMP
 from vegrip.identification.compare.comparison import Comparison, Repeated
 from vegrip.identification.compare.where import Regime
@@ -31,6 +32,7 @@ from vegrip.identification.diagnosis.motions import ONE_MOTION, unproven
 from vegrip.identification.diagnosis.search import Search, Step, Tried, left, search_effects
 from vegrip.identification.diagnosis.zero_jump import NEAR, Jump, find_jump
 from vegrip.identification.fit.fitting import fit, on_one_thread, used_of
+from vegrip.identification.fit.given import on_recording
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import TooManyUnknownsError, Zeros
 from vegrip.identification.fit.result import Fit, fit_of
@@ -75,9 +77,31 @@ class Left:
         return last <= thresholds.MAX_EXCESS_SHARE * first and self.error <= thresholds.MAX_ERROR
 
 
-@dataclass(frozen=True, eq=False)
-class Diagnosis:
-    """A verdict with the search behind it."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis(Result):
+    """What a model lacks, as far as a recording can tell; with the search behind it.
+
+    Attributes:
+        verdict: adequate, named, ambiguous or unexplained.
+        named: effects that explain the misfit and that nothing else could stand for.
+        suggested: the same where the recording shows one motion alone, which proves nothing.
+        indistinguishable: sets of effects of which one explains the misfit.
+        effects: what was tried, best first, each with its gains [nats], error and outcome.
+        error: before and after, in units of the noise.
+        unexplained: the curve over one variable that takes most of what is left; None of noise.
+        where: regimes in which the first model fails.
+        where_after: the same of the model with everything that was accepted.
+        repeated: what of the misfit recurs where a motion is repeated.
+        holds: the range in which the first model leaves only noise.
+        doubts: what is wrong with the recording; a grave one forbids names.
+        model: with the effects that were accepted.
+        result: its fit.
+        start: the fit of the model that was given, or the paper's.
+        search: every step.
+
+    """
+
+    _display: ClassVar[str] = "diagnosis"
 
     start: Fit  # the fit of the model that was given, or the paper's
     search: Search  # every step
@@ -275,8 +299,9 @@ class Diagnosis:
     def error(self) -> dict[str, float]:
         return {"before": self.search.first.error, "after": self.search.last.error, "noise_floor": 1.0}
 
+    @property
     def effects(self) -> list[dict[str, Any]]:
-        """Return what was tried, best first: the accepted ones, then the others step by step."""
+        """What was tried, best first: the accepted ones, then the others step by step."""
         taken = {one.candidate.name for one in self.search.accepted}
         told: dict[str, dict[str, Any]] = {}
         for one in [one for one in self.rounds if one["taken"] and one["name"] in taken] + self.rounds:
@@ -345,7 +370,7 @@ class Diagnosis:
             "recording": self.start.problem.measured.recording.name,
             "verdict": self.verdict,
             "named": self.named,
-            "effects": self.effects(),
+            "effects": self.effects,
             "rounds": self.rounds,
             "indistinguishable": self.indistinguishable,
             "error": self.error,
@@ -366,6 +391,7 @@ class Diagnosis:
         }
 
 
+@on_recording
 @on_one_thread
 def diagnose(
     recording: Recording,

@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from vegrip.identification.fit.problem import AT
 from vegrip.identification.fit.solve import covariance
 from vegrip.plotting import new_figure, save_figure
 from vegrip.types import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DRAWN = 4000  # dots
 SURE = 1.96  # standard deviations: 95 %
@@ -42,6 +45,11 @@ def curve(found: Draft, most: int) -> dict[str, Any]:
 
 def draw_draft(found: Draft, path: Path) -> None:
     """Draw the law that was taken."""
+    save_figure(draft_figure(found), path)
+
+
+def draft_figure(found: Draft) -> "Figure":
+    """Return the picture of the law that was taken."""
     shown = curve(found, DRAWN)
     q, left, law, low, high = shown["columns"].values()
     figure, (axis,) = new_figure(size=(7.5, 4.5))
@@ -52,7 +60,7 @@ def draw_draft(found: Draft, path: Path) -> None:
     axis.set_ylabel("normal force [N]")
     axis.set_title(shown["title"], fontsize=10)
     axis.legend(markerscale=4)
-    save_figure(figure, path)
+    return figure
 
 
 def interval(found: Draft, before: Floats, after: Floats) -> tuple[Floats, Floats]:

@@ -17,11 +17,12 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vegrip.displayed import Result
 from vegrip.effects import names
 from vegrip.errors import UsageError
 from vegrip.identification.diagnosis import thresholds
@@ -41,6 +42,7 @@ from vegrip.identification.diagnosis.score_tests import Candidate, Hint, null, w
 from vegrip.identification.draft.grammar import LAW_PLACES, LAW_SHAPES, MEMORY_TIMES_S, Law, Place, Variable
 from vegrip.identification.draft.text import PROBE_NAME, Probe, law_text, parameters_of, probe
 from vegrip.identification.fit.fitting import fit, on_one_thread
+from vegrip.identification.fit.given import on_recording
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.obeys import broken_by
 from vegrip.identification.fit.problem import AT, Problem, Zeros
@@ -119,9 +121,27 @@ class Tried:
         return (*self.verdict.failed, *little, *("held-out protocols",) * (self.across <= 0.0), *self.broken)
 
 
-@dataclass(frozen=True, eq=False)
-class Draft:
-    """What was found: the law that is worth writing, or the reason that none is."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Draft(Result):
+    """What was found: the law that is worth writing, or the reason that none is.
+
+    Attributes:
+        verdict: drafted or none.
+        reason: why there is none.
+        taken: the law, None where none is worth writing.
+        rivals: laws over something else that are as good.
+        parameters: fitted values of the law, by symbol.
+        text: of the effect's file, which `vegrip add FILE` takes as any effect.
+        tried: what was refitted, best first.
+        screened: how many laws were looked at.
+        name: of the effect.
+        start: the fit of the model that was given, or the paper's.
+        base: the same with what is needed to judge it.
+        q: variable of the law over the size (n,).
+
+    """
+
+    _display: ClassVar[str] = "draft"
 
     start: Fit
     base: CandidateFit
@@ -143,6 +163,10 @@ class Draft:
             return []
         near = as_good(self.tried)
         return [one for one in near if set(one.law.variables) != set(self.taken.law.variables)]
+
+    @property
+    def text(self) -> str:
+        return self.text_of(self.taken, self.name) if self.taken is not None else ""
 
     def text_of(self, one: Tried, name: str) -> str:
         return law_text(one.law, name, self._found(one, name), one.parameters)
@@ -218,6 +242,7 @@ def effect_name(path: Path) -> str:
     return name
 
 
+@on_recording
 @on_one_thread
 def draft(
     recording: Recording,

@@ -9,6 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from vegrip.errors import RecordingError
 from vegrip.identification.fit.excerpt import excerpt
+from vegrip.identification.fit.given import on_recording
 from vegrip.identification.fit.noise import Noise, noise_of
 from vegrip.identification.fit.preprocess import preprocess
 from vegrip.identification.fit.problem import Problem, Zeros
@@ -29,6 +30,7 @@ def on_one_thread(function: Callable[P, R]) -> Callable[P, R]:
     return cast("Callable[P, R]", threadpool_limits.wrap(limits=1, user_api="blas")(function))
 
 
+@on_recording
 @on_one_thread
 def fit(
     recording: Recording,

@@ -1,21 +1,25 @@
 """The result of a fit: the model, how well each value is known, what is left, and what to be wary of."""
 
 import datetime
+import importlib
 import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtri
 
+from vegrip.displayed import Result
 from vegrip.effects.contract import Effect
+from vegrip.errors import KindError
 from vegrip.identification.fit.excerpt import EXCERPT
 from vegrip.identification.fit.obeys import broken_by
 from vegrip.identification.fit.problem import AT, Problem, is_own_name
 from vegrip.identification.fit.solve import Optimum, covariance
+from vegrip.identification.recording import Recording
 from vegrip.identification.recording.checks import AIRLESS, suspect_columns
 from vegrip.model import ContactModel, Shown
 from vegrip.parameters import Parameter, changed, in_si
@@ -147,13 +151,51 @@ GENEROUS = 0.5  # and below which the noise cannot be that of the sensors
 MISFIT = 1.1  # rms of whitened residuals from which the model is said to fail
 
 
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """A fitted model and how it was found."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Result):
+    """A fitted model and how it was found.
+
+    Attributes:
+        model: with the fitted values and their standard errors; runs in the node as it is.
+        recording: that was fitted.
+        error: rms of the whitened residuals over all channels; 1 is the noise.
+        channels: error by channel, in its unit and over its noise.
+        std: standard error by name of the unknown; of a parameter with a scale in proportion.
+        zeros: of the sensors, displacement [m] and normal force [N].
+        warnings(): what to know before believing the values.
+        problem: model and recording as they were fitted.
+        optimum: where it is at its best.
+        covariance: (n, n) of the unknowns there.
+
+    """
+
+    _display: ClassVar[str] = "fit"
+    _calls: ClassVar[tuple[str, ...]] = ("add", *Result._calls)
 
     problem: Problem
     optimum: Optimum
     covariance: Floats
+
+    def add(self, *effects: str) -> "Fit":
+        """Put ``effects`` into the model, one after the other, and fit again; return that fit.
+
+        Raises:
+            ModelError: there is no such effect, or it does not go with the model.
+            UsageError: the model has it, or the recording cannot show it.
+
+        """
+        # stands below this folder, and knows which effects a recording can show
+        ladder: Any = importlib.import_module("vegrip.identification.diagnosis.error_ladder")
+        found = self
+        for name in effects:
+            if not isinstance(name, str):
+                raise KindError(f"add wants names of effects, such as 'adhesion', and was given {name!r}")
+            found = ladder.add_effect(name, found)[0]
+        return found
+
+    @property
+    def recording(self) -> Recording:
+        return self.problem.measured.recording
 
     @property
     def std(self) -> dict[str, float]:

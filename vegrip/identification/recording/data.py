@@ -3,12 +3,14 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.config import parameter
+from vegrip.displayed import Result
 from vegrip.errors import InputError, RecordingError, UsageError, suggestion
 from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES, RECORDED
 from vegrip.identification.recording.report import LoadReport
@@ -30,8 +32,8 @@ class Fingertip:
     name: str = parameter("index", doc="finger: thumb, index, middle, ring or little")
 
 
-@dataclass(frozen=True, eq=False)
-class Recording:
+@dataclass(frozen=True, eq=False, repr=False)
+class Recording(Result):
     """Measurements of one fingertip.
 
     Attributes:
@@ -48,6 +50,9 @@ class Recording:
 
     """
 
+    _display: ClassVar[str] = "recording"
+    _calls: ClassVar[tuple[str, ...]] = ("episodes", "select", *Result._calls)
+
     name: str
     t: Floats
     episode: NDArray[np.int64]
@@ -56,7 +61,7 @@ class Recording:
     sensors: Mapping[str, float] = field(default_factory=dict)
     source: Mapping[str, str | int | float | bool] = field(default_factory=dict)
     start: int = 0
-    report: LoadReport = field(default_factory=LoadReport, repr=False)
+    report: LoadReport = field(default_factory=LoadReport)
 
     def __post_init__(self) -> None:
         if not self.columns or not set(self.columns) <= set(RECORDED):
@@ -106,6 +111,7 @@ class Recording:
             yield FingertipState(start + stamp, finger, seq, **dict(zip(names, row, strict=True)))
 
     def episodes(self) -> Iterator["Recording"]:
+        """Yield the episodes one by one, each as a recording."""
         for episode in dict.fromkeys(self.episode.tolist()):
             yield self.select(self.episode == episode, f"{self.name} episode {episode}")
 

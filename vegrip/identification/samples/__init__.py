@@ -14,6 +14,7 @@ from importlib.resources import as_file, files
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from vegrip.errors import UsageError, suggestion
 from vegrip.whole_file import filled_folder, whole_file, write_whole
 
 if TYPE_CHECKING:
@@ -144,3 +145,17 @@ SAMPLES: Final = {
     ),
     MODEL: Sample("a model of that fingertip before any fit, for `vegrip simulate`", _write_model),
 }
+
+
+def sample(name: str, path: Path | str = "") -> Path:
+    """Write a sample that ships with vegrip to ``path``, under its own name where none is given.
+
+    Raises:
+        UsageError: there is no such sample; names those that there are.
+
+    """
+    if name not in SAMPLES:
+        raise UsageError(f"there is no sample {name!r}; {suggestion(name, SAMPLES)}")
+    place = Path(path or name)
+    SAMPLES[name].write(place)
+    return place
