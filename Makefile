@@ -95,8 +95,13 @@ $(SITE): $(STAMP)
 	$(V)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[site]'
 	touch $@
 
-examples: $(STAMP)
+NOTEBOOK := .venv/.notebook
+examples: $(NOTEBOOK)  ## run every example, and the notebooks
 	$(V)/python examples/run_all.py
+
+$(NOTEBOOK): $(STAMP)
+	$(V)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[notebook]'
+	touch $@
 
 fuzz-estimator: $(STAMP)  ## a million hostile samples through estimator and node (3 minutes)
 	VEGRIP_FUZZ=250000 $(V)/python -m pytest -q -n auto tests/estimator/test_hostile.py tests/grip/test_hostile.py

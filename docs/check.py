@@ -3,8 +3,10 @@
 Run it with ``make docs``; it prints what is wrong with file and line, and fails.
 """
 
+import contextlib
 import doctest
 import importlib
+import io
 import os
 import pkgutil
 import re
@@ -33,6 +35,8 @@ CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?)\]_")
 HEADING = re.compile(r"^#+ +(.*)$", re.MULTILINE)
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 RUN_AS_THEY_STAND = ("docs/tutorials/material.md",)  # pages whose commands are run
+RUN_IN_ORDER = ("docs/python.md",)  # pages whose Python blocks go on from each other, and print what follows
+NUMBER = re.compile(r"-?\d[\d.]*(?:e-?\d+)?")
 
 
 def documents() -> list[Path]:
@@ -110,6 +114,10 @@ def unknown_modules(page: Path, text: str) -> Iterator[str]:
 
 def failing_blocks(page: Path, text: str) -> Iterator[str]:
     """Python blocks that do not run as they stand."""
+    if str(page.relative_to(ROOT)) in RUN_IN_ORDER:
+        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+            yield from _failing_in_order(page, text)
+        return
     for fence in FENCE.finditer(text):
         if fence[1] == "python":
             try:
@@ -117,6 +125,29 @@ def failing_blocks(page: Path, text: str) -> Iterator[str]:
             except Exception as error:  # noqa: BLE001
                 line = line_of(text, fence.start())
                 yield f"{page.relative_to(ROOT)}:{line}: the example fails: {error!r}"
+
+
+def _failing_in_order(page: Path, text: str) -> Iterator[str]:
+    """Blocks that fail after those before them, or print other words than the ``text`` block behind them.
+
+    Numbers may differ: another machine gives another last digit.
+    """
+    known: dict[str, object] = {"__name__": "__main__"}
+    printed, fences = "", list(FENCE.finditer(text))
+    for fence in fences:
+        place = f"{page.relative_to(ROOT)}:{line_of(text, fence.start())}"
+        if fence[1] == "python":
+            out = io.StringIO()
+            try:
+                with contextlib.redirect_stdout(out):
+                    exec(compile(fence[2], str(page), "exec"), known)  # noqa: S102
+            except Exception as error:  # noqa: BLE001
+                yield f"{place}: the example fails: {error!r}"
+            printed = out.getvalue()
+        elif fence[1] == "text":
+            said, told = (NUMBER.sub("#", " ".join(one.split())) for one in (fence[2], printed))
+            if said != told:
+                yield f"{place}: is not what the block above prints, which is\n{printed}"
 
 
 def failing_commands(page: Path, text: str) -> Iterator[str]:

@@ -43,7 +43,9 @@ def _check_recording(name: str, given: object) -> None:
             f"{name} wants a Recording first, and was given {named_kind(given)}{_remedy(name, given)}"
         )
     if not len(given):
-        raise RecordingError(f"{given.name} holds no row, and so no episode: there is nothing to {name}")
+        raise RecordingError(
+            f"{given.name} holds no row, and so no episode; give {name} a recording of at least one press"
+        )
 
 
 def _remedy(name: str, given: object) -> str:

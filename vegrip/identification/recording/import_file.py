@@ -25,7 +25,7 @@ ARGUMENTS: Final = {
     "zero": "zeros:",
     "radius": "radius",
     "baseline": "baseline",
-    "accept-losses": "accept_losses",
+    "accept-losses": "allow_losses",
 }
 """What a remedy that names an option of ``vegrip import`` is called here."""
 OPTION: Final = re.compile(rf"--({'|'.join(ARGUMENTS)})\b")
@@ -41,7 +41,7 @@ def import_recording(
     noise: Mapping[str, float] | None = None,
     baseline: float | None = None,
     map_file: Path | str | None = None,
-    accept_losses: bool = False,
+    allow_losses: bool = False,
 ) -> Recording:
     """Read a table (CSV and the like, also ``.gz``) or a rosbag; several become episodes of one recording.
 
@@ -56,7 +56,7 @@ def import_recording(
         noise: channel -> standard deviation of its white noise in SI, where that is known.
         baseline: how long each trial begins in the air [s].
         map_file: a map (TOML) of columns, with everything above and more.
-        accept_losses: go on where a tenth of the rows is left out.
+        allow_losses: go on where a tenth of the rows is left out.
 
     Raises:
         KindError: a path is none.
@@ -75,7 +75,7 @@ def import_recording(
     for path in map(_checked, paths):
         try:
             read.append(_one(path, chart, metres))
-            read[-1].report.refuse(path, accepted=accept_losses)
+            read[-1].report.refuse(path, accepted=allow_losses)
         except RecordingError as error:
             raise RecordingError(OPTION.sub(lambda found: ARGUMENTS[found[1]], str(error))) from None
     found = read[0] if len(read) == 1 else join_recordings(read, read[0].name)

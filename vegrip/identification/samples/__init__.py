@@ -14,7 +14,7 @@ from importlib.resources import as_file, files
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from vegrip.errors import UsageError, suggestion
+from vegrip.errors import InputError, UsageError, suggestion
 from vegrip.whole_file import filled_folder, whole_file, write_whole
 
 if TYPE_CHECKING:
@@ -152,10 +152,14 @@ def sample(name: str, path: Path | str = "") -> Path:
 
     Raises:
         UsageError: there is no such sample; names those that there are.
+        InputError: something else is there already.
 
     """
     if name not in SAMPLES:
         raise UsageError(f"there is no sample {name!r}; {suggestion(name, SAMPLES)}")
     place = Path(path or name)
-    SAMPLES[name].write(place)
+    if not place.exists():
+        SAMPLES[name].write(place)
+    elif not SAMPLES[name].is_at(place):
+        raise InputError(f"{place}: is there already, and is not this sample; give another path")
     return place
