@@ -50,7 +50,7 @@ def empty_figure(size: tuple[float, float]) -> "Figure":
 
 @cache
 def _shown(plain: Any) -> Any:
-    class Shown(plain):  # type: ignore[misc]  # matplotlib is an extra
+    class Figure(plain):  # type: ignore[misc]  # matplotlib is an extra
         """A figure that a notebook shows, whether or not pyplot is in use."""
 
         def _repr_png_(self) -> bytes:
@@ -58,7 +58,7 @@ def _shown(plain: Any) -> Any:
             self.savefig(out, format="png", dpi=DPI)
             return out.getvalue()
 
-    return Shown
+    return Figure
 
 
 def new_figure(

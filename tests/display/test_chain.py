@@ -146,3 +146,38 @@ def test_a_ladder_is_of_fits_of_one_recording(recording, fitted):
         vegrip.ladder([fitted, other])
     again = vegrip.fit(dataclasses.replace(recording))
     assert [rung.effect for rung in vegrip.ladder([fitted, again]).rungs] == [None, "other values"]
+
+
+def test_lists_are_arrays_and_what_is_no_number_or_no_fingertip_is_named():
+    made = vegrip.Recording("made", [0, 1], [0, 0], {"normal_force": [1, 2]}, vegrip.Fingertip(8e-3))
+    assert made.columns["normal_force"].dtype == float
+    with pytest.raises(RecordingError, match="made: normal_force are no numbers"):
+        vegrip.Recording("made", [0, 1], [0, 0], {"normal_force": ["a", 2]})
+    with pytest.raises(KindError, match=r"fingertip is 0\.008; give vegrip\.Fingertip"):
+        vegrip.Recording("made", [0, 1], [0, 0], {"normal_force": [1, 2]}, 8e-3)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"radius": 8}, "which is 8 m; give a length above 0 and up to 1 m"),
+        (
+            {"noise": {"normal_force": "10 mN"}},
+            "the noise of normal_force is '10 mN'; give its standard deviation",
+        ),
+        ({"noise": {"force": 0.01}}, "unknown sensor force"),
+        ({"zeros": {"displacement": "contakt"}}, "must be one of none, first, baseline, contact"),
+    ],
+)
+def test_a_length_a_noise_or_a_zero_that_cannot_be_is_refused(table, given, said):
+    with pytest.raises(VegripError, match=said):
+        vegrip.import_recording(table, columns=COLUMNS, units=UNITS, **given)
+
+
+def test_a_call_names_the_arguments_that_it_takes(recording):
+    with pytest.raises(
+        KindError, match="fit: got an unexpected keyword argument 'most'; it takes recording, model"
+    ):
+        vegrip.fit(recording, most=3)
+    with pytest.raises(KindError, match="most is '3'; it is a whole number"):
+        vegrip.diagnose(recording, most="3")

@@ -29,7 +29,10 @@ def on_recording(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def checked(*args: P.args, **kwargs: P.kwargs) -> R:
-        given = known.bind(*args, **kwargs).arguments
+        try:
+            given = known.bind(*args, **kwargs).arguments
+        except TypeError as error:
+            raise KindError(f"{name}: {error}; it takes {', '.join(known.parameters)}") from None
         _check_recording(name, given["recording"])
         _check_rest(name, given)
         return function(*args, **kwargs)
@@ -75,6 +78,9 @@ def _check_rest(name: str, given: dict[str, Any]) -> None:
             f"{name} wants a Noise as its noise, and was given {named_kind(noise)}; "
             "vegrip.noise_of(recording) gives one, and .tolerant(0.01) allows 1 % of the peak force"
         )
+    for key in {"most", "threads"} & given.keys():
+        if not isinstance(given[key], int) or given[key] < 0:
+            raise KindError(f"{key} is {given[key]!r}; it is a whole number, 0 or more")
     for key in ("zeros", "laws"):
         one = given.get(key, "recording")
         if one not in ("recording", "episode") and not isinstance(one, tuple):

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vegrip.clock import NS
 from vegrip.config import parameter
 from vegrip.displayed import Result
-from vegrip.errors import InputError, RecordingError, UsageError, suggestion
+from vegrip.errors import InputError, KindError, RecordingError, UsageError, suggestion
 from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES, RECORDED
 from vegrip.identification.recording.report import LoadReport
 from vegrip.messages import FingertipState
@@ -64,6 +64,13 @@ class Recording(Result):
     report: LoadReport = field(default_factory=LoadReport)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.fingertip, Fingertip):
+            given = self.fingertip
+            raise KindError(f"{self.name}: fingertip is {given!r}; give vegrip.Fingertip(radius=8e-3), in m")
+        arrays = {name: self._array(name, values) for name, values in self.columns.items()}
+        object.__setattr__(self, "columns", arrays)
+        object.__setattr__(self, "t", self._array("t", self.t))
+        object.__setattr__(self, "episode", self._array("episode", self.episode, np.int64))
         if not self.columns or not set(self.columns) <= set(RECORDED):
             raise RecordingError(
                 f"{self.name}: the columns are {', '.join(self.columns) or 'none'}; "
@@ -78,6 +85,12 @@ class Recording(Result):
             raise RecordingError(f"{self.name}: the columns differ in length")
         if not np.all(np.diff(self.t) > 0):
             raise RecordingError(f"{self.name}: the time does not increase with every row")
+
+    def _array(self, name: str, values: Any, kind: type = np.float64) -> Any:
+        try:
+            return np.asarray(values, dtype=kind)
+        except (TypeError, ValueError) as error:
+            raise RecordingError(f"{self.name}: {name} are no numbers ({error})") from None
 
     def __len__(self) -> int:
         return len(self.t)

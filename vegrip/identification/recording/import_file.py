@@ -35,8 +35,8 @@ def import_recording(
     *paths: Path | str,
     columns: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
-    radius: float | str = math.nan,
-    negate: Iterable[str] = (),
+    radius: float | str | None = None,
+    negate: str | Iterable[str] = (),
     zeros: Mapping[str, str] | None = None,
     noise: Mapping[str, float] | None = None,
     baseline: float | None = None,
@@ -67,10 +67,11 @@ def import_recording(
     if not paths:
         raise UsageError("import_recording wants the path of a table or rosbag, and was given none")
     chart = read_column_map(Path(map_file)) if map_file is not None else ColumnMap()
-    chart = with_columns(chart, _pairs(columns), _pairs(units), list(negate), _pairs(zeros))
+    turned = [negate] if isinstance(negate, str) else list(negate)
+    chart = with_columns(chart, _pairs(columns), _pairs(units), turned, _pairs(zeros))
     if baseline is not None:
         chart = dataclasses.replace(chart, baseline=BaselineMap(baseline))
-    metres = parse_length(radius, "radius") if isinstance(radius, str) else float(radius)
+    metres = math.nan if radius is None else parse_length(str(radius), "radius")
     read = []
     for path in map(_checked, paths):
         try:
@@ -79,7 +80,7 @@ def import_recording(
         except RecordingError as error:
             raise RecordingError(OPTION.sub(lambda found: ARGUMENTS[found[1]], str(error))) from None
     found = read[0] if len(read) == 1 else join_recordings(read, read[0].name)
-    stated = {noise_name(channel): std for channel, std in (noise or {}).items()}
+    stated = {noise_name(channel): _std(channel, std) for channel, std in (noise or {}).items()}
     return dataclasses.replace(found, sensors={**found.sensors, **stated})
 
 
@@ -90,6 +91,12 @@ def _pairs(given: object) -> list[str]:
             f"import_recording wants a dict, {{'normal_force': 'force_N'}}, and was given a {kind}"
         )
     return [f"{channel}={name}" for channel, name in (given or {}).items()]
+
+
+def _std(channel: str, given: object) -> float:
+    if not isinstance(given, float | int) or not 0.0 < given < math.inf:
+        raise KindError(f"the noise of {channel} is {given!r}; give its standard deviation in SI, above 0")
+    return float(given)
 
 
 def _checked(path: object) -> Path:
