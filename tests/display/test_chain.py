@@ -181,3 +181,20 @@ def test_a_call_names_the_arguments_that_it_takes(recording):
         vegrip.fit(recording, most=3)
     with pytest.raises(KindError, match="most is '3'; it is a whole number"):
         vegrip.diagnose(recording, most="3")
+
+
+def test_a_name_that_looks_like_html_is_text_in_a_card(recording, fitted):
+    name = "<script>alert(1)</script>"
+    named = dataclasses.replace(
+        recording, name=name, fingertip=dataclasses.replace(recording.fingertip, name=name)
+    )
+    again = vegrip.fit(named)
+    found = (named, again, again.model, vegrip.ladder([again]), vegrip.compare(named, again.model))
+    for one in (
+        *found,
+        vegrip.diagnose(named),
+        vegrip.SlipMargin(0, name, 0),
+        vegrip.ContactEstimate(0, name, 0),
+    ):
+        assert "<script" not in one._repr_html_()
+        assert "&lt;script" in one._repr_html_()

@@ -1,5 +1,6 @@
 """A comparison of a model with a recording."""
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
@@ -34,7 +35,7 @@ def parts(one: Comparison, name: str = "") -> list[Part]:
     regimes = [f"- {regime.note}" for regime in one.where] or [NOTHING]
     return [
         head + Text(f": {told}, {one.error:.3f} times the noise", style="not bold"),
-        channel_table(one.as_dict()["channels"]),
+        channel_table({channel: asdict(error) for channel, error in one.channels.items()}),
         *regimes,
         *([one.repeated.note] if one.repeated is not None else []),
     ]
@@ -83,8 +84,8 @@ def figure(one: Comparison, channel: str) -> "Figure":
 
 
 def columns(one: Comparison) -> dict[str, list[Any]]:
-    told = one.as_dict()["channels"]
-    names = list(next(iter(told.values())))
+    told = {channel: asdict(error) for channel, error in one.channels.items()}
+    names = list(told["normal_force"])
     return {"channel": list(told)} | {name: [each[name] for each in told.values()] for name in names}
 
 

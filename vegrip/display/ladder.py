@@ -12,7 +12,7 @@ from vegrip.web.markup import legend, table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Rungs = Ladder | Refinement
+HEAD = ("model", "error / noise", "held out")
 LINES = (("blue", "fitted"), ("orange dash", "held-out episodes"), ("green dash", "noise"))
 
 
@@ -20,44 +20,41 @@ def name_of(rung: Rung) -> str:
     return "start" if rung.effect is None else f"+ {rung.effect}"
 
 
-def brief(one: Rungs) -> str:
+def brief(one: Ladder) -> str:
     steps = " -> ".join(f"{rung.error:.3f}" for rung in one.rungs)
     return f"of {one.recording}: {steps} times the noise, {', '.join(map(name_of, one.rungs))}"
 
 
-def parts(one: Rungs) -> list[Part]:
-    rows = [(name_of(rung), f"{rung.error:.3f}", f"{rung.heldout_error:.3f}") for rung in one.rungs]
-    ends = (
-        f"verdict: {one.diagnosis.verdict}; the next effect does not pay"
-        if isinstance(one, Refinement)
-        else ""
-    )
-    return [
-        table_of(("model", "error / noise", "held out"), rows, left=("model",)),
-        *([ends] if ends else []),
-    ]
+def parts(one: Ladder) -> list[Part]:
+    ends: list[Part] = []
+    if isinstance(one, Refinement):
+        ends.append(f"verdict: {one.diagnosis.verdict}; the next effect does not pay")
+    return [table_of(HEAD, _rows(one), left=("model",)), *ends]
 
 
-def text(one: Rungs, most: int | None = None) -> str:
+def _rows(one: Ladder) -> list[tuple[str, ...]]:
+    return [(name_of(rung), f"{rung.error:.3f}", f"{rung.heldout_error:.3f}") for rung in one.rungs]
+
+
+def text(one: Ladder, most: int | None = None) -> str:
     del most
     return plain(parts(one))
 
 
-def card(one: Rungs) -> str:
-    rows = [(name_of(rung), f"{rung.error:.3f}", f"{rung.heldout_error:.3f}") for rung in one.rungs]
+def card(one: Ladder) -> str:
     first, last = one.rungs[0].error, one.rungs[-1].error
     huge = cards.times_noise(f"{first:.2f} → {last:.2f}")
     drawn = f'<div style="max-width:420px">{figures.ladder([asdict(rung) for rung in one.rungs])}</div>'
-    content = (legend(*LINES), drawn, table(("model", "error / noise", "held out"), rows, numbers=(1, 2)))
+    content = (legend(*LINES), drawn, table(HEAD, _rows(one), numbers=(1, 2)))
     return cards.verdict(f"ladder of errors: {one.recording}", "", "", huge, *content)
 
 
-def figure(one: Rungs, channel: str) -> "Figure":
+def figure(one: Ladder, channel: str) -> "Figure":
     del channel
     return ladder_figure(one.rungs)
 
 
-def columns(one: Rungs) -> dict[str, list[Any]]:
+def columns(one: Ladder) -> dict[str, list[Any]]:
     return {
         "model": [name_of(rung) for rung in one.rungs],
         "error": [rung.error for rung in one.rungs],
@@ -65,6 +62,6 @@ def columns(one: Rungs) -> dict[str, list[Any]]:
     }
 
 
-def told(one: Rungs) -> dict[str, Any]:
+def told(one: Ladder) -> dict[str, Any]:
     verdict = {"verdict": one.diagnosis.verdict} if isinstance(one, Refinement) else {}
     return {"ladder": [asdict(rung) for rung in one.rungs], **verdict, "noise_floor": 1.0}

@@ -1,5 +1,7 @@
 """A contact model: its effects and values, and a press that it makes."""
 
+from html import escape
+
 import numpy as np
 
 from vegrip.display import card as cards
@@ -50,7 +52,7 @@ def card(model: ContactModel) -> str:
         f"<p>{len(model.effects)} effects on a tip of radius {1e3 * model.tip_radius:.4g} mm</p>",
         _press(model),
         table(HEAD, _rows(model), numbers=(1, 2)),
-        f'<p class="soft">{_origin(model)}</p>',
+        f'<p class="soft">{escape(_origin(model))}</p>',
     )
     return cards.verdict("contact model", "", "", "", *content)
 

@@ -1,5 +1,6 @@
 """A recording: channels with their ranges and noise, and the force over time."""
 
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -96,7 +97,7 @@ def card(recording: Recording) -> str:
     about = describe(recording)
     name = "normal_force" if "normal_force" in recording.columns else next(iter(recording.columns))
     content = (
-        f"<p>{size_of(about)}</p>",
+        f"<p>{escape(size_of(about))}</p>",
         _drawn(recording, name) if len(recording) else "",
         table(HEAD, _rows(about), numbers=(2, 3, 4)),
         listed([*(str(finding) for finding in recording.report.findings), *about["lacking"]]),

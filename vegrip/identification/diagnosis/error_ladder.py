@@ -54,28 +54,22 @@ class Ladder(Result):
 
 
 @dataclass(frozen=True, repr=False)
-class Refinement(Result):
+class Refinement(Ladder):
     """A model with the effects that pay, and the ladder of errors that led there.
 
     Attributes:
         model: with the effects that pay.
         rungs: the effect that came in (None for the first), error and held-out error over the noise.
+        recording: name of the recording.
         diagnosis: the search behind it.
 
     """
 
-    _display: ClassVar[str] = "ladder"
-
     diagnosis: Diagnosis
-    rungs: list[Rung]
 
     @property
     def model(self) -> ContactModel:
         return self.diagnosis.model
-
-    @property
-    def recording(self) -> str:
-        return self.diagnosis.start.recording.name
 
 
 @on_recording
@@ -93,7 +87,7 @@ def refine(
     Arguments and errors are those of :func:`~vegrip.identification.diagnosis.diagnose`.
     """
     found = diagnose(recording, model, noise=noise, zeros=zeros, most=most, report=report)
-    return Refinement(found, build_ladder(found))
+    return Refinement(build_ladder(found), found.start.recording.name, found)
 
 
 def build_ladder(found: Diagnosis) -> list[Rung]:

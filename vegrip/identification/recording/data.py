@@ -64,8 +64,8 @@ class Recording(Result):
     report: LoadReport = field(default_factory=LoadReport)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.fingertip, Fingertip):
-            given = self.fingertip
+        given: Any = self.fingertip
+        if not isinstance(given, Fingertip):
             raise KindError(f"{self.name}: fingertip is {given!r}; give vegrip.Fingertip(radius=8e-3), in m")
         arrays = {name: self._array(name, values) for name, values in self.columns.items()}
         object.__setattr__(self, "columns", arrays)
