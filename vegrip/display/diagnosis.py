@@ -15,9 +15,8 @@ from vegrip.identification.diagnosis import Diagnosis, thresholds
 from vegrip.identification.diagnosis.account import models_of, title_of
 from vegrip.identification.diagnosis.error_ladder import build_ladder
 from vegrip.identification.fit.result import channel_errors
-from vegrip.web import figures
 from vegrip.web.check.render import VERDICTS, channels
-from vegrip.web.markup import legend, listed, table
+from vegrip.web.markup import listed, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,7 +33,7 @@ SHOWN = 6  # effects that were tried, in a card
 
 
 def brief(found: Diagnosis) -> str:
-    names = ", ".join(found.named) or " or ".join(name for one in found.indistinguishable for name in one)
+    names = ", ".join([*found.named, *(" or ".join(group) for group in found.indistinguishable)])
     errors = f"{found.error['before']:.3f} -> {found.error['after']:.3f} times the noise"
     return f"of {found.start.recording.name}: {f'{found.verdict} {names}'.rstrip()}, {errors}"
 
@@ -103,26 +102,22 @@ def card(found: Diagnosis) -> str:
         level, name, sentence = "ok", f"named: {', '.join(found.named)}", "this explains the misfit"
     if any(doubt.is_grave for doubt in found.doubts):
         level, name, sentence = "bad", "not reliable", sentence_of(found)
-    rungs = [asdict(rung) for rung in build_ladder(found)]
+    rungs = build_ladder(found)
     error, last = found.error, found.search.last
     tried = [_row(one)[1:] for one in found.effects[:SHOWN]]
     errors = {name: asdict(one) for name, one in channel_errors(last.problem, last.optimum.u).items()}
-    notes = [f"not separated: {', '.join(group)}" for group in found.indistinguishable]
+    notes = [*_head(found)[1:-1], *_tail(found), *(doubt.text for doubt in found.doubts)]
     content = (
         f"<p>{escape(sentence)}</p>",
-        listed([*notes, *(str(note) for note in _tail(found)), *(doubt.text for doubt in found.doubts)]),
+        listed([str(note) for note in notes]),
         comparison.pictures(models_of(found)),
-        _ladder(rungs) if len(rungs) > 1 else "",
+        ladder.drawn(rungs) if len(rungs) > 1 else "",
         table(HEAD[1:], tried, numbers=(1, 2, 3)) if tried else "",
         channels({"channels": errors}),
     )
     change = f"{error['before']:.2f} → {error['after']:.2f}" if len(rungs) > 1 else f"{error['after']:.2f}"
     heading = f"diagnosis of {found.start.recording.name}"
     return cards.verdict(heading, level, name, cards.times_noise(change), *content)
-
-
-def _ladder(rungs: list[dict[str, Any]]) -> str:
-    return legend(*ladder.LINES) + f'<div style="max-width:420px">{figures.ladder(rungs)}</div>'
 
 
 def figure(found: Diagnosis, channel: str) -> "Figure":

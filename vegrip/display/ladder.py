@@ -44,9 +44,15 @@ def text(one: Ladder, most: int | None = None) -> str:
 def card(one: Ladder) -> str:
     first, last = one.rungs[0].error, one.rungs[-1].error
     huge = cards.times_noise(f"{first:.2f} → {last:.2f}")
-    drawn = f'<div style="max-width:420px">{figures.ladder([asdict(rung) for rung in one.rungs])}</div>'
-    content = (legend(*LINES), drawn, table(HEAD, _rows(one), numbers=(1, 2)))
+    content = (drawn(one.rungs), table(HEAD, _rows(one), numbers=(1, 2)))
     return cards.verdict(f"ladder of errors: {one.recording}", "", "", huge, *content)
+
+
+def drawn(rungs: list[Rung]) -> str:
+    """Return the ladder as inline SVG."""
+    width = figures.ladder_width(len(rungs))
+    svg = figures.ladder([asdict(rung) for rung in rungs])
+    return f'{legend(*LINES)}<div style="max-width:{width}px">{svg}</div>'
 
 
 def figure(one: Ladder, channel: str) -> "Figure":

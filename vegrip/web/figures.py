@@ -109,6 +109,11 @@ def over_phases(phases: Sequence[Told]) -> str:
     return table(("regime", "rows", "mean", "rms", ""), rows, numbers=(1, 2, 3), kind="phases")
 
 
+def ladder_width(count: int) -> int:
+    """Return in how many pixels the names of so many models stand beside each other."""
+    return max(420, 170 * count)
+
+
 def ladder(rungs: Sequence[Told]) -> str:
     """Draw the error of each model against the noise, in training and held out."""
     names = [short_name(rung["effect"]) for rung in rungs]
@@ -123,7 +128,7 @@ def ladder(rungs: Sequence[Told]) -> str:
         (0.9, top),
         "model",
         "error over noise",
-        (420, 240),
+        (ladder_width(len(rungs)), 240),
         is_logarithmic=True,
         x_names=names,
     )
