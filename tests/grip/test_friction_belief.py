@@ -172,13 +172,13 @@ def test_what_is_forgotten_is_never_more_than_the_prior_said() -> None:
 def test_a_lie_is_taken_back_for_all_fingers_but_not_what_was_low_before() -> None:
     g = belief(drift=0.0)
     absorb_slide(g, 0, math.log(0.3), 0.01)
-    before = mean(g)[:N].copy()
+    before = mean(g).copy()
+    g.belief.load[0] = 1.0
     absorb_slide(g, 0, math.log(0.15), 0.01)
     void_slide(g, 0)
-    assert mean(g)[0] == pytest.approx(before[0])
-    assert np.all(np.abs(mean(g)[:N] - before) < 0.06)
+    assert mean(g) == pytest.approx(before)
     void_slide(g, 0)  # once
-    assert mean(g)[0] == pytest.approx(before[0])
+    assert mean(g) == pytest.approx(before)
 
 
 def test_hostile_evidence_leaves_a_covariance() -> None:
@@ -197,4 +197,4 @@ def test_hostile_evidence_leaves_a_covariance() -> None:
             g.belief.since += float(rng.exponential(2.0))
         assert np.all(np.isfinite(mean(g)))
         assert np.linalg.eigvalsh(covariance(g)).min() > -1e-9
-        assert np.diag(covariance(g))[:N].max() < STD**2 * 1.6
+        assert np.diag(covariance(g))[:N].max() < STD**2 * (1.0 + 1e-9)

@@ -47,7 +47,7 @@ def begin_belief(g: GraspMemory, fingers: int, drift: float) -> None:
         g.belief.common[i] = g.belief.load[i] = g.belief.site[i] = 0.0
         g.belief.site_weighted[i] = g.belief.site_load[i] = 0.0
         g.belief.record[i] = -math.inf
-        g.belief.before[i], g.belief.before_var[i] = -math.inf, 0.0
+        g.belief.slide[i] = g.belief.slide_weighted[i] = g.belief.slide_load[i] = 0.0
 
 
 def expect_exponent(g: GraspMemory, mean: float, variance: float) -> None:
@@ -143,16 +143,26 @@ def absorb_factor(g: GraspMemory, i: int, load: float, precision: float, weighte
 
 
 def remove_factor(g: GraspMemory, i: int, load: float, precision: float, weighted: float) -> None:
-    """Take a factor off again, as far as no more is left open than at first: some of it has been forgotten.
-
-    One that is nearly all that is known stays: rounding would be what is left.
-    """
+    """Take a factor off again, as far as no more is left open than at first: some of it has been forgotten."""
     variance = shared_part_of(g, i, i, load) - load * shared_part_of(g, int(g.belief.fingers), i, load)
     first = g.belief.prior_var + load * load * g.belief.exponent_var
     if precision > 0.0 and 0.0 < variance < first:
         part = min(1.0, (1.0 / variance - 1.0 / first) / precision)
-        if part * precision * variance < SURE:
-            absorb_factor(g, i, load, -part * precision, -part * weighted)
+        absorb_factor(g, i, load, -part * precision, -part * weighted)
+        keep_to_prior(g)
+
+
+def keep_to_prior(g: GraspMemory) -> None:
+    """Scale down what is known less well than at first; correlations stay."""
+    n = int(g.belief.fingers)
+    for i in range(n + 1):
+        first = g.belief.prior_var if i < n else g.belief.exponent_var
+        variance = g.belief.p[i * BELIEF_ROW + i]
+        if variance > first:
+            scale = math.sqrt(first / variance)
+            for j in range(n + 1):
+                g.belief.p[i * BELIEF_ROW + j] *= scale
+                g.belief.p[j * BELIEF_ROW + i] *= scale
 
 
 def remove_hold(g: GraspMemory, i: int) -> None:
@@ -174,19 +184,15 @@ def absorb_slide(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
     add_common(g, CHANGE_STD * CHANGE_STD * chance_of_change(off, expected))
     most = OUTLIER * math.sqrt(believed_variance(g, i) + noise)
     counted = believed_mean(g, i) + min(max(off, -most), most)
-    g.belief.before[i], g.belief.before_var[i] = g.belief.mean[i], g.belief.p[i * BELIEF_ROW + i]
-    absorb_factor(g, i, g.belief.load[i], 1.0 / noise, counted / noise)
+    g.belief.slide[i], g.belief.slide_weighted[i] = 1.0 / noise, counted / noise
+    g.belief.slide_load[i] = g.belief.load[i]
+    absorb_factor(g, i, g.belief.load[i], g.belief.slide[i], g.belief.slide_weighted[i])
 
 
 def void_slide(g: GraspMemory, i: int) -> None:
-    """Take off by how much the last slide of finger ``i`` has lowered all friction: its channel lies."""
-    lowered = g.belief.before[i] - g.belief.mean[i]
-    if lowered > 0.0:
-        for j in range(int(g.belief.fingers)):
-            g.belief.mean[j] += lowered
-        add_common(g, max(g.belief.before_var[i] - g.belief.p[i * BELIEF_ROW + i], 0.0))
-    g.belief.before[i] = -math.inf
-    g.belief.version += 1.0
+    """Take off what the last slide of finger ``i`` has said: its channel lies."""
+    remove_factor(g, i, g.belief.slide_load[i], g.belief.slide[i], g.belief.slide_weighted[i])
+    g.belief.slide[i] = 0.0
 
 
 def chance_of_change(off: float, expected: float) -> float:
