@@ -46,7 +46,9 @@ class FrictionPrior:
     )
 
 
-COULOMB = FrictionPrior(load_exponent=0.0, load_exponent_std=0.0, tangential_gain_std=0.0, as_modelled=True)
+COULOMB = FrictionPrior(
+    load_exponent=0.0, load_exponent_std=0.0, tangential_gain=1.0, tangential_gain_std=0.0, as_modelled=True
+)
 """The paper's constant friction, as the model has it, by sensors whose gain is known."""
 
 

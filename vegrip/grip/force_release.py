@@ -55,6 +55,12 @@ def chance_noticed(g: GraspMemory) -> float:
     return noticed(g) if g.release.releases > 0.0 else 0.0
 
 
+def shown_noticed(g: GraspMemory) -> float:
+    """Return P as far as it was shown: 0 for channels of which nothing is known, P where one is proven."""
+    p = chance_noticed(g)
+    return min(p, max(p - USUAL, 0.0) * SURE / (SURE - USUAL))
+
+
 def reacts(g: GraspMemory, i: int) -> bool:
     """Return whether the grip must grow because finger ``i`` slides.
 
@@ -66,7 +72,7 @@ def reacts(g: GraspMemory, i: int) -> bool:
 def counted_on(g: GraspMemory, i: int) -> float:
     """Return the ln mu of finger ``i`` that is counted on, by halving."""
     load = g.belief.load[i]
-    p = max(chance_noticed(g) - USUAL, 0.0) / (1.0 - USUAL)
+    p = shown_noticed(g)
     mean, std = believed_mean(g, i), math.sqrt(believed_variance(g, i) + NEARLY_NONE)
     first = g.release.prior[i] - g.release.exponent * load
     spread = math.sqrt(g.release.spread[i] + load * load * g.belief.exponent_var + NEARLY_NONE)
