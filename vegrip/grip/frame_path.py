@@ -7,10 +7,11 @@ messages. Who watches the telemetry gets the messages all the same: they are mad
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import compress
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 
+from vegrip.grip.compiled_rows import CompiledBatch, CompiledPackets, PacketAnswer
 from vegrip.grip.finger import GraspFinger
 from vegrip.grip.wires import COMMANDED, LEFT_ALONE, REPORT
 from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, SlipMargin
@@ -18,10 +19,8 @@ from vegrip.runtime.node import Answered, OfLoop
 from vegrip.runtime.telemetry import Direction
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID
+from vegrip.transport.codec.frame_codec import Line
 from vegrip.transport.endpoint import BATCHES, FRAMES, PACKETS
-
-if TYPE_CHECKING:
-    from vegrip.grip.node import GraspForce
 
 LONGEST_FRAME: Final = 64  # [bytes]
 REPORTS: Final = (ContactEstimate, SlipMargin)
@@ -35,10 +34,28 @@ Guard = Callable[[Callable[..., Answered | None]], Callable[..., Any]]
 """Makes of what answers the function that an endpoint calls, which never raises; it returns None for None."""
 
 
+class FrameNode(Protocol):
+    """A node that answers frames: :class:`vegrip.grip.node.GraspForce`, which documents its methods."""
+
+    batch: CompiledBatch | None
+    packets: CompiledPackets | None
+
+    @property
+    def fingers(self) -> Mapping[str, GraspFinger]: ...
+    def run_compiled(self, lines: Mapping[str, Line], mode: str = "") -> None: ...
+    def leave_lines(self, name: str = "") -> None: ...
+    def on_frame(self, name: str, frame: np.ndarray, length: int, arrival: int, now: int) -> int: ...
+    def on_batch(
+        self, payload: bytes, rows: int, arrival: int, now: int
+    ) -> tuple[bytearray, int] | None: ...
+    def on_packet(self, packet: bytes, expected: int, now: int) -> PacketAnswer | None: ...
+    def reports(self, name: str, now: int) -> Iterator[Message]: ...
+
+
 class FramePath:
     """Answers the frames of states of one node, one by one."""
 
-    def __init__(self, node: "GraspForce", endpoint: Any, loop: OfLoop) -> None:
+    def __init__(self, node: FrameNode, endpoint: Any, loop: OfLoop) -> None:
         self.frames = 0
         """States that went this way."""
         self._node, self._endpoint = node, endpoint
