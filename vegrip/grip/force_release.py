@@ -159,13 +159,13 @@ def stated_std(std: float) -> float:
 def note_slide(g: GraspMemory, i: int, unsure: float) -> None:
     """Learn from a slide of finger ``i``; at its end the next one is another."""
     teacher = int(g.slip.teacher[i])
-    if g.belief.slide[i] > 0.0 and is_named(g, teacher):
-        void_slide(g, i)
+    if g.belief.doubted[i] > 0.0 and is_named(g, teacher):
+        void_slides(g)
     if g.slip.slides[i] < SURE:
         if g.slip.slides[i] < UNSURE and g.slip.taught[i] > 0.0:
             g.slip.taught[i] = 0.0
             if g.slip.sound[teacher] >= SURE:
-                g.belief.slide[i] = 0.0
+                clear_doubts(g)
         return
     if g.slip.taught[i] > 0.0 or unsure > SCATTER or not g.slip.top[i] > -math.inf:
         return

@@ -47,7 +47,7 @@ def begin_belief(g: GraspMemory, fingers: int, drift: float) -> None:
         g.belief.common[i] = g.belief.load[i] = g.belief.site[i] = 0.0
         g.belief.site_weighted[i] = g.belief.site_load[i] = 0.0
         g.belief.record[i] = -math.inf
-        g.belief.slide[i] = g.belief.slide_weighted[i] = g.belief.slide_load[i] = 0.0
+        g.belief.doubted[i] = 0.0
 
 
 def expect_exponent(g: GraspMemory, mean: float, variance: float) -> None:
@@ -143,26 +143,16 @@ def absorb_factor(g: GraspMemory, i: int, load: float, precision: float, weighte
 
 
 def remove_factor(g: GraspMemory, i: int, load: float, precision: float, weighted: float) -> None:
-    """Take a factor off again, as far as no more is left open than at first: some of it has been forgotten."""
+    """Take a factor off again, as far as no more is left open than at first: some of it has been forgotten.
+
+    One that is nearly all that is known stays: rounding would be what is left.
+    """
     variance = shared_part_of(g, i, i, load) - load * shared_part_of(g, int(g.belief.fingers), i, load)
     first = g.belief.prior_var + load * load * g.belief.exponent_var
     if precision > 0.0 and 0.0 < variance < first:
         part = min(1.0, (1.0 / variance - 1.0 / first) / precision)
-        absorb_factor(g, i, load, -part * precision, -part * weighted)
-        keep_to_prior(g)
-
-
-def keep_to_prior(g: GraspMemory) -> None:
-    """Scale down what is known less well than at first; correlations stay."""
-    n = int(g.belief.fingers)
-    for i in range(n + 1):
-        first = g.belief.prior_var if i < n else g.belief.exponent_var
-        variance = g.belief.p[i * BELIEF_ROW + i]
-        if variance > first:
-            scale = math.sqrt(first / variance)
-            for j in range(n + 1):
-                g.belief.p[i * BELIEF_ROW + j] *= scale
-                g.belief.p[j * BELIEF_ROW + i] *= scale
+        if part * precision * variance < SURE:
+            absorb_factor(g, i, load, -part * precision, -part * weighted)
 
 
 def remove_hold(g: GraspMemory, i: int) -> None:
@@ -179,20 +169,55 @@ def refuse_evidence(g: GraspMemory) -> None:
 def absorb_slide(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
     """Take in that finger ``i`` slid at ``ln_u``, known with the variance ``noise``, at its present load."""
     widen_belief(g)
+    if not is_doubted(g):
+        keep_safe(g)
+    g.belief.doubted[i] = 1.0
     remove_hold(g, i)
     off, expected = ln_u - believed_mean(g, i), believed_variance(g, i) + noise
     add_common(g, CHANGE_STD * CHANGE_STD * chance_of_change(off, expected))
     most = OUTLIER * math.sqrt(believed_variance(g, i) + noise)
     counted = believed_mean(g, i) + min(max(off, -most), most)
-    g.belief.slide[i], g.belief.slide_weighted[i] = 1.0 / noise, counted / noise
-    g.belief.slide_load[i] = g.belief.load[i]
-    absorb_factor(g, i, g.belief.load[i], g.belief.slide[i], g.belief.slide_weighted[i])
+    absorb_factor(g, i, g.belief.load[i], 1.0 / noise, counted / noise)
 
 
-def void_slide(g: GraspMemory, i: int) -> None:
-    """Take off what the last slide of finger ``i`` has said: its channel lies."""
-    remove_factor(g, i, g.belief.slide_load[i], g.belief.slide[i], g.belief.slide_weighted[i])
-    g.belief.slide[i] = 0.0
+def is_doubted(g: GraspMemory) -> bool:
+    """Return whether what some slide has said may be a lie."""
+    for i in range(int(g.belief.fingers)):
+        if g.belief.doubted[i] > 0.0:
+            return True
+    return False
+
+
+def keep_safe(g: GraspMemory) -> None:
+    """Keep what is believed now, before a slide that may be a lie."""
+    for j in range(BELIEF_ROW):
+        g.belief.safe_mean[j] = g.belief.mean[j]
+    for j in range(BELIEF_ROW * BELIEF_ROW):
+        g.belief.safe_p[j] = g.belief.p[j]
+    for i in range(BELIEF_MOST):
+        g.belief.safe_record[i], g.belief.safe_site[i] = g.belief.record[i], g.belief.site[i]
+        g.belief.safe_weighted[i], g.belief.safe_load[i] = g.belief.site_weighted[i], g.belief.site_load[i]
+
+
+def void_slides(g: GraspMemory) -> None:
+    """Return to what was believed before the first slide in doubt: a channel that has told one lies."""
+    if not is_doubted(g):
+        return
+    for j in range(BELIEF_ROW):
+        g.belief.mean[j] = g.belief.safe_mean[j]
+    for j in range(BELIEF_ROW * BELIEF_ROW):
+        g.belief.p[j] = g.belief.safe_p[j]
+    for i in range(BELIEF_MOST):
+        g.belief.record[i], g.belief.site[i] = g.belief.safe_record[i], g.belief.safe_site[i]
+        g.belief.site_weighted[i], g.belief.site_load[i] = g.belief.safe_weighted[i], g.belief.safe_load[i]
+    clear_doubts(g)
+    g.belief.version += 1.0
+
+
+def clear_doubts(g: GraspMemory) -> None:
+    """Let what slides have said stay: a sound channel has told one, and the object slides as a whole."""
+    for i in range(BELIEF_MOST):
+        g.belief.doubted[i] = 0.0
 
 
 def chance_of_change(off: float, expected: float) -> float:

@@ -41,9 +41,13 @@ class Belief:
     site: Each  # precision of what that says, 0 = nothing
     site_weighted: Each  # that times its mean
     site_load: Each  # relative load of it
-    slide: Each  # precision of what the last slide of each has said, 0 = it stays
-    slide_weighted: Each  # that times its mean
-    slide_load: Each  # relative load of it
+    doubted: Each  # 1 = what the last slide of each has said may be a lie
+    safe_mean: Annotated[MutableSequence[float], BELIEF_ROW]  # the belief before the first slide in doubt
+    safe_p: Annotated[MutableSequence[float], BELIEF_ROW * BELIEF_ROW]
+    safe_record: Each
+    safe_site: Each
+    safe_weighted: Each
+    safe_load: Each
     along: Annotated[MutableSequence[float], BELIEF_ROW]  # scratch
     p: Annotated[MutableSequence[float], BELIEF_ROW * BELIEF_ROW]  # covariance, by rows
 
