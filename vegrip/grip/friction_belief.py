@@ -182,10 +182,10 @@ def absorb_slide(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
 
 def is_doubted(g: GraspMemory) -> bool:
     """Return whether what some slide has said may be a lie."""
+    found = 0.0
     for i in range(int(g.belief.fingers)):
-        if g.belief.doubted[i] > 0.0:
-            return True
-    return False
+        found = max(found, g.belief.doubted[i])
+    return found > 0.0
 
 
 def keep_safe(g: GraspMemory) -> None:
