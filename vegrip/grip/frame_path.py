@@ -45,9 +45,7 @@ class FrameNode(Protocol):
     def run_compiled(self, lines: Mapping[str, Line], mode: str = "") -> None: ...
     def leave_lines(self, name: str = "") -> None: ...
     def on_frame(self, name: str, frame: np.ndarray, length: int, arrival: int, now: int) -> int: ...
-    def on_batch(
-        self, payload: bytes, rows: int, arrival: int, now: int
-    ) -> tuple[bytearray, int] | None: ...
+    def on_batch(self, payload: bytes, rows: int, arrival: int, now: int) -> tuple[bytearray, int] | None: ...
     def on_packet(self, packet: bytes, expected: int, now: int) -> PacketAnswer | None: ...
     def reports(self, name: str, now: int) -> Iterator[Message]: ...
 
@@ -87,7 +85,7 @@ class FramePath:
     def read_counters(self) -> None:
         """Bring up to date what was counted of frames; the steps go on counting."""
         for finger in self._node.fingers.values():
-            finger.read_counters()
+            finger.numbers.read_counters()
 
     def knows_all(self) -> bool:
         """Return whether the channels of all fingers are known, as they are from then on."""
@@ -111,7 +109,9 @@ class FramePath:
         if done == LEFT_ALONE:
             return None
         if done & COMMANDED:
-            self._endpoint.send_frame(Frame(command, self._node.fingers[finger].answer_frame.tobytes(), True))
+            self._endpoint.send_frame(
+                Frame(command, self._node.fingers[finger].numbers.answer_frame.tobytes(), True)
+            )
         self._note(finger, done, frame.stamp, self._clock.now())
         return True, (finger,) if done & REPORT else ()
 
@@ -121,12 +121,16 @@ class FramePath:
         None is yielded for what was sent here.
         """
         for name, finger in self._of(fingers).items():
-            if not self._is_watched(name) and finger.is_on_line and finger.tell(now):
-                pairs = zip(finger.on_wire.report_ids, finger.report_frames, strict=True)
+            if (
+                not self._is_watched(name)
+                and finger.numbers.is_on_line
+                and finger.numbers.report_as_frames(now)
+            ):
+                pairs = zip(finger.numbers.on_wire.report_ids, finger.numbers.report_frames, strict=True)
                 self._endpoint.send_frames([Frame(one, data.tobytes(), True) for one, data in pairs])
                 self._count_reports(name)
                 yield None
-            if finger.has_more_to_tell(now):
+            if finger.reports.are_due(now):
                 yield from self._node.reports(name, now)
 
     def _of(self, names: Sequence[str]) -> dict[str, GraspFinger]:
@@ -139,7 +143,7 @@ class FramePath:
         else:
             self._statistics.state(finger, arrival)
         if self._senders.has_turn(finger):
-            self._senders.note_values(finger, *self._node.fingers[finger].felt())
+            self._senders.note_values(finger, *self._node.fingers[finger].numbers.felt())
         self._show(finger, done)
 
     def _show(self, finger: str, done: int) -> None:
@@ -147,7 +151,7 @@ class FramePath:
         if telemetry is None:
             return
         if telemetry.count(FingertipState, finger, Direction.IN):
-            telemetry.show(self._node.fingers[finger].state(), Direction.IN)
+            telemetry.show(self._node.fingers[finger].numbers.state(), Direction.IN)
         if done & COMMANDED and telemetry.count(ForceCommand, finger, Direction.OUT):
             telemetry.show(self._node.fingers[finger].command(), Direction.OUT)
 
@@ -228,7 +232,7 @@ class BatchPath(FramePath):
                 self._count_reports(name)
             yield None  # the next states may have come
         for name, finger in of.items():
-            if finger.has_more_to_tell(now):
+            if finger.reports.are_due(now):
                 yield from self._node.reports(name, now)
 
     def _sealed(self, kind: type[Message], rows: int, data: bytearray) -> bytearray:
