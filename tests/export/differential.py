@@ -105,7 +105,14 @@ class InPython:
         result, other = self._obey(order)
         one = self.ones[order.finger]
         wholes = int((one.memory.t.view(np.uint64) * WEIGHTS[: len(one.memory.t)]).sum())
-        return result, digest(one.memory.f), wholes, digest(self.needs), other, one.numbers.answer_frame.tobytes()
+        return (
+            result,
+            digest(one.memory.f),
+            wholes,
+            digest(self.needs),
+            other,
+            one.numbers.answer_frame.tobytes(),
+        )
 
     def _obey(self, order: Order) -> tuple[int, int]:
         one = self.ones[order.finger]
@@ -134,7 +141,14 @@ class InPython:
         if order.what == FRAME:
             self.frame[: len(order.data)] = np.frombuffer(order.data, dtype=np.uint8)
             done = one.numbers.module.finger_receive(
-                f, t, self.needs, self.frame, len(order.data), order.first, order.second, one.numbers.answer_frame
+                f,
+                t,
+                self.needs,
+                self.frame,
+                len(order.data),
+                order.first,
+                order.second,
+                one.numbers.answer_frame,
             )
         else:
             done = one.numbers.module.finger_tick(f, t, self.needs, order.second, one.numbers.answer_frame)

@@ -138,7 +138,9 @@ def _memory(one: GraspFinger, meetings: tuple[Meeting, ...]) -> NDArray[np.float
         if meeting.data:
             frame[: len(meeting.data)] = np.frombuffer(meeting.data, dtype=np.uint8)
             length = len(meeting.data)
-            module.finger_receive(f, t, needs, frame, length, meeting.arrival, meeting.now, one.numbers.answer_frame)
+            module.finger_receive(
+                f, t, needs, frame, length, meeting.arrival, meeting.now, one.numbers.answer_frame
+            )
         else:
             module.finger_tick(f, t, needs, meeting.now, one.numbers.answer_frame)
     return f.copy()

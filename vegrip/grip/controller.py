@@ -21,7 +21,8 @@ from vegrip import messages
 from vegrip.errors import UsageError, suggestion
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.estimator_protocol import Estimator
-from vegrip.grip.finger import GraspFinger, Place, Wanted
+from vegrip.grip.finger import GraspFinger, Wanted
+from vegrip.grip.finger_step import Place
 from vegrip.grip.force_limit import ForceLimit, against_thumb
 from vegrip.grip.grasp_friction import GraspFriction
 from vegrip.grip.known_objects import ObjectFriction

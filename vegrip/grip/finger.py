@@ -245,7 +245,7 @@ class GraspFinger:
     @property
     def held(self) -> float:
         """The force commanded last [N]; NaN before the start."""
-        return self.memory["GRIP_HELD"]
+        return float(self.memory["GRIP_HELD"])
 
     @property
     def need(self) -> float:

@@ -40,7 +40,8 @@ class FingerReports:
 
     @property
     def condition(self) -> messages.Condition:
-        return CONDITIONS[self._step.memory["INPUT_CONDITION"]]
+        found: messages.Condition = CONDITIONS[self._step.memory["INPUT_CONDITION"]]
+        return found
 
     def contact(self, now: int) -> messages.ContactEstimate:
         """Return what is known of the contact at ``now`` [ns]; not valid while the input is not trusted."""

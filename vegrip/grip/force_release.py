@@ -1,9 +1,9 @@
 """How much friction a finger counts on, and how force is let go of to learn it: decisions by expected loss.
 
 **Counted on.** Let P be the probability that a slide would be noticed in time, as far as it was shown, F_b
-the distribution of ln mu as it is believed, and F_0 that before anything was felt. A slide that is not noticed loses the object; one
-that is noticed costs kappa of that. A channel that would not notice has taught nothing either. So x is
-counted on with::
+the distribution of ln mu as it is believed, and F_0 that before anything was felt. A slide that is not
+noticed loses the object; one that is noticed costs kappa of that. A channel that would not notice has taught
+nothing either. So x is counted on with::
 
     (1 - P) max(F_0(x), F_b(x)) + P kappa F_b(x) = risk
 

@@ -213,7 +213,7 @@ class BatchPath(FramePath):
         self.frames += taken
         self._statistics.batch(taken, commands, arrival, self._clock.now())
         if taken:
-            self._senders.note_values(self._fingers[0], *self._node.fingers[self._fingers[0]].felt())
+            self._senders.note_values(self._fingers[0], *self._node.fingers[self._fingers[0]].numbers.felt())
         names = batch.names_in(payload, rows)
         if self._telemetry is not None and taken:
             for name, outcome in zip(names, done, strict=False):

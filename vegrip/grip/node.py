@@ -304,7 +304,7 @@ class GraspForce(NodeBase):
         row = done.find(LEFT_ALONE, 0, rows)
         while row >= 0:
             if (refused := batch.finger_of(payload, row)) is not None:
-                refused.leave_line()  # the codec decodes it, or refuses by name
+                refused.numbers.leave_line()  # the codec decodes it, or refuses by name
             row = done.find(LEFT_ALONE, row + 1, rows)
         return done, commands
 
