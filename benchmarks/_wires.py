@@ -106,7 +106,7 @@ class Frames:
         length = len(what.data)
         self._bytes[:length] = what.data
         if self.node.on_frame(finger, self._array, length, what.stamp, now) & COMMANDED:
-            Frame(command, self.node.fingers[finger].answer_frame.tobytes(), True)
+            Frame(command, self.node.fingers[finger].numbers.answer_frame.tobytes(), True)
 
 
 class Pdos(Frames):

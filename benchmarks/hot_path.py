@@ -229,7 +229,7 @@ def reports(log: Log) -> Timed:
     node, codec, now = replay.node, replay.codec, log.events[-1].now
     assert node.controller is not None
     for finger in node.fingers.values():
-        finger.health(now)  # worked out once for the last state, so not timed below
+        finger.reports.health(now)  # worked out once for the last state, so not timed below
         finger.apply(replace(node.parameters, report_period=1e-9, health_period=1e6), finger.wanted)
         finger.take_line()
 
@@ -239,7 +239,7 @@ def reports(log: Log) -> Timed:
         def tell() -> None:
             for when in itertools.islice(later, REPORTS):
                 for finger in node.compiled_fingers.values():
-                    if not finger.tell(when):
+                    if not finger.numbers.report_as_frames(when):
                         raise AssertionError("the step did not tell its contact")
 
         return tell
@@ -248,8 +248,8 @@ def reports(log: Log) -> Timed:
         def tell() -> None:
             for when in itertools.islice(later, REPORTS):
                 for finger in node.fingers.values():
-                    codec.encode(finger.contact(when))
-                    codec.encode(finger.margin(when))
+                    codec.encode(finger.reports.contact(when))
+                    codec.encode(finger.reports.margin(when))
 
         return tell
 

@@ -207,15 +207,17 @@ class Replay:
             done = self.node.on_frame(finger, data, len(frame.data), frame.stamp, now)
             told = self.node.fingers[finger]
             if done & COMMANDED:
-                self.answers.commands.append((line.command_id, told.answer_frame.tobytes()))
+                self.answers.commands.append((line.command_id, told.numbers.answer_frame.tobytes()))
             if done & REPORT:
                 pairs = (
-                    zip(told.on_wire.report_ids, told.report_frames, strict=True) if told.tell(now) else ()
+                    zip(told.numbers.on_wire.report_ids, told.numbers.report_frames, strict=True)
+                    if told.numbers.report_as_frames(now)
+                    else ()
                 )
                 packed = [(name, data.tobytes()) for name, data in pairs]
                 self.answers.reports += packed
                 self.answers.packed_reports += len(packed)
-                if told.has_more_to_tell(now):
+                if told.reports.are_due(now):
                     self._answered(self.node.reports(finger, now))
             if done != LEFT_ALONE:
                 self.answers.compiled_frames += 1

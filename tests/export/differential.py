@@ -105,7 +105,14 @@ class InPython:
         result, other = self._obey(order)
         one = self.ones[order.finger]
         wholes = int((one.memory.t.view(np.uint64) * WEIGHTS[: len(one.memory.t)]).sum())
-        return result, digest(one.memory.f), wholes, digest(self.needs), other, one.answer_frame.tobytes()
+        return (
+            result,
+            digest(one.memory.f),
+            wholes,
+            digest(self.needs),
+            other,
+            one.numbers.answer_frame.tobytes(),
+        )
 
     def _obey(self, order: Order) -> tuple[int, int]:
         one = self.ones[order.finger]
@@ -133,11 +140,18 @@ class InPython:
         f, t = one.memory.f, one.memory.t
         if order.what == FRAME:
             self.frame[: len(order.data)] = np.frombuffer(order.data, dtype=np.uint8)
-            done = one.module.finger_receive(
-                f, t, self.needs, self.frame, len(order.data), order.first, order.second, one.answer_frame
+            done = one.numbers.module.finger_receive(
+                f,
+                t,
+                self.needs,
+                self.frame,
+                len(order.data),
+                order.first,
+                order.second,
+                one.numbers.answer_frame,
             )
         else:
-            done = one.module.finger_tick(f, t, self.needs, order.second, one.answer_frame)
+            done = one.numbers.module.finger_tick(f, t, self.needs, order.second, one.numbers.answer_frame)
         self.counts[("frame", "tick")[order.what == TICK], bool(done)] += 1
         self.counts[Condition(one.memory["INPUT_CONDITION"]).name] += 1
         return int(bool(done & COMMANDED))
@@ -147,7 +161,7 @@ class InPython:
             return 0
         memory = one.memory
         memory.f[:], memory.t[:] = self.blank[order.finger]
-        one.answer_frame[:] = 0
+        one.numbers.answer_frame[:] = 0
         offset = order.first * layouts().hand_stride + order.second * layouts().finger_stride
         memory["SETUP_STATE_ID"] += offset
         memory["SETUP_COMMAND_ID"] += offset

@@ -191,7 +191,7 @@ def test_a_force_that_stands_still_lowers_nothing_before_it_counts_as_frozen(
     ]
     forces = [m.normal_force for m in run(node, states) if isinstance(m, ForceCommand)]
     assert node.fingers["index"].condition == Condition.OK, "not frozen yet"
-    assert node.fingers["index"].doubtful
+    assert node.fingers["index"].memory["INPUT_DOUBTFUL"]
     doubted = forces[FAULT_AT + 30 :]
     assert min(doubted) == max(doubted)
     assert doubted[0] > 0.9 * forces[FAULT_AT - 2]

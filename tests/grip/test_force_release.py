@@ -74,10 +74,12 @@ def test_where_every_slide_is_noticed_the_belief_alone_counts_at_the_larger_risk
     assert counted_on(g, 0) == pytest.approx(mean + norm.ppf(NOTICED) * std, abs=1e-3)
 
 
-@pytest.mark.parametrize("p", [0.2, 0.6, 0.95])
-def test_between_them_the_expected_loss_is_the_risk(p: float) -> None:
+@pytest.mark.parametrize(
+    ("noticed", "p"), [(0.2, 0.0), (0.48, 0.0), (0.715, 0.475), (0.95, 0.95), (0.99, 0.99)]
+)
+def test_between_them_the_expected_loss_is_the_risk(noticed: float, p: float) -> None:
     g = grasp()
-    prove(g, p)
+    prove(g, noticed)
     absorb_slide(g, 0, math.log(0.8), 0.01)
     mean, std = believed_mean(g, 0), math.sqrt(believed_variance(g, 0))
 

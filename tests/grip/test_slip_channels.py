@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from vegrip.grip.friction_belief import begin_belief, expect_exponent, expect_finger
+from vegrip.grip.friction_belief import absorb_slide, begin_belief, expect_exponent, expect_finger
 from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 from vegrip.grip.slip_channels import (
     EVEN,
@@ -20,6 +20,7 @@ from vegrip.grip.slip_channels import (
     judge_slide,
     lying,
     noticed,
+    refer_anew,
     sound_channel,
     teller,
 )
@@ -167,3 +168,17 @@ def test_probabilities_stay_probabilities_whatever_is_said() -> None:
             assert min(sound, silent, lies) >= 0.0
             assert sound + silent <= 1.0 + 1e-12
         assert 0.0 <= g.slip.slides[i] <= 1.0
+
+
+def test_what_has_held_stays_what_it_was_when_a_slide_teaches_the_exponent() -> None:
+    g, load = grasp(), math.log(0.2 / 5.0)
+    expect_exponent(g, 0.15, 0.12**2)
+    begin_channels(g, 1e-3, DELAY)
+    g.belief.load[0] = g.belief.load[1] = load
+    for _ in range(100):
+        follow_utilisation(g, 1, DT, 0.8, 0.02, load, True)
+    absorb_slide(g, 0, math.log(2.9), 0.01)
+    assert g.belief.mean[2] > 0.25  # it has taught the exponent
+    refer_anew(g)
+    assert g.slip.level[1] - g.belief.mean[2] * load == pytest.approx(math.log(0.8))
+    assert g.slip.held[1] - g.belief.mean[2] * load == pytest.approx(math.log(0.8), abs=0.1)

@@ -72,7 +72,7 @@ def test_values_that_are_spoiled_are_what_the_controller_feels() -> None:
     loops = [Loop(scenario.hand(), grip_of(settings, ("thumb", "index")), spoil) for spoil in (None, deaf)]
     for loop in loops:
         loop.run(1.0)
-    sound, spoiled = (loop.grip.fingers["index"].felt()[0] for loop in loops)
+    sound, spoiled = (loop.grip.fingers["index"].numbers.felt()[0] for loop in loops)
     assert np.isfinite(sound)
     assert np.isnan(spoiled)
 

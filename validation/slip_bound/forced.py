@@ -76,6 +76,6 @@ def stated_bound(grip: GripController, name: str, confidence: float, now: int) -
     usual = finger.memory["SET_QUANTILE"]
     finger.memory["SET_QUANTILE"] = quantile(confidence)
     try:
-        return finger.margin(now).lower_bound
+        return finger.reports.margin(now).lower_bound
     finally:
         finger.memory["SET_QUANTILE"] = usual

@@ -36,7 +36,7 @@ class FrictionPrior:
     )
     load_exponent_std: float = fixed_parameter(0.12, unit="1", low=0.0, high=1.0, doc="std of g")
     tangential_gain: float = fixed_parameter(
-        1.0, unit="1", low=0.5, high=2.0, doc="of the tangential channels: measured over true force"
+        0.92, unit="1", low=0.5, high=2.0, doc="of the tangential channels: measured over true force"
     )
     tangential_gain_std: float = fixed_parameter(
         0.1, unit="1", low=0.0, high=1.0, doc="relative std of that gain"
@@ -46,7 +46,9 @@ class FrictionPrior:
     )
 
 
-COULOMB = FrictionPrior(load_exponent=0.0, load_exponent_std=0.0, tangential_gain_std=0.0, as_modelled=True)
+COULOMB = FrictionPrior(
+    load_exponent=0.0, load_exponent_std=0.0, tangential_gain=1.0, tangential_gain_std=0.0, as_modelled=True
+)
 """The paper's constant friction, as the model has it, by sensors whose gain is known."""
 
 

@@ -30,7 +30,7 @@ class Sensors:
     """
 
     tangential_gain: float = fixed_parameter(
-        1.0, unit="1", low=0.5, high=2.0, doc="tangential force read over the true one"
+        0.92, unit="1", low=0.5, high=2.0, doc="tangential force read over the true one"
     )
     tangential_gain_std: float = fixed_parameter(
         0.1,

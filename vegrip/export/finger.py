@@ -132,15 +132,17 @@ def _estimators(request: Request) -> Callable[[str], ContactEstimator]:
 
 
 def _memory(one: GraspFinger, meetings: tuple[Meeting, ...]) -> NDArray[np.float64]:
-    module, f, t = one.module, one.memory.f, one.memory.t
+    module, f, t = one.numbers.module, one.memory.f, one.memory.t
     needs, frame = np.full(one.memory["SETUP_FINGERS"], np.nan), np.zeros(64, dtype=np.uint8)
     for meeting in meetings:
         if meeting.data:
             frame[: len(meeting.data)] = np.frombuffer(meeting.data, dtype=np.uint8)
             length = len(meeting.data)
-            module.finger_receive(f, t, needs, frame, length, meeting.arrival, meeting.now, one.answer_frame)
+            module.finger_receive(
+                f, t, needs, frame, length, meeting.arrival, meeting.now, one.numbers.answer_frame
+            )
         else:
-            module.finger_tick(f, t, needs, meeting.now, one.answer_frame)
+            module.finger_tick(f, t, needs, meeting.now, one.numbers.answer_frame)
     return f.copy()
 
 

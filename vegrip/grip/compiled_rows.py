@@ -78,8 +78,8 @@ class CompiledRows:
         self._row_bytes = self._rows.data.cast("B")
         self._heads, self._first, self._frame = heads, first, np.zeros(LONGEST_FRAME, dtype=np.uint8)
         self._call: Any = None
-        if isinstance(fingers[0].module, ModuleC):
-            self._bind(fingers[0].module, needs)
+        if isinstance(fingers[0].numbers.module, ModuleC):
+            self._bind(fingers[0].numbers.module, needs)
 
     def _go_through(self, data: bytes, rows: int, now: int, *, stops: bool) -> int:
         """Answer the first ``rows``; return how many commands there are.
@@ -97,7 +97,7 @@ class CompiledRows:
                 done = self.fingers[number].step(self._frame, length, arrival, now)
             if done & COMMANDED:
                 start = self._first + commands * size
-                answer = self._heads[number] + self.fingers[number].answer_frame.tobytes()
+                answer = self._heads[number] + self.fingers[number].numbers.answer_frame.tobytes()
                 self.commands[start : start + size] = answer
                 commands += 1
             self._done[row] = done
@@ -127,13 +127,13 @@ class CompiledBatch(CompiledRows):
     """Rows of a batch; what is told of the fingers leaves as batches, too."""
 
     def __init__(self, fingers: Sequence[GraspFinger], needs: Floats) -> None:
-        heads = [ROW_ID.pack(finger.on_wire.command_id) for finger in fingers]
+        heads = [ROW_ID.pack(finger.numbers.on_wire.command_id) for finger in fingers]
         super().__init__(fingers, needs, heads, FIRST_ROW)
         self.contacts = bytearray(FIRST_ROW + len(fingers) * 2 * CONTACT_ROW)
         """The batch of the last contacts; its head is still to be written, as that of :attr:`commands`."""
         self.margins = bytearray(FIRST_ROW + len(fingers) * MARGIN_ROW)
         """The batch of the last slip margins, likewise."""
-        self._numbers = {finger.on_wire.state_id: number for number, finger in enumerate(fingers)}
+        self._numbers = {finger.numbers.on_wire.state_id: number for number, finger in enumerate(fingers)}
         self._named = {finger.name: finger for finger in fingers}
         self._identifiers = b"", b""  # of the rows that came last, low and high bytes,
         self._names: list[str] = []  # and whose they are
@@ -174,11 +174,13 @@ class CompiledBatch(CompiledRows):
         told: list[str] = []
         for name in names:
             finger = self._named[name]
-            if not finger.tell(now):
+            if not finger.numbers.report_as_frames(now):
                 continue
             rows = [
                 ROW_ID.pack(identifier) + frame.tobytes()
-                for identifier, frame in zip(finger.on_wire.report_ids, finger.report_frames, strict=True)
+                for identifier, frame in zip(
+                    finger.numbers.on_wire.report_ids, finger.numbers.report_frames, strict=True
+                )
             ]
             at, margin = FIRST_ROW + len(told) * 2 * CONTACT_ROW, FIRST_ROW + len(told) * MARGIN_ROW
             self.contacts[at : at + 2 * CONTACT_ROW] = rows[0] + rows[1]
@@ -191,9 +193,11 @@ class CompiledPackets(CompiledRows):
     """Frames of a packet of the virtual bus; their commands leave as requests to it."""
 
     def __init__(self, fingers: Sequence[GraspFinger], needs: Floats) -> None:
-        heads = [pack_request(0, f.on_wire.command_id, bytes(COMMAND_BYTES), PLAIN_FLAGS) for f in fingers]
+        heads = [
+            pack_request(0, f.numbers.on_wire.command_id, bytes(COMMAND_BYTES), PLAIN_FLAGS) for f in fingers
+        ]
         super().__init__(fingers, needs, [head[: REQUEST.size] for head in heads], 0)
-        self._numbers = {finger.on_wire.state_id: number for number, finger in enumerate(fingers)}
+        self._numbers = {finger.numbers.on_wire.state_id: number for number, finger in enumerate(fingers)}
         self._names = [finger.name for finger in fingers]
         self._requests, self._size = memoryview(self.commands), REQUEST.size + COMMAND_BYTES
 
@@ -247,9 +251,12 @@ def _address(data: bytearray, at: int = 0) -> int:
 
 def join(fingers: Sequence[GraspFinger], needs: Floats) -> CompiledBatch | CompiledPackets | None:
     """Return one call that answers for all, by how their frames travel; None: one module does not run all."""
-    if len({getattr(finger.module, "library", id(finger.module)) for finger in fingers}) != 1:
+    if len({getattr(finger.numbers.module, "library", id(finger.numbers.module)) for finger in fingers}) != 1:
         return None
-    if all(finger.on_wire.state_id >= ROW_STRIDE for finger in fingers):
+    if all(finger.numbers.on_wire.state_id >= ROW_STRIDE for finger in fingers):
         return CompiledBatch(fingers, needs)
-    is_plain = all(finger.on_wire.state_id < IDENTIFIERS and finger.on_wire.report_ids for finger in fingers)
+    is_plain = all(
+        finger.numbers.on_wire.state_id < IDENTIFIERS and finger.numbers.on_wire.report_ids
+        for finger in fingers
+    )
     return CompiledPackets(fingers, needs) if is_plain else None

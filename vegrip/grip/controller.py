@@ -21,7 +21,8 @@ from vegrip import messages
 from vegrip.errors import UsageError, suggestion
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.estimator_protocol import Estimator
-from vegrip.grip.finger import GraspFinger, Place, Wanted
+from vegrip.grip.finger import GraspFinger, Wanted
+from vegrip.grip.finger_step import Place
 from vegrip.grip.force_limit import ForceLimit, against_thumb
 from vegrip.grip.grasp_friction import GraspFriction
 from vegrip.grip.known_objects import ObjectFriction
@@ -121,18 +122,18 @@ class GripController:
             UsageError: there is no such finger.
 
         """
-        return self.friction.state_friction(self._finger_called(finger).contact(self._now))
+        return self.friction.state_friction(self._finger_called(finger).reports.contact(self._now))
 
     def margin(self, finger: str) -> messages.SlipMargin:
         """Return the slip margin of ``finger`` under its present load; errors as of :meth:`contact`."""
-        return self._finger_called(finger).margin(self._now)
+        return self._finger_called(finger).reports.margin(self._now)
 
     def health(self, finger: str) -> messages.ModelHealth:
         """Return whether the model explains what ``finger`` measures; errors as of :meth:`contact`.
 
         And whether ``limits.max_force`` suffices for it, or soon may not (``limit``).
         """
-        health = self.friction.name_suspect(self._finger_called(finger).health(self._now))
+        health = self.friction.name_suspect(self._finger_called(finger).reports.health(self._now))
         return replace(health, limit=self.force_limit.state(finger))
 
     def drive_lag(self, finger: str) -> float:
@@ -165,7 +166,7 @@ class GripController:
         """Take the frames of ``lines`` from now on, finger by finger; ``mode`` says what runs the step."""
         self._lines, self._mode = lines, mode
         for name, finger in self.fingers.items():
-            finger.follow_line(lines.get(name), mode)
+            finger.numbers.follow_line(lines.get(name), mode)
 
     # What a node calls one by one, because its states arrive one by one.
 
@@ -195,7 +196,7 @@ class GripController:
 
     def reports(self, finger: str, now: int) -> Iterator[messages.Message]:
         self.force_limit.look(self.fingers, self._settings.limits.max_force, now)
-        for report in self.fingers[finger].reports(now):
+        for report in self.fingers[finger].reports.due(now):
             if isinstance(report, messages.ModelHealth):
                 yield replace(report, limit=self.force_limit.state(finger))
             else:

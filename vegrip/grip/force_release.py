@@ -1,9 +1,9 @@
 """How much friction a finger counts on, and how force is let go of to learn it: decisions by expected loss.
 
-**Counted on.** Let P be the probability that a slide would be noticed in time, F_b the distribution of ln mu
-as it is believed, and F_0 that before anything was felt. A slide that is not noticed loses the object; one
-that is noticed costs kappa of that. A channel that would not notice has taught nothing either. So x is
-counted on with::
+**Counted on.** Let P be the probability that a slide would be noticed in time, as far as it was shown, F_b
+the distribution of ln mu as it is believed, and F_0 that before anything was felt. A slide that is not
+noticed loses the object; one that is noticed costs kappa of that. A channel that would not notice has taught
+nothing either. So x is counted on with::
 
     (1 - P) max(F_0(x), F_b(x)) + P kappa F_b(x) = risk
 
@@ -55,6 +55,12 @@ def chance_noticed(g: GraspMemory) -> float:
     return noticed(g) if g.release.releases > 0.0 else 0.0
 
 
+def shown_noticed(g: GraspMemory) -> float:
+    """Return P as far as it was shown: 0 for channels of which nothing is known, P where one is proven."""
+    p = chance_noticed(g)
+    return min(p, max(p - USUAL, 0.0) * SURE / (SURE - USUAL))
+
+
 def reacts(g: GraspMemory, i: int) -> bool:
     """Return whether the grip must grow because finger ``i`` slides.
 
@@ -65,7 +71,8 @@ def reacts(g: GraspMemory, i: int) -> bool:
 
 def counted_on(g: GraspMemory, i: int) -> float:
     """Return the ln mu of finger ``i`` that is counted on, by halving."""
-    p, load = chance_noticed(g), g.belief.load[i]
+    load = g.belief.load[i]
+    p = shown_noticed(g)
     mean, std = believed_mean(g, i), math.sqrt(believed_variance(g, i) + NEARLY_NONE)
     first = g.release.prior[i] - g.release.exponent * load
     spread = math.sqrt(g.release.spread[i] + load * load * g.belief.exponent_var + NEARLY_NONE)
@@ -138,7 +145,7 @@ def let_go(g: GraspMemory, i: int, dt: float, margin: float, touching: bool) -> 
         ratio = 2.5066282746310002 * upper_tail(z) * math.exp(0.5 * z * z) if z < 6.0 else 1.0 / z
         most = mean + CREDIBLE * std
         rate = min(worth / (COST * g.belief.fingers) * std * ratio, QUICK)
-    elif p < 1.0 - EVEN - 2.0 * RARE or rise_needed(g, dt) > BLIND:
+    elif p < USUAL - RARE or rise_needed(g, dt) > BLIND:
         return
     most = min(most, ln_u + rate * LEAD) - math.log(1.0 - margin) - counted
     g.release.shift[i] = max(g.release.shift[i], min(g.release.shift[i] + rate * dt, most))
@@ -152,13 +159,13 @@ def stated_std(std: float) -> float:
 def note_slide(g: GraspMemory, i: int, unsure: float) -> None:
     """Learn from a slide of finger ``i``; at its end the next one is another."""
     teacher = int(g.slip.teacher[i])
-    if g.belief.before[i] > -math.inf and is_named(g, teacher):
-        void_slide(g, i)
+    if g.belief.doubted[i] > 0.0 and is_named(g, teacher):
+        void_slides(g)
     if g.slip.slides[i] < SURE:
         if g.slip.slides[i] < UNSURE and g.slip.taught[i] > 0.0:
             g.slip.taught[i] = 0.0
             if g.slip.sound[teacher] >= SURE:
-                g.belief.before[i] = -math.inf
+                clear_doubts(g)
         return
     if g.slip.taught[i] > 0.0 or unsure > SCATTER or not g.slip.top[i] > -math.inf:
         return

@@ -7,10 +7,11 @@ messages. Who watches the telemetry gets the messages all the same: they are mad
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import compress
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 
+from vegrip.grip.compiled_rows import CompiledBatch, CompiledPackets, PacketAnswer
 from vegrip.grip.finger import GraspFinger
 from vegrip.grip.wires import COMMANDED, LEFT_ALONE, REPORT
 from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, SlipMargin
@@ -18,10 +19,8 @@ from vegrip.runtime.node import Answered, OfLoop
 from vegrip.runtime.telemetry import Direction
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID
+from vegrip.transport.codec.frame_codec import Line
 from vegrip.transport.endpoint import BATCHES, FRAMES, PACKETS
-
-if TYPE_CHECKING:
-    from vegrip.grip.node import GraspForce
 
 LONGEST_FRAME: Final = 64  # [bytes]
 REPORTS: Final = (ContactEstimate, SlipMargin)
@@ -35,10 +34,26 @@ Guard = Callable[[Callable[..., Answered | None]], Callable[..., Any]]
 """Makes of what answers the function that an endpoint calls, which never raises; it returns None for None."""
 
 
+class FrameNode(Protocol):
+    """A node that answers frames: :class:`vegrip.grip.node.GraspForce`, which documents its methods."""
+
+    batch: CompiledBatch | None
+    packets: CompiledPackets | None
+
+    @property
+    def fingers(self) -> Mapping[str, GraspFinger]: ...
+    def run_compiled(self, lines: Mapping[str, Line], mode: str = "") -> None: ...
+    def leave_lines(self, name: str = "") -> None: ...
+    def on_frame(self, name: str, frame: np.ndarray, length: int, arrival: int, now: int) -> int: ...
+    def on_batch(self, payload: bytes, rows: int, arrival: int, now: int) -> tuple[bytearray, int] | None: ...
+    def on_packet(self, packet: bytes, expected: int, now: int) -> PacketAnswer | None: ...
+    def reports(self, name: str, now: int) -> Iterator[Message]: ...
+
+
 class FramePath:
     """Answers the frames of states of one node, one by one."""
 
-    def __init__(self, node: "GraspForce", endpoint: Any, loop: OfLoop) -> None:
+    def __init__(self, node: FrameNode, endpoint: Any, loop: OfLoop) -> None:
         self.frames = 0
         """States that went this way."""
         self._node, self._endpoint = node, endpoint
@@ -70,7 +85,7 @@ class FramePath:
     def read_counters(self) -> None:
         """Bring up to date what was counted of frames; the steps go on counting."""
         for finger in self._node.fingers.values():
-            finger.read_counters()
+            finger.numbers.read_counters()
 
     def knows_all(self) -> bool:
         """Return whether the channels of all fingers are known, as they are from then on."""
@@ -94,7 +109,9 @@ class FramePath:
         if done == LEFT_ALONE:
             return None
         if done & COMMANDED:
-            self._endpoint.send_frame(Frame(command, self._node.fingers[finger].answer_frame.tobytes(), True))
+            self._endpoint.send_frame(
+                Frame(command, self._node.fingers[finger].numbers.answer_frame.tobytes(), True)
+            )
         self._note(finger, done, frame.stamp, self._clock.now())
         return True, (finger,) if done & REPORT else ()
 
@@ -104,12 +121,16 @@ class FramePath:
         None is yielded for what was sent here.
         """
         for name, finger in self._of(fingers).items():
-            if not self._is_watched(name) and finger.is_on_line and finger.tell(now):
-                pairs = zip(finger.on_wire.report_ids, finger.report_frames, strict=True)
+            if (
+                not self._is_watched(name)
+                and finger.numbers.is_on_line
+                and finger.numbers.report_as_frames(now)
+            ):
+                pairs = zip(finger.numbers.on_wire.report_ids, finger.numbers.report_frames, strict=True)
                 self._endpoint.send_frames([Frame(one, data.tobytes(), True) for one, data in pairs])
                 self._count_reports(name)
                 yield None
-            if finger.has_more_to_tell(now):
+            if finger.reports.are_due(now):
                 yield from self._node.reports(name, now)
 
     def _of(self, names: Sequence[str]) -> dict[str, GraspFinger]:
@@ -122,7 +143,7 @@ class FramePath:
         else:
             self._statistics.state(finger, arrival)
         if self._senders.has_turn(finger):
-            self._senders.note_values(finger, *self._node.fingers[finger].felt())
+            self._senders.note_values(finger, *self._node.fingers[finger].numbers.felt())
         self._show(finger, done)
 
     def _show(self, finger: str, done: int) -> None:
@@ -130,7 +151,7 @@ class FramePath:
         if telemetry is None:
             return
         if telemetry.count(FingertipState, finger, Direction.IN):
-            telemetry.show(self._node.fingers[finger].state(), Direction.IN)
+            telemetry.show(self._node.fingers[finger].numbers.state(), Direction.IN)
         if done & COMMANDED and telemetry.count(ForceCommand, finger, Direction.OUT):
             telemetry.show(self._node.fingers[finger].command(), Direction.OUT)
 
@@ -192,7 +213,7 @@ class BatchPath(FramePath):
         self.frames += taken
         self._statistics.batch(taken, commands, arrival, self._clock.now())
         if taken:
-            self._senders.note_values(self._fingers[0], *self._node.fingers[self._fingers[0]].felt())
+            self._senders.note_values(self._fingers[0], *self._node.fingers[self._fingers[0]].numbers.felt())
         names = batch.names_in(payload, rows)
         if self._telemetry is not None and taken:
             for name, outcome in zip(names, done, strict=False):
@@ -211,7 +232,7 @@ class BatchPath(FramePath):
                 self._count_reports(name)
             yield None  # the next states may have come
         for name, finger in of.items():
-            if finger.has_more_to_tell(now):
+            if finger.reports.are_due(now):
                 yield from self._node.reports(name, now)
 
     def _sealed(self, kind: type[Message], rows: int, data: bytearray) -> bytearray:

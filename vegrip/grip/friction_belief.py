@@ -47,7 +47,7 @@ def begin_belief(g: GraspMemory, fingers: int, drift: float) -> None:
         g.belief.common[i] = g.belief.load[i] = g.belief.site[i] = 0.0
         g.belief.site_weighted[i] = g.belief.site_load[i] = 0.0
         g.belief.record[i] = -math.inf
-        g.belief.before[i], g.belief.before_var[i] = -math.inf, 0.0
+        g.belief.doubted[i] = 0.0
 
 
 def expect_exponent(g: GraspMemory, mean: float, variance: float) -> None:
@@ -169,24 +169,55 @@ def refuse_evidence(g: GraspMemory) -> None:
 def absorb_slide(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
     """Take in that finger ``i`` slid at ``ln_u``, known with the variance ``noise``, at its present load."""
     widen_belief(g)
+    if not is_doubted(g):
+        keep_safe(g)
+    g.belief.doubted[i] = 1.0
     remove_hold(g, i)
     off, expected = ln_u - believed_mean(g, i), believed_variance(g, i) + noise
     add_common(g, CHANGE_STD * CHANGE_STD * chance_of_change(off, expected))
     most = OUTLIER * math.sqrt(believed_variance(g, i) + noise)
     counted = believed_mean(g, i) + min(max(off, -most), most)
-    g.belief.before[i], g.belief.before_var[i] = g.belief.mean[i], g.belief.p[i * BELIEF_ROW + i]
     absorb_factor(g, i, g.belief.load[i], 1.0 / noise, counted / noise)
 
 
-def void_slide(g: GraspMemory, i: int) -> None:
-    """Take off by how much the last slide of finger ``i`` has lowered all friction: its channel lies."""
-    lowered = g.belief.before[i] - g.belief.mean[i]
-    if lowered > 0.0:
-        for j in range(int(g.belief.fingers)):
-            g.belief.mean[j] += lowered
-        add_common(g, max(g.belief.before_var[i] - g.belief.p[i * BELIEF_ROW + i], 0.0))
-    g.belief.before[i] = -math.inf
+def is_doubted(g: GraspMemory) -> bool:
+    """Return whether what some slide has said may be a lie."""
+    found = 0.0
+    for i in range(int(g.belief.fingers)):
+        found = max(found, g.belief.doubted[i])
+    return found > 0.0
+
+
+def keep_safe(g: GraspMemory) -> None:
+    """Keep what is believed now, before a slide that may be a lie."""
+    for j in range(BELIEF_ROW):
+        g.belief.safe_mean[j] = g.belief.mean[j]
+    for j in range(BELIEF_ROW * BELIEF_ROW):
+        g.belief.safe_p[j] = g.belief.p[j]
+    for i in range(BELIEF_MOST):
+        g.belief.safe_record[i], g.belief.safe_site[i] = g.belief.record[i], g.belief.site[i]
+        g.belief.safe_weighted[i], g.belief.safe_load[i] = g.belief.site_weighted[i], g.belief.site_load[i]
+
+
+def void_slides(g: GraspMemory) -> None:
+    """Return to what was believed before the first slide in doubt: a channel that has told one lies."""
+    if not is_doubted(g):
+        return
+    for j in range(BELIEF_ROW):
+        g.belief.mean[j] = g.belief.safe_mean[j]
+    for j in range(BELIEF_ROW * BELIEF_ROW):
+        g.belief.p[j] = g.belief.safe_p[j]
+    for i in range(BELIEF_MOST):
+        g.belief.record[i], g.belief.site[i] = g.belief.safe_record[i], g.belief.safe_site[i]
+        g.belief.site_weighted[i], g.belief.site_load[i] = g.belief.safe_weighted[i], g.belief.safe_load[i]
+    clear_doubts(g)
     g.belief.version += 1.0
+
+
+def clear_doubts(g: GraspMemory) -> None:
+    """Let what slides have said stay: a sound channel has told one, and the object slides as a whole."""
+    for i in range(BELIEF_MOST):
+        g.belief.doubted[i] = 0.0
 
 
 def chance_of_change(off: float, expected: float) -> float:

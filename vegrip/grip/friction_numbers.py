@@ -38,6 +38,7 @@ QUIET_CHANGE = 0.05  # relative change of a load from which on it changes
 PAUSE = 0.5  # [s] after a slide, and in which loads and what the witness has seen are followed
 
 UNSURE = 1.0 - SURE
+USUAL = 1.0 - EVEN - RARE  # probability that a channel of which nothing is known is sound
 DETECTS = 1.0 - RARE  # probability that a sound channel reports a slide
 NAMED_AT = RARE  # probability of a sound channel below which it is named
 NEARLY_NONE = 1e-6  # below it a probability, a variance or a precision is rounding

@@ -184,14 +184,14 @@ def _look(fingers: Mapping[str, GraspFinger], now: int, most: float) -> _Look:
         if finger.condition not in TRUSTED:
             faults.append(f"{name} {finger.condition.name.lower().replace('_', ' ')}")
             continue
-        force, _ = finger.felt()
+        force, _ = finger.numbers.felt()
         largest = max(largest, force) if force == force else largest  # noqa: PLR0124 (NaN)
-        if not finger.contact(now).in_contact:
+        if not finger.reports.contact(now).in_contact:
             continue
         touching.append(name)
         is_limited = is_limited or finger.held >= most
         if force < PRESSED * finger.held:
             soft.append(name)
-        if not math.isnan(bound := finger.margin(now).lower_bound):
+        if not math.isnan(bound := finger.reports.margin(now).lower_bound):
             bounds[name] = bound
     return _Look(tuple(touching), tuple(faults), largest, tuple(soft), bounds, is_limited)

@@ -41,8 +41,13 @@ class Belief:
     site: Each  # precision of what that says, 0 = nothing
     site_weighted: Each  # that times its mean
     site_load: Each  # relative load of it
-    before: Each  # mean of ln mu before the last slide of each; -inf: it is not kept
-    before_var: Each  # its variance
+    doubted: Each  # 1 = what the last slide of each has said may be a lie
+    safe_mean: Annotated[MutableSequence[float], BELIEF_ROW]  # the belief before the first slide in doubt
+    safe_p: Annotated[MutableSequence[float], BELIEF_ROW * BELIEF_ROW]
+    safe_record: Each
+    safe_site: Each
+    safe_weighted: Each
+    safe_load: Each
     along: Annotated[MutableSequence[float], BELIEF_ROW]  # scratch
     p: Annotated[MutableSequence[float], BELIEF_ROW * BELIEF_ROW]  # covariance, by rows
 
@@ -86,6 +91,7 @@ class Slip:
 
     sliding: float  # [m/s] slip speed from which a finger slides; 0 = the flag alone tells
     delay: float  # [s] by which what is felt is late
+    exponent: float  # by which the utilisations below are referred to the reference load
     sound: Channels  # probability to be sound
     silent: Channels  # probability to be silent
     says: Channels  # 1, 0; NaN = not sensed

@@ -41,7 +41,7 @@ class ModelSwap:
     def begin(self, parameters: Any, fingers: Mapping[str, GraspFinger]) -> SideTask:
         """Start to build estimators of ``parameters`` for these fingers, with what they felt lately."""
         self._latest += 1
-        pasts = {name: finger.past for name, finger in fingers.items()}
+        pasts = {name: finger.numbers.past for name, finger in fingers.items()}
         task = SideTask(self._build, parameters, dict(fingers), pasts, self._latest)
         task.start()
         return task
@@ -62,7 +62,7 @@ class ModelSwap:
                 compile_in_subprocess(model)
             make = self.factory(parameters)
             made = {name: _replayed(make(name), past) for name, past in pasts.items()}
-            successors = {name: (made[name], fingers[name].module_of(made[name])) for name in made}
+            successors = {name: (made[name], fingers[name].numbers.module_of(made[name])) for name in made}
         except Exception as error:  # noqa: BLE001 (whatever is wrong with a model must not end the node)
             self.refused += 1
             self._logger.error("the new model is not used: %s", error)

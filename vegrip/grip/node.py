@@ -170,7 +170,7 @@ class GraspForce(NodeBase):
         successors = self._model_swap.take()
         for name, (estimator, module) in (successors or {}).items():
             if name in self.fingers:
-                self.fingers[name].replace_estimator(estimator, module)
+                self.fingers[name].numbers.replace_estimator(estimator, module)
                 self.diagnoser.forget(name)
         if successors:
             self._join()
@@ -261,7 +261,9 @@ class GraspForce(NodeBase):
 
     @property
     def compiled_fingers(self) -> Mapping[str, GraspFinger]:
-        return {name: finger for name, finger in self.fingers.items() if finger.line and finger.is_whole}
+        return {
+            name: finger for name, finger in self.fingers.items() if finger.numbers.line and finger.is_whole
+        }
 
     def run_compiled(self, lines: Mapping[str, Line], mode: str = "") -> None:
         """Answer the frames of ``lines`` compiled from now on, finger by finger, as far as that is possible.
@@ -280,14 +282,14 @@ class GraspForce(NodeBase):
         """Answer a frame of the finger ``name``; see :meth:`GraspFinger.step`.
 
         What is left alone is for :meth:`on_message`; for a finger in which Python takes part everything is.
-        The answer is :attr:`GraspFinger.answer_frame`, what is due besides :meth:`reports`.
+        The answer is :attr:`FingerStep.answer_frame`, what is due besides :meth:`reports`.
         """
         finger = self._on_line(name)
         if finger is None:
             return LEFT_ALONE
         done = finger.step(frame, length, arrival, now)
         if done == LEFT_ALONE:
-            finger.leave_line()  # the codec decodes it, or refuses by name
+            finger.numbers.leave_line()  # the codec decodes it, or refuses by name
         return done
 
     def on_batch(self, payload: bytes, rows: int, arrival: int, now: int) -> tuple[bytearray, int] | None:
@@ -302,7 +304,7 @@ class GraspForce(NodeBase):
         row = done.find(LEFT_ALONE, 0, rows)
         while row >= 0:
             if (refused := batch.finger_of(payload, row)) is not None:
-                refused.leave_line()  # the codec decodes it, or refuses by name
+                refused.numbers.leave_line()  # the codec decodes it, or refuses by name
             row = done.find(LEFT_ALONE, row + 1, rows)
         return done, commands
 
@@ -323,7 +325,7 @@ class GraspForce(NodeBase):
 
     def leave_lines(self, name: str = "") -> None:
         for finger in [self.fingers[name]] if name else self.fingers.values():
-            finger.leave_line()
+            finger.numbers.leave_line()
 
     def standing_commands(self) -> list[ForceCommand]:
         return [finger.standing_command() for finger in self.fingers.values() if finger.started]
@@ -333,7 +335,7 @@ class GraspForce(NodeBase):
         return finger if finger is not None and self._active and finger.take_line() else None
 
     def _are_on_line(self, fingers: Iterable[GraspFinger]) -> bool:
-        return self._active and all(finger.is_on_line or finger.take_line() for finger in fingers)
+        return self._active and all(finger.numbers.is_on_line or finger.take_line() for finger in fingers)
 
     def _join(self) -> None:
         fingers = list(self.compiled_fingers.values())
@@ -350,7 +352,7 @@ class GraspForce(NodeBase):
         fingers, lifetime = list(self.fingers.values()), self.parameters.limits.lifetime
         if not fingers:
             return "no finger is configured"
-        way = f"states are answered by the compiled step ({fingers[0].runs_by})"
+        way = f"states are answered by the compiled step ({fingers[0].numbers.runs_by})"
         if not self._lines:
             return (
                 f"{way}, as messages: one does not come in one CAN FD frame of our own layout, or comes in"
@@ -388,7 +390,7 @@ class GraspForce(NodeBase):
         return self._make_estimator(finger)  # another one after a change of the model
 
     def _reports(self, controller: GripController, finger: GraspFinger, now: int) -> Iterator[Message]:
-        looks = finger.health_due(now)
+        looks = finger.reports.health_due(now)
         self._note_past(finger)
         for report in controller.reports(finger.name, now):
             yield self._with_suspects(report, controller)
@@ -398,10 +400,10 @@ class GraspForce(NodeBase):
             self._drive_log.tell(finger.name, controller.friction, self.parameters.grip)
         # last, so that a state that has come meanwhile need not wait for it
         if looks and (learned := self._learned_store.observe(finger.name, now)):
-            yield from finger.learned_messages(learned, now)
+            yield from finger.reports.learned(learned, now)
 
     def _note_past(self, finger: GraspFinger) -> None:
-        if (kept := finger.fetch()) is not None:
+        if (kept := finger.numbers.fetch()) is not None:
             self.diagnoser.note(kept)
 
     def _with_suspects(self, report: Message, controller: GripController) -> Message:

@@ -44,8 +44,9 @@ from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 def begin_channels(g: GraspMemory, sliding: float, delay: float) -> None:
     """Set the slip speed [m/s] from which a finger slides, 0 = the flag alone tells, and the delay [s]."""
     g.slip.sliding, g.slip.delay = sliding, delay
+    g.slip.exponent = g.belief.mean[int(g.belief.fingers)]
     for at in range(2 * BELIEF_MOST):
-        g.slip.sound[at], g.slip.silent[at] = 1.0 - EVEN - RARE, EVEN
+        g.slip.sound[at], g.slip.silent[at] = USUAL, EVEN
         g.slip.says[at], g.slip.heard[at] = math.nan, math.inf
         g.slip.shows[at], g.slip.rate[at] = 0.0, RARE
     for i in range(BELIEF_MOST):
@@ -182,6 +183,26 @@ def follow_utilisation(
     if g.slip.slides[i] < 0.5:
         g.slip.shown[i] = rises
     return unsure
+
+
+def refer_anew(g: GraspMemory) -> None:
+    """Refer what was seen of utilisations to the reference load by the exponent that is believed now.
+
+    A slide of one finger teaches the exponent, and what the others have held is not less for that.
+    """
+    exponent = g.belief.mean[int(g.belief.fingers)]
+    moved = exponent - g.slip.exponent
+    g.slip.exponent = exponent
+    if moved == 0.0:
+        return
+    for i in range(int(g.belief.fingers)):
+        more = moved * g.belief.load[i]
+        g.slip.level[i] += more
+        g.slip.held[i] += more
+        g.slip.shown[i] += more
+        g.slip.top[i] += more
+        g.slip.top_next[i] += more
+        g.belief.record[i] += moved * g.belief.site_load[i]
 
 
 def others_stay(g: GraspMemory, i: int) -> float:

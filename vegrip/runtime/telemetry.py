@@ -8,13 +8,11 @@ thread that shares the interpreter more often delays the commands by a quarter o
 
 import threading
 from collections import deque
+from collections.abc import Sequence
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from vegrip.messages import Message
-
-if TYPE_CHECKING:
-    from vegrip.runtime.telemetry_socket import TelemetrySocket
 
 QUEUE_MESSAGES = 4096  # messages; a second of five fingers at 500 Hz with one answer each
 LOOK_PERIOD_S = 0.01  # [s] between two looks
@@ -29,10 +27,24 @@ class Direction(Enum):
     OUT = "out"
 
 
+class Sink(Protocol):
+    """Where telemetry goes: :class:`~vegrip.runtime.telemetry_socket.TelemetrySocket`, which documents it."""
+
+    wanted: bool
+
+    def count(self, message: Message, direction: Direction) -> None: ...
+    def tally(self, kind: type[Message], owner: str, direction: Direction) -> None: ...
+    def wants(self, kind: type[Message], owner: str, direction: Direction) -> bool: ...
+    def takes(self, message: Message, direction: Direction) -> bool: ...
+    def publish(self, messages: Sequence[tuple[Message, Direction]]) -> None: ...
+    def listen(self) -> None: ...
+    def close(self) -> None: ...
+
+
 class Telemetry:
     """The queue and its thread. Without :meth:`start` it only keeps the newest messages."""
 
-    def __init__(self, sink: "TelemetrySocket", capacity: int = QUEUE_MESSAGES) -> None:
+    def __init__(self, sink: Sink, capacity: int = QUEUE_MESSAGES) -> None:
         self._queue: deque[tuple[Message, Direction]] = deque(maxlen=capacity)
         self._offered = 0  # raised by the loop only
         self._taken = 0  # raised by the thread only

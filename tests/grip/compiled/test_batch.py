@@ -64,7 +64,7 @@ def answers_to_batches(log: Log, mode: str, given: list[Batch]) -> list[list[byt
 def answers_to_rows(log: Log, mode: str, given: list[Batch]) -> list[list[bytes]]:
     """Return the same, answered row by row as frames are."""
     node, answers = node_for(log, mode), []
-    fingers = {finger.on_wire.state_id: name for name, finger in node.compiled_fingers.items()}
+    fingers = {finger.numbers.on_wire.state_id: name for name, finger in node.compiled_fingers.items()}
     for now, payload in given:
         found = []
         for at in range(FIRST_ROW, len(payload), STATE_ROW):
@@ -72,8 +72,8 @@ def answers_to_rows(log: Log, mode: str, given: list[Batch]) -> list[list[bytes]
             frame = np.zeros(64, dtype=np.uint8)
             frame[:48] = np.frombuffer(payload, np.uint8, 48, at + 2)
             if name is not None and node.on_frame(name, frame, 48, now, now) & COMMANDED:
-                head = ROW_ID.pack(node.compiled_fingers[name].on_wire.command_id)
-                found.append(head + node.fingers[name].answer_frame.tobytes())
+                head = ROW_ID.pack(node.compiled_fingers[name].numbers.on_wire.command_id)
+                found.append(head + node.fingers[name].numbers.answer_frame.tobytes())
         answers.append(found)
     return answers
 

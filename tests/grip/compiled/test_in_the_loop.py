@@ -106,7 +106,7 @@ def test_a_status_counts_what_the_step_has_lost_and_the_step_goes_on() -> None:
     first, *_ = fingers = list(node.compiled_fingers.values())
     first.memory["LINE_LOST"] += 3
     assert scene.grip.runner._rejected()["lost"] == 3
-    assert all(finger.is_on_line for finger in fingers)
+    assert all(finger.numbers.is_on_line for finger in fingers)
     scene.run_until(UNTIL)
     assert scene.grip.runner.status is not None
     assert scene.grip.runner.status.rejected == {"lost": 3}

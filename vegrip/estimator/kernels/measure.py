@@ -11,7 +11,14 @@ from vegrip.estimator.kernels.covariance_root import WIDE, bend_variance, shift_
 from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.predict import STRAIGHT
 from vegrip.estimator.kernels.scalar_update import apply_measurement, spread_of
-from vegrip.estimator.kernels.state import clear_section, contact, copy_section, copy_state, difference_step
+from vegrip.estimator.kernels.state import (
+    DEEPEST,
+    clear_section,
+    contact,
+    copy_section,
+    copy_state,
+    difference_step,
+)
 
 RATIO_TIME = 1.0  # [s] over which slopes are averaged where the tip rests
 NEAR = 5.0  # noise of the displacement within which it rests
@@ -185,7 +192,7 @@ def linearise_at_force(m: Floats, y: int, force: float, threshold: float) -> Non
     found = contact(m, y)[3]
     if abs(found - force) < threshold:
         return
-    low, high = min(m[y + DELTA], 0.0), m.set.tip_radius
+    low, high = min(m[y + DELTA], 0.0), DEEPEST * m.set.tip_radius
     for _ in range(40):
         m[y + DELTA] = 0.5 * (low + high)
         if contact(m, y)[3] < force:

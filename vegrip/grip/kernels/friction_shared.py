@@ -93,6 +93,7 @@ def update_shared_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     if g.belief.since >= LONGEST_STEP:
         widen_belief(g)
     is_touching = touches(f, t)
+    refer_anew(g)
     g.belief.load[i] = f.friction.load
     give_evidence(f, g, i)
     u, unsure = utilised_friction(f, is_touching)

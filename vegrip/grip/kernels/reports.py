@@ -1,7 +1,7 @@
 """What is told of a finger: its contact in two frames and its slip margin in one, as messages tell it.
 
 A message tells the first report, and every one while the input is not believed
-(:meth:`vegrip.grip.finger.GraspFinger.reports`).
+(:class:`vegrip.grip.finger_reports.FingerReports`).
 """
 
 import math
