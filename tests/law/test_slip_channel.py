@@ -112,11 +112,9 @@ def test_friction_that_halves_within_a_third_of_a_second_lets_the_object_slide_b
 
 
 OPEN = {
-    52: "friction 0.19, dropped at 55 s beside a finger that is deaf below 10 mm/s",
-    81: "slides by 4.3 mm in all, with drives of 4 Hz",
-    83: "friction 0.15: slides by 4.0 mm as it is lifted, with drives of 4 Hz",
-    86: "presses 3.03 times the least",
-    93: "friction 0.15: slides by 5.8 mm in all",
+    52: "friction 0.19, drives of 3 Hz: slides by 14 mm before it holds (22 mm without a channel)",
+    72: "friction 0.22, four fingers whose flags are dead: slides by 4.6 mm (3.0 mm without a channel)",
+    94: "three fingers, noisy flags: 3.2 times the least",
 }
 """Seeds with which the law is broken today."""
 SPACE = [
