@@ -48,6 +48,7 @@ STEP = Annotated[
     bool,
     typer.Option("--step", help="A unit step held, without a contact: modulus or compliance against time."),
 ]
+DELIMITER = Annotated[str, typer.Option(help="What separates the fields of a table, or tab; else found.")]
 DECIMAL = Annotated[str, typer.Option(help="Decimal sign of a table, . or ,; else found.")]
 THOUSANDS = Annotated[str, typer.Option(help="What stands between thousands, or none; else found.")]
 SPREAD = Annotated[bool, typer.Option("--spread", help="Rows of one time stamp are spread until the next.")]
@@ -74,6 +75,7 @@ def import_(
     baseline: BASELINE = None,
     radius: RADIUS = "",
     step: STEP = False,
+    delimiter: DELIMITER = "",
     decimal: DECIMAL = "",
     thousands: THOUSANDS = "",
     spread: SPREAD = False,
@@ -104,7 +106,7 @@ def import_(
         "--map-file": map_file,
     }
     table_options |= {"--zero": zeros, "--baseline": baseline, "--step": step, "--decimal": decimal}
-    table_options |= {"--thousands": thousands}
+    table_options |= {"--thousands": thousands, "--delimiter": delimiter}
     is_alone = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
     if len(src) > 1 and (is_alone or any(map(_is_can_log, src))):
         raise UsageError(
@@ -132,6 +134,7 @@ def import_(
             raise UsageError(f"--decimal is {decimal!r}; it is . or ,")
         form = dataclasses.replace(
             chart.table,
+            delimiter={"tab": "\t"}.get(delimiter, delimiter) or chart.table.delimiter,
             decimal=decimal or chart.table.decimal,
             thousands=thousands or chart.table.thousands,
         )
@@ -151,6 +154,8 @@ def import_(
 def _is_can_log(path: Path) -> bool:
     """Return whether it is one by its name, or one of candump by its first line."""
     if path.suffix.lower() in LOGS:
+        return True
+    if path.suffix.lower() == ".gz" and Path(path.stem).suffix.lower() in (*LOGS, ".log"):
         return True
     if not path.is_file():
         return False

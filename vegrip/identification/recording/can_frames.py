@@ -26,6 +26,7 @@ from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.text_encoding import HEAD_BYTES, encoding_of
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.frame import EXTENDED
+from vegrip.types import Floats
 
 CANDUMP: Final = re.compile(
     r"\s*\((?P<second>-?\d+)(?:\.(?P<rest>\d{1,9}))?\)\s+(?P<channel>\S+)\s+(?P<id>[0-9A-Fa-f]{3,8})"
@@ -37,6 +38,9 @@ ERROR_FRAME: Final = 0x20000000
 ASC_TIME: Final = re.compile(r"(\s*)(-?\d+\.\d+)(\s.*)", re.DOTALL)
 ASC_RELATIVE: Final = re.compile(r"\s*base\s+\w+\s+timestamps\s+relative", re.IGNORECASE)
 
+GZIP: Final = b"\x1f\x8b"
+SHARED: Final = 0.9
+"""Of the frames have a stamp, or a stamp and an identifier, of their own: those of one stamp came together."""
 TOO_LARGE: Final = (MemoryError, OverflowError)
 MAX_CONTAINER_BYTES: Final = 2**26  # [bytes] of an unpacked container; loggers use 128 KiB
 BROKEN: Final = (
@@ -103,7 +107,8 @@ def read_log(
     _pick(path, log, channel, wanted)
     stamps = np.array([frame.stamp for frame in log.frames], dtype=np.int64)
     t = (stamps - (stamps[0] if len(stamps) else 0)) / NS
-    better = _on_one_clock(t, stamps, log.report)
+    names = np.array([frame.arbitration_id for frame in log.frames], dtype=np.int64)
+    better = _on_one_clock(t, stamps, names, log.report)
     if better is not t:
         begin = int(stamps[0])
         log.frames = [
@@ -113,9 +118,10 @@ def read_log(
     return log
 
 
-def _on_one_clock(t: "np.ndarray[Any, np.dtype[np.float64]]", stamps: Any, report: LoadReport) -> Any:
+def _on_one_clock(t: Floats, stamps: Any, names: Any, report: LoadReport) -> Floats:
     absolute = stamps / NS if len(stamps) and np.abs(stamps).max() < 1e6 * NS else t  # differences are small
-    better = mended(absolute, report, is_in_order=True)
+    told = np.unique(np.stack([stamps, names]), axis=1).shape[1]
+    better = mended(absolute, report, is_in_order=True, may_share=told > SHARED * len(stamps))
     return t if better is absolute else better - better[0]
 
 
@@ -157,6 +163,8 @@ Stamped = tuple[Frame, str]
 def _text(path: Path) -> Iterator[TextIO]:
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
+    if head.startswith(GZIP):
+        raise ValueError(f"it is compressed; unpack it first: gunzip {path.name}")
     encoding = encoding_of(head, is_cut=len(head) == HEAD_BYTES)
     if b"\0" in head and not encoding.startswith("utf-16"):
         raise ValueError("it is no text")
@@ -308,17 +316,25 @@ def _blf(path: Path, report: LoadReport) -> Iterator[Stamped]:
                     frames += 1
                     yield found
         except BROKEN:
-            if there >= said or not frames:
+            if there == said or not frames:
                 raise
-        if there < said:
-            lost = round(frames * (said - there) / there)
-            report.add(Kind.CUT, f"the file has {there} of the {said} bytes that its header says", count=lost)
+            is_broken = True
+        else:
+            is_broken = False
+        if there < said or is_broken:
+            is_closed = said > blf.FILE_HEADER_STRUCT.size + 72  # else the logger had no time to write it
+            lost = round(frames * abs(said - there) / min(said, there)) if is_closed else 0
+            of = f"the file has {there} of the {said} bytes that its header says"
+            beyond = f"what stands beyond the {said} bytes that its header says cannot be read"
+            report.add(Kind.CUT, of if there < said else beyond, count=max(lost, 1))
 
 
 def _check_containers(path: Path, file: BinaryIO) -> int:
     """Refuse a container that unpacks to more than ``MAX_CONTAINER_BYTES``; return the size the file says."""
     first = file.read(blf.FILE_HEADER_STRUCT.size)
     whole = os.fstat(file.fileno()).st_size
+    if not whole:
+        raise ValueError("it is empty")
     if (
         whole < max(blf.FILE_HEADER_STRUCT.size, int.from_bytes(first[4:8], "little"))
         and first[:4] == b"LOGG"
@@ -338,8 +354,10 @@ def _check_containers(path: Path, file: BinaryIO) -> int:
         if content[:2] != blf.ZLIB_DEFLATE.to_bytes(2, "little"):
             continue
         unpacking = zlib.decompressobj()
-        with contextlib.suppress(zlib.error):  # damaged: the reader says so
+        try:
             unpacking.decompress(content[blf.LOG_CONTAINER_STRUCT.size :], MAX_CONTAINER_BYTES)
+        except zlib.error:
+            continue  # damaged: the reader says so
         if unpacking.unconsumed_tail:
             raise RecordingError(
                 f"{path}: a container in it unpacks to more than {MAX_CONTAINER_BYTES} bytes"

@@ -46,10 +46,17 @@ def read_can_log(
     states: dict[str, list[FingertipState]] = defaultdict(list)
     codecs = {fd: CanCodec(fingers, fd=fd) for fd in (False, True)}
     log = read_log(path, channel=channel)
+    last: dict[int, tuple[str, bytes]] = {}
+    behind = Counter[str]()
     for frame in log.frames:
-        message = codecs[frame.fd].decode(frame)
+        codec, at = codecs[frame.fd], frame.arbitration_id
+        counted = codec.rejected["counter"]
+        message = codec.decode(frame)
         if isinstance(message, FingertipState):
             states[message.finger].append(message)
+            last[at] = message.finger, frame.data
+        elif codec.rejected["counter"] > counted and at in last and last[at][1] != frame.data:
+            behind[last[at][0]] += 1  # one that repeats the last is an echo, and no loss
     for codec in codecs.values():
         refused.update(codec.rejected)
     if not states:
@@ -59,7 +66,7 @@ def read_can_log(
             f"{path}: none of its {len(log.frames)} frames is a fingertip's state ({remedy})"
         )
     start = min(found[0].stamp for found in states.values())
-    broken = {f: sum(codec.broken[f] for codec in codecs.values()) for f in fingers}
+    broken = {f: behind[f] + sum(codec.broken[f] for codec in codecs.values()) for f in fingers}
     return {
         f: _recording(path, f, states[f], start, refused, broken[f], log, radius, spread=spread)
         for f in fingers

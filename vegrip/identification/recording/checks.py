@@ -41,6 +41,10 @@ AIRLESS = (
     "touch, as when the hand lets go and grips again"
 )
 
+FAR: Final = 3.0
+"""Times the range of all others, from which a value that stands several times is a mark (origin: rule)."""
+LEAST_MARKS: Final = 3
+
 Lines = NDArray[np.int64]
 
 
@@ -87,7 +91,7 @@ def kept_rows(
     if not columns:
         raise RecordingError(f"{path}: no channel holds a single value")
     report_doubts(t[keep], episode[keep], columns, radius, lines[keep], report)
-    report.place_losses(t[keep], lines[keep], columns)
+    report.place_losses(t[keep], lines[keep], columns, episode[keep])
     return t[keep], episode[keep], columns
 
 
@@ -133,6 +137,13 @@ def report_doubts(
         report.add(Kind.AIRLESS, AIRLESS)
     for name, values in columns.items():
         report_if(report, Kind.MISSING, name, lines[np.isnan(values)])
+        if (mark := mark_in(values)) is not None:
+            said = (
+                f"{name} is {mark:.6g} in {np.count_nonzero(values == mark)} of {len(values)} rows, far from "
+                "all others: if that says that nothing was measured, leave those cells empty"
+            )
+            report.add(Kind.SUSPECT, said)
+            report.missing.append(said)
         quantity = RECORDED[name]
         outside = (values < quantity.low) | (values > quantity.high)
         bounds = f"{name} outside {quantity.low:g} .. {quantity.high:g} {quantity.unit}"
@@ -144,6 +155,19 @@ def report_doubts(
     step = float(np.median(np.diff(t))) if len(t) >= MIN_SUSPECT_ROWS else MAX_SAMPLE_PERIOD_S
     if not MIN_SAMPLE_PERIOD_S <= step <= MAX_SAMPLE_PERIOD_S:
         report.add(Kind.IMPLAUSIBLE, f"t advances by {step:g} s a row", [int(lines[0])])
+
+
+def mark_in(values: Floats) -> float | None:
+    """Return the value that stands several times, far from all others, as -9999 for what was not measured."""
+    known = values[np.isfinite(values)]
+    for mark in (known.min(), known.max()) if known.size >= MIN_SUSPECT_ROWS else ():
+        others = known[known != mark]
+        count = known.size - others.size
+        if not mark or count < LEAST_MARKS or 2 * count > known.size:
+            continue
+        if np.min(np.abs(others - mark)) > FAR * np.ptp(others) > 0.0:
+            return float(mark)
+    return None
 
 
 def suspect_columns(

@@ -249,7 +249,7 @@ def recording_of(
     report_doubts(t, trial, columns, fingertip.radius, lines, report)
     source = {"file": path.name, "map": chart.name or "command line"}
     source |= {MATERIAL: STRETCH} if is_stretch else {}
-    report.place_losses(t, lines, columns)
+    report.place_losses(t, lines, columns, trial)
     ordered = {key: columns[key] for key in RECORDED if key in columns}
     name = path.name.removesuffix(".gz").rsplit(".", 1)[0]
     return Recording(name, t, trial, ordered, fingertip, noise, source, start, report)
@@ -409,8 +409,8 @@ def _check_mapped(path: Path, chart: ColumnMap, header: list[str]) -> None:
         )
     if len(header) == 1:
         raise RecordingError(
-            f"{path}: has only the column {header[0]!r}; say what separates its fields with a --map-file: "
-            '[table] delimiter = " "'
+            f"{path}: has only the column {header[0]!r}; say what separates its fields: "
+            + _said(chart, "--delimiter ' '", '[table] delimiter = " "')
         )
     if not chart.channels:
         raise RecordingError(

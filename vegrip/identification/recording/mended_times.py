@@ -9,6 +9,7 @@ from vegrip.types import Floats
 
 LEAST_ROWS: Final = 20  # that show what the times are
 STANDING: Final = 0.3  # of the rows, from which times that do not grow are no accident (origin: rule)
+REVERSED: Final = 0.9  # of the steps go back where the rows stand in reverse order (origin: rule)
 REGULAR: Final = 0.9  # of the stamps stand for as many rows as the others, within a fifth or one
 LEAST_RUN: Final = 20  # rows between two times at which a clock was set
 MOST_SETTINGS: Final = 10  # of a clock
@@ -21,6 +22,7 @@ def mended(
     *,
     spread: bool = False,
     is_in_order: bool = False,
+    may_share: bool = False,
 ) -> Floats:
     """Return ``t`` [s] such that it grows, where there is one way to read it; what was done is reported.
 
@@ -29,12 +31,16 @@ def mended(
         report: is added to.
         spread: rows of one time stamp get times of their own, also where they are of uneven number.
         is_in_order: the rows stand as they came, so that a step back is a clock that was set.
+        may_share: rows of one time stamp are of several senders.
 
     """
     known = np.isfinite(t)
     if np.count_nonzero(known) < LEAST_ROWS or not np.any(np.diff(t[known]) <= 0.0):
         return t
     found, result = t[known], t.copy()
+    if doubt := _no_time(found):
+        report.add(Kind.AMBIGUOUS, doubt)
+        return t
     if is_differences(found):
         report.add(Kind.NOTE, "the times are differences from row to row, and were summed")
         if not known.all() or _has_unknown_rows(report):
@@ -43,8 +49,17 @@ def mended(
         return result
     if is_in_order:
         found = _joined(found, report)
-    result[known] = _spread(found, report, asked=spread)
+    result[known] = found if may_share and not spread else _spread(found, report, asked=spread)
     return result
+
+
+def _no_time(t: Floats) -> str:
+    """Return why ``t`` cannot be the time of rows one after the other, "" where it can."""
+    if not np.ptp(t) > 0.0:
+        return f"all rows have the time {t[0]:g} s; give the column, or have the logger write times, that grow"
+    if np.mean(np.diff(t) < 0.0) > REVERSED:
+        return "the time falls from row to row, so the last row stands first; turn the rows round, as tac does"
+    return ""
 
 
 def is_differences(t: Floats) -> bool:

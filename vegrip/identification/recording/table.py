@@ -234,7 +234,7 @@ def _filled_lines(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[in
 
 
 def is_units_line(text: str, layout: Layout) -> bool:
-    return tuple(cell.strip() for cell in text.rstrip("\r\n").split(layout.delimiter)) == layout.units
+    return tuple(cell.strip() for cell in split_line(text, layout.delimiter)) == layout.units
 
 
 def _too_large(where: Path | str, what: str) -> RecordingError:
@@ -297,6 +297,7 @@ def _plain_block(
     lines, texts = zip(*block, strict=True)
     whole = "".join(texts)
     is_odd = layout.decimal != "." or len(layout.delimiter) != 1 or any(c in whole for c in '"_')
+    is_odd = is_odd or layout.delimiter == " "
     is_odd = is_odd or layout.thousands not in ("", NONE)
     is_odd = is_odd or (layout.sealed and texts[-1][-1] not in "\r\n") or not numbers
     if is_odd or any(text.count(layout.delimiter) != width - 1 for text in texts):
@@ -322,7 +323,12 @@ def _plain_block(
 
 
 def split_line(text: str, delimiter: str) -> Cells:
-    """Return the cells of a line; raise :class:`csv.Error` where quotes do not fit."""
+    """Return the cells of a line; raise :class:`csv.Error` where quotes do not fit.
+
+    Between fields that stand below each other there are as many spaces as it takes.
+    """
+    if delimiter == " " and '"' not in text:
+        return text.split()
     if '"' in text and len(delimiter) == 1:
         return next(csv.reader([text], delimiter=delimiter))
     return text.rstrip("\r\n").split(delimiter)

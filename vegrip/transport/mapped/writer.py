@@ -6,7 +6,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from vegrip.config import parse_toml, toml_key, toml_value
+from vegrip.identification.recording.checks import mark_in
 from vegrip.identification.slip_channel import slides_of, slip_channel
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.database import Database
@@ -65,7 +68,7 @@ def draw_up(known: Known, target: Path) -> tuple[Proposal, Plan, str]:
     if any("slip" in finger.measured for finger in plan.fingers):
         _learn_friction(proposal, plan, traffic, said)
         plan, text = checked(map_text(proposal, known.transport, about), target, said)
-    _tell_losses(proposal, database, traffic, came, lost)
+    _tell_losses(proposal, database, traffic, came, heard, lost)
     return proposal, plan, text
 
 
@@ -74,6 +77,7 @@ def _tell_losses(
     database: Database,
     traffic: Traffic,
     came: Mapping[str, Trace],
+    heard: Mapping[str, Trace],
     lost: Mapping[str, int],
 ) -> None:
     """Say what of the traffic is in no channel: more than 1 % is a warning, a tenth is refused."""
@@ -95,10 +99,19 @@ def _tell_losses(
                 f"{name}: {count} of {whole} values are no measurement, and are missing: "
                 f"{', '.join(causes) or 'invalid'}; --set 'fingers.{where}.all_is_measured=true' takes them",
             )
+        if name in heard and (mark := mark_in(heard[name].raw)) is not None:
+            proposal.lost.append(
+                f"{name} is {mark:g}, raw, in {np.count_nonzero(heard[name].raw == mark)} of "
+                f"{len(heard[name].raw)} frames, far from all others: if that says that nothing was measured, "
+                f"--set 'fingers.{where}.invalid=[{mark:.0f}]'"
+            )
     for name, count in traffic.short.items():
         message = database.messages[name]
         sizes = [len(frame.data) for frame in traffic.frames[message.identifier]]
         absent = [each for each, one in message.signals.items() if one.end > min(sizes)]
+        absent = [each for each in absent if f"{name}.{each}" in owners]
+        if not absent:
+            continue
         proposal.lose(
             count,
             len(sizes),
