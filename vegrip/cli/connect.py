@@ -290,7 +290,8 @@ def _tell(
         refused = ", ".join(f"{count} refused for {name}" for name, count in values.rejected.items())
         raise ConfigError(
             f"the map makes no state of this traffic ({refused or 'no message of it came'}); "
-            "look at the trigger, and at counter and checksum of [messages]"
+            + ("see trigger of [fingers], and counter and checksum of [messages]" if proposal is None
+               else "say another --set fingers.NAME.trigger=MESSAGE, or --set messages.NAME.counter=false")
         )
     learned, doubts, implausible = _found(proposal, values)
     prices = price(plan) if plan is not None else [unknown]
@@ -337,7 +338,7 @@ def _tell(
 
 def _found(proposal: "Proposal | None", values: "Values | None") -> tuple[list[str], list[str], list[str]]:
     """Return what was learned, what is open, and what cannot be."""
-    wrong = values.implausible() if values is not None else []
+    wrong = values.implausible(by_options=proposal is not None) if values is not None else []
     if proposal is None:
         return [], [], wrong
     return proposal.learned, proposal.doubts, [*proposal.implausible, *wrong]

@@ -20,7 +20,7 @@ from can.io import blf
 from can.io.blf import BLFParseError
 
 from vegrip.clock import NS
-from vegrip.errors import RecordingError
+from vegrip.errors import RecordingError, UsageError
 from vegrip.identification.recording.mended_times import mended
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.text_encoding import HEAD_BYTES, encoding_of
@@ -74,7 +74,12 @@ def frames_of(
 
 
 def read_log(
-    path: Path, *, extended: bool = False, channel: str = "", wanted: Collection[int] | None = None
+    path: Path,
+    *,
+    extended: bool = False,
+    channel: str = "",
+    wanted: Collection[int] | None = None,
+    remedy: str = "--channel {0}",
 ) -> Log:
     """Return the data frames of a log, stamped with its time.
 
@@ -83,6 +88,7 @@ def read_log(
         extended: also those with 29-bit identifiers, with ``EXTENDED`` set in them.
         channel: the one to read, where the log has several: a name of candump's, or ``can0`` for the first.
         wanted: identifiers that may not come on two channels; None is all.
+        remedy: how the user says which channel is meant.
 
     Raises:
         RecordingError: no such file, no log, or an identifier on two channels.
@@ -104,7 +110,7 @@ def read_log(
     _check_lines(path, log)
     log.report.rows_kept = log.report.rows_read
     log.report.rows_read += sum(f.count for f in log.report.findings if f.kind.lost)
-    _pick(path, log, channel, wanted)
+    _pick(path, log, channel, wanted, remedy)
     stamps = np.array([frame.stamp for frame in log.frames], dtype=np.int64)
     t = (stamps - (stamps[0] if len(stamps) else 0)) / NS
     names = np.array([frame.arbitration_id for frame in log.frames], dtype=np.int64)
@@ -133,7 +139,7 @@ def _check_lines(path: Path, log: Log) -> None:
         )
 
 
-def _pick(path: Path, log: Log, channel: str, wanted: Collection[int] | None) -> None:
+def _pick(path: Path, log: Log, channel: str, wanted: Collection[int] | None, remedy: str) -> None:
     """Leave the frames of ``channel``; without one, raise where an identifier comes on several."""
     there = sorted(set(log.channels))
     if len(there) < 2:
@@ -151,7 +157,7 @@ def _pick(path: Path, log: Log, channel: str, wanted: Collection[int] | None) ->
             number = frame.arbitration_id & ~EXTENDED
             raise RecordingError(
                 f"{path}: the identifier 0x{number:X} comes on {other} and on {name}; "
-                f'say which is meant with --channel {other}, or channel = "{other}" in [transport] of the map'
+                f"say which is meant with {remedy.format(other)}"
             )
 
 
@@ -367,18 +373,28 @@ def _check_containers(path: Path, file: BinaryIO) -> int:
 
 def _mf4(path: Path, report: LoadReport) -> Iterator[Stamped]:
     with path.open("rb") as file:
-        if not file.read(8).startswith(b"MDF"):
+        if not file.read(8).startswith((b"MDF", b"UnFinMF")):
             raise ValueError("it does not begin like MDF")
     try:
-        import asammdf  # type: ignore[import-not-found] # noqa: F401, PLC0415 (an extra of python-can)
+        from asammdf.blocks.mdf_v4 import MDF4  # noqa: PLC0415 (an extra: 15 packages)
     except ImportError:
-        raise RecordingError(
-            f"{path}: is a measurement in MDF 4, which is read with asammdf: pip install asammdf; or have "
-            "the logger export .asc or .blf"
+        raise UsageError(
+            f"{path}: is a measurement in MDF 4, and asammdf, which reads it, is missing: "
+            "pip install 'vegrip[mdf]', or have the logger export .asc or .blf"
         ) from None
-    for number, message in enumerate(can.MF4Reader(path)):
-        if (found := _stamped(message, report, number)) is not None:
-            yield found
+    MDF4.__del__ = _close_quietly
+    try:
+        for number, message in enumerate(can.MF4Reader(path)):
+            if (found := _stamped(message, report, number)) is not None:
+                yield found
+    except Exception as error:  # noqa: BLE001 (asammdf raises whatever its parser meets in a damaged file)
+        raise ValueError(f"asammdf cannot read it: {error}") from None
+
+
+def _close_quietly(measurement: Any) -> None:
+    """Close what asammdf could not open whole; its own way of that raises where nobody can catch it."""
+    with contextlib.suppress(Exception):
+        measurement.close()
 
 
 Reader = Callable[[Path, LoadReport], Iterator[Stamped]]

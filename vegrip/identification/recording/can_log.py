@@ -28,6 +28,7 @@ def read_can_log(
     radius: float = math.nan,
     channel: str = "",
     spread: bool = False,
+    remedy: str = "--channel {0}",
 ) -> dict[str, Recording]:
     """Return the recording of every finger that speaks in the log, by finger.
 
@@ -37,6 +38,7 @@ def read_can_log(
         radius: of the fingertips [m]; a log does not hold it.
         channel: the one to read, where the log has several.
         spread: rows of one time stamp are spread until the next.
+        remedy: how the user says which channel is meant.
 
     Raises:
         RecordingError: not a log, or no frame of a fingertip in it.
@@ -45,7 +47,7 @@ def read_can_log(
     path, refused = Path(path), Counter[str]()
     states: dict[str, list[FingertipState]] = defaultdict(list)
     codecs = {fd: CanCodec(fingers, fd=fd) for fd in (False, True)}
-    log = read_log(path, channel=channel)
+    log = read_log(path, channel=channel, remedy=remedy)
     last: dict[int, tuple[str, bytes]] = {}
     behind = Counter[str]()
     for frame in log.frames:

@@ -256,8 +256,14 @@ class Values:
                     found[f"{finger.name}: {channel} has no value in {count} of {len(states)} states"] = share
         return found
 
-    def implausible(self) -> list[str]:
-        return [sentence for finger in self.states if (sentence := self._backwards(finger))]
+    def implausible(self, *, by_options: bool) -> list[str]:
+        """Return what contradicts itself; the remedy as options, or as keys of a map."""
+        remedy = "--set fingers.{0}.displacement.sign" if by_options else "sign of [fingers.{0}.displacement]"
+        return [
+            sentence + remedy.format(finger)
+            for finger in self.states
+            if (sentence := self._backwards(finger))
+        ]
 
     def _backwards(self, finger: str) -> str:
         both = np.array([(s.normal_force, s.displacement) for s in self.states[finger]])
@@ -268,8 +274,7 @@ class Values:
         if float(np.corrcoef(pressing.T)[0, 1]) > OPPOSED:
             return ""
         return (
-            f"{finger}: the indentation falls while the normal force grows; turn one round in the map: "
-            f"[fingers.{finger}.displacement] sign"
+            f"{finger}: the indentation falls while the normal force grows; turn one round: "
         )
 
     def recording(self, finger: str) -> Recording:

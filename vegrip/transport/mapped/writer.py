@@ -1,6 +1,7 @@
 """A map as it is drawn up from a database, traffic and the user; its file says where each line comes from."""
 
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vegrip.config import parse_toml, toml_key, toml_value
+from vegrip.errors import ConfigError
 from vegrip.identification.recording.checks import mark_in
 from vegrip.identification.slip_channel import slides_of, slip_channel
 from vegrip.transport.mapped.codec import MappedCodec
@@ -123,10 +125,14 @@ def _tell_losses(
 def checked(text: str, path: Path, settings: Sequence[Setting]) -> tuple[Plan, str]:
     """Read the text of a map back as a node will; ``settings`` go over it."""
     text = changed_text(text, settings)
-    hand = parse_map(parse_toml(text), path)
-    plan = make_plan(hand, read_database(hand), tuple(hand.fingers))
-    if not hand.format:
-        MappedCodec(plan)  # compiles, and finds what only then shows
+    try:
+        hand = parse_map(parse_toml(text), path)
+        plan = make_plan(hand, read_database(hand), tuple(hand.fingers))
+        if not hand.format:
+            MappedCodec(plan)  # compiles, and finds what only then shows
+    except ConfigError as error:  # there is no such file yet, but options
+        written = re.escape(str(path))
+        raise ConfigError(re.sub(rf"^{written} \[([^]]+)\]", r"--set \1", str(error))) from None
     return plan, text
 
 
