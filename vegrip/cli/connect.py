@@ -290,8 +290,11 @@ def _tell(
         refused = ", ".join(f"{count} refused for {name}" for name, count in values.rejected.items())
         raise ConfigError(
             f"the map makes no state of this traffic ({refused or 'no message of it came'}); "
-            + ("see trigger of [fingers], and counter and checksum of [messages]" if proposal is None
-               else "say another --set fingers.NAME.trigger=MESSAGE, or --set messages.NAME.counter=false")
+            + (
+                "see trigger of [fingers], and counter and checksum of [messages]"
+                if proposal is None
+                else "say another --set fingers.NAME.trigger=MESSAGE, or --set messages.NAME.counter=false"
+            )
         )
     learned, doubts, implausible = _found(proposal, values)
     prices = price(plan) if plan is not None else [unknown]

@@ -39,8 +39,6 @@ ASC_TIME: Final = re.compile(r"(\s*)(-?\d+\.\d+)(\s.*)", re.DOTALL)
 ASC_RELATIVE: Final = re.compile(r"\s*base\s+\w+\s+timestamps\s+relative", re.IGNORECASE)
 
 GZIP: Final = b"\x1f\x8b"
-SHARED: Final = 0.9
-"""Of the frames have a stamp, or a stamp and an identifier, of their own: those of one stamp came together."""
 TOO_LARGE: Final = (MemoryError, OverflowError)
 MAX_CONTAINER_BYTES: Final = 2**26  # [bytes] of an unpacked container; loggers use 128 KiB
 BROKEN: Final = (
@@ -126,8 +124,7 @@ def read_log(
 
 def _on_one_clock(t: Floats, stamps: Any, names: Any, report: LoadReport) -> Floats:
     absolute = stamps / NS if len(stamps) and np.abs(stamps).max() < 1e6 * NS else t  # differences are small
-    told = np.unique(np.stack([stamps, names]), axis=1).shape[1]
-    better = mended(absolute, report, is_in_order=True, may_share=told > SHARED * len(stamps))
+    better = mended(absolute, report, is_in_order=True, senders=names)
     return t if better is absolute else better - better[0]
 
 

@@ -19,7 +19,7 @@ WHOLE: Final = re.compile(r"[-+]?\d{1,3}")
 MARKED: Final = {sign: re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:\{sign}\d{{3}})+") for sign in ".,"}
 SPACED: Final = re.compile(rf"[-+]?\d{{1,3}}(?:[{SPACES}]\d{{3}})+(?:[.,]\d*)?")
 GROUPED: Final = {
-    sign: re.compile(rf"[-+]?\d{{1,3}}(?:\{mark}\d{{3}})+(?:\{sign}\d*)?")
+    sign: re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:\{mark}\d{{3}})+(?:\{sign}\d*)?")
     for sign, mark in ((".", ","), (",", "."))
 }
 """Decimal sign -> numbers with the other sign between thousands."""

@@ -41,9 +41,12 @@ AIRLESS = (
     "touch, as when the hand lets go and grips again"
 )
 
-FAR: Final = 3.0
-"""Times the range of all others, from which a value that stands several times is a mark (origin: rule)."""
-LEAST_MARKS: Final = 3
+FAR: Final = 1.0
+APART: Final = 0.5
+BACK: Final = 0.2
+"""Times the range of all others, from which a value that stands several times is a mark: anywhere, or where
+the values on both sides of it agree but for a share of that (origin: rule)."""
+LEAST_MARKS: Final = 2
 
 Lines = NDArray[np.int64]
 
@@ -163,11 +166,21 @@ def mark_in(values: Floats) -> float | None:
     for mark in (known.min(), known.max()) if known.size >= MIN_SUSPECT_ROWS else ():
         others = known[known != mark]
         count = known.size - others.size
-        if not mark or count < LEAST_MARKS or 2 * count > known.size:
+        if not mark or count < LEAST_MARKS or not others.size:
             continue
-        if np.min(np.abs(others - mark)) > FAR * np.ptp(others) > 0.0:
+        away, span = float(np.min(np.abs(others - mark))), float(np.ptp(others))
+        if (away > FAR * span > 0.0 and 2 * count <= known.size) or (
+            away > APART * span > 0.0 and _is_left_again(known, mark, BACK * away)
+        ):
             return float(mark)
     return None
+
+
+def _is_left_again(values: Floats, mark: float, close: float) -> bool:
+    """Whether before and after each stretch of ``mark`` the values are within ``close`` of each other."""
+    edges = np.flatnonzero(np.diff(np.r_[False, values == mark, False]))
+    inner = [(low, high) for low, high in edges.reshape(-1, 2).tolist() if low > 0 and high < len(values)]
+    return bool(inner) and all(abs(values[low - 1] - values[high]) <= close for low, high in inner)
 
 
 def suspect_columns(

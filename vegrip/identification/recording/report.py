@@ -24,7 +24,9 @@ WHOLE_STRETCH_S: Final = 1.0  # [s]
 LEAST_GAP_S: Final = 0.1  # [s]
 GAP_STEPS: Final = 10.0  # times the longest step but a tenth, from which nothing came (origin: rule)
 TOP: Final = 0.5  # of the largest value, from which a rise and fall is a peak (origin: rule)
-SOMETIMES: Final = 0.5  # of the rows without a value, from which a channel is a slower one
+SOMETIMES: Final = 0.5  # of the rows without a value, in even holes, from which a channel is a slower one
+LEAST_HOLES: Final = 3
+UNEVEN: Final = 3.0  # times the usual hole (origin: rule)
 LEAST_STEPS: Final = 20  # that show how often rows come
 LEAST_TOP: Final = 3  # rows that are left out at a peak before it counts as lost
 HIDDEN_RISE: Final = 0.01  # of the largest value, that a hole hides before the peak counts as lost
@@ -212,8 +214,8 @@ class LoadReport:
             longest = max(after, key=lambda row: float(t[row + 1] - t[row]))
             others = f", and in {len(after) - 1} shorter gaps" if len(after) > 1 else ""
             self.missing.append(
-                f"nothing{what} came from {t[longest]:.6g} to {t[longest + 1]:.6g} s{others}: the clock was set "
-                "forward there, or nothing was recorded; cut it there into recordings of their own"
+                f"nothing{what} came from {t[longest]:.6g} to {t[longest + 1]:.6g} s{others}: the clock "
+                "was set forward there, or nothing was recorded; cut it there into recordings of their own"
             )
 
     def _place_missing(self, name: str, values: Floats) -> None:
@@ -222,7 +224,9 @@ class LoadReport:
         absent = float(np.mean(~there))
         holes, counts = np.unique(np.cumsum(there)[~there], return_counts=True)
         lacks = _lacks_its_peak(values[there], holes, counts)
-        if absent < SOMETIMES and (absent > WARNED_SHARE or lacks):
+        is_even = len(counts) >= LEAST_HOLES and int(np.max(counts)) <= UNEVEN * float(np.median(counts))
+        is_slower = absent >= SOMETIMES and is_even
+        if (absent and absent + self.share_lost > WARNED_SHARE and not is_slower) or lacks:
             part = ", with them its peak" if lacks else ""
             self.missing.append(
                 f"{name} has no value in {np.count_nonzero(~there)} of {len(values)} rows "
@@ -320,7 +324,7 @@ def account(reports: Iterable[LoadReport]) -> dict[str, Any]:
 
 
 def gaps_of(t: Floats) -> list[int]:
-    """Return the rows of ``t`` [s] after which nothing comes for a second, or for too large a share of all."""
+    """Return the rows of ``t`` [s] after which nothing comes for a second, or for more than a share."""
     steps = np.diff(t)
     if len(steps) < LEAST_STEPS:
         return []

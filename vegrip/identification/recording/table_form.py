@@ -48,7 +48,7 @@ AHEAD: Final = 5  # lines that must go on as numbers where the table begins
 NUMBER: Final = re.compile(
     r"[-+]?(?:\d+([.,]?)\d*|([.,])\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf)", re.IGNORECASE
 )
-GROUPED: Final = re.compile(rf"[-+]?\d{{1,3}}(?:[.,{SPACES}]\d{{3}})+(?:([.,])\d*)?")
+GROUPED: Final = re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:[.,{SPACES}]\d{{3}})+(?:([.,])\d*)?")
 """A number with marks between thousands."""
 UNIT_CELL: Final = re.compile(r"[\[(<{]\s*[^\]\[)(]{0,20}\s*[\])>}]|[-/]?")
 
@@ -107,7 +107,8 @@ def _refuse_other_kinds(path: Path, head: bytes) -> None:
             raise RecordingError(f"{path}: is {kind}, which is not read; {remedy}")
     top = head.split(b"\n", 1)[0]
     if all(word.search(top) for word in OF_FRAMES):
-        how = f": python -m can.logconvert {path.name} {path.stem}.blf" if top.startswith(b"timestamp,") else ""
+        convert = f": python -m can.logconvert {path.name} {path.stem}.blf"
+        how = convert if top.startswith(b"timestamp,") else ""
         raise RecordingError(
             f"{path}: is a table of CAN frames; make a log of it, .asc, .blf or candump's{how}"
         )

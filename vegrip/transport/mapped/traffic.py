@@ -273,9 +273,7 @@ class Values:
             return ""
         if float(np.corrcoef(pressing.T)[0, 1]) > OPPOSED:
             return ""
-        return (
-            f"{finger}: the indentation falls while the normal force grows; turn one round: "
-        )
+        return f"{finger}: the indentation falls while the normal force grows; turn one round: "
 
     def recording(self, finger: str) -> Recording:
         states = self.states[finger]

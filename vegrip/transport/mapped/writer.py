@@ -104,7 +104,7 @@ def _tell_losses(
         if name in heard and (mark := mark_in(heard[name].raw)) is not None:
             proposal.lost.append(
                 f"{name} is {mark:g}, raw, in {np.count_nonzero(heard[name].raw == mark)} of "
-                f"{len(heard[name].raw)} frames, far from all others: if that says that nothing was measured, "
+                f"{len(heard[name].raw)} frames, far from all others: if that is no measurement, "
                 f"--set 'fingers.{where}.invalid=[{mark:.0f}]'"
             )
     for name, count in traffic.short.items():
