@@ -46,6 +46,8 @@ APART: Final = 0.5
 BACK: Final = 0.2
 """Times the range of all others, from which a value that stands several times is a mark: anywhere, or where
 the values on both sides of it agree but for a share of that (origin: rule)."""
+OF_SLIP: Final = ("slip", "slip_speed")
+"""Channels that stand at one value and go to another."""
 LEAST_MARKS: Final = 2
 
 Lines = NDArray[np.int64]
@@ -140,7 +142,7 @@ def report_doubts(
         report.add(Kind.AIRLESS, AIRLESS)
     for name, values in columns.items():
         report_if(report, Kind.MISSING, name, lines[np.isnan(values)])
-        if (mark := mark_in(values)) is not None:
+        if name not in OF_SLIP and (mark := mark_in(values)) is not None:
             said = (
                 f"{name} is {mark:.6g} in {np.count_nonzero(values == mark)} of {len(values)} rows, far from "
                 "all others: if that says that nothing was measured, leave those cells empty"

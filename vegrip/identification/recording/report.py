@@ -226,7 +226,7 @@ class LoadReport:
         lacks = _lacks_its_peak(values[there], holes, counts)
         is_even = len(counts) >= LEAST_HOLES and int(np.max(counts)) <= UNEVEN * float(np.median(counts))
         is_slower = absent >= SOMETIMES and is_even
-        if (absent and absent + self.share_lost > WARNED_SHARE and not is_slower) or lacks:
+        if not is_slower and (lacks or (absent and absent + self.share_lost > WARNED_SHARE)):
             part = ", with them its peak" if lacks else ""
             self.missing.append(
                 f"{name} has no value in {np.count_nonzero(~there)} of {len(values)} rows "

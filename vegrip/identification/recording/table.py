@@ -153,7 +153,7 @@ def read_table(
                 report.add(
                     Kind.AMBIGUOUS,
                     f"{layout.decimal!r} stands between thousands in {name!r}, and {other!r} is in other "
-                    f"numbers: --decimal {other} reads that as decimal sign, --thousands {NONE} neither as mark",
+                    f"numbers: --decimal {other} reads that as decimal sign, --thousands {NONE} none as mark",
                 )
     return table
 
