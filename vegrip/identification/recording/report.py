@@ -199,8 +199,10 @@ class LoadReport:
             if span >= WHOLE_STRETCH_S:
                 begin = float(t[hole - 1]) if hole else float(t[0]) - span
                 self.lost_parts.append(f"all from {begin:.4g} to {begin + span:.4g} s")
-        is_known = np.isin(np.arange(1, len(t)), holes) | (np.diff(episode) != 0)
-        self.note_gaps(t, [one for one in gaps_of(t) if not is_known[one]])
+        unexplained = np.where(np.diff(episode) == 0, np.diff(t), 0.0)
+        inner = (holes > 0) & (holes < len(t))
+        unexplained[holes[inner] - 1] -= spans[inner]
+        self.note_gaps(t, [one for one in gaps_of(t) if unexplained[one] >= LEAST_GAP_S])
         for name in PEAKED:
             if name in columns and _lacks_its_peak(columns[name], holes, counts):
                 self.lost_parts.append(f"the peak of {name}")
