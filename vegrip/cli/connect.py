@@ -135,6 +135,8 @@ def connect(
         _tell(plan, "", None, traffic, accepted=accept, as_json=as_json)
         return
     node_ids = _pairs(nodes)
+    if not node_ids and database.suffix.lower() in (".eds", ".dcf"):
+        raise UsageError(f"{database}: say which node is which finger: --nodes thumb=32,index=33")
     found = plans.read_frames(database, node_ids)
     now = None if as_json else SignalsNow(found)
     wanted = {message.identifier for message in found.messages.values()}

@@ -177,6 +177,10 @@ def import_csv(
     if taken := chart.channels.keys() - mapped.channels.keys() if mapped.channels else ():
         report.add(Kind.NOTE, f"taken by their names: {', '.join(sorted(taken))}")
     _check_mapped(path, chart, header)
+    if is_step and not STEP_QUANTITIES.keys() & chart.channels.keys():
+        raise RecordingError(
+            f"{path}: a step has a modulus or a compliance; say which column it is: --map modulus=COLUMN"
+        )
     chart, below = row_units(chart, header, _below(layout), path)
     if below:
         report.add(Kind.NOTE, f"units taken from the line below the header: {', '.join(below)}")

@@ -132,7 +132,8 @@ def checked(text: str, path: Path, settings: Sequence[Setting]) -> tuple[Plan, s
             MappedCodec(plan)  # compiles, and finds what only then shows
     except ConfigError as error:  # there is no such file yet, but options
         written = re.escape(str(path))
-        raise ConfigError(re.sub(rf"^{written} \[([^]]+)\]", r"--set \1", str(error))) from None
+        said = re.sub(rf"^{written} \[([^]]+)\]", r"--set \1", str(error))
+        raise ConfigError(re.sub(rf"^{written}:", "--set:", said)) from None
     return plan, text
 
 
