@@ -53,6 +53,7 @@ DECIMAL = Annotated[str, typer.Option(help="Decimal sign of a table, . or ,; els
 THOUSANDS = Annotated[str, typer.Option(help="What stands between thousands, or none; else found.")]
 SPREAD = Annotated[bool, typer.Option("--spread", help="Rows of one time stamp are spread until the next.")]
 CHANNEL = Annotated[str, typer.Option(help="CAN logs of several channels: the one to read, e.g. can0.")]
+FRAME = Annotated[str, typer.Option(help="Bags: frame_id of the messages to take, of a topic with several.")]
 ACCEPT = Annotated[
     bool, typer.Option("--accept-losses", help="Go on where a tenth of the rows or more cannot be used.")
 ]
@@ -80,6 +81,7 @@ def import_(
     thousands: THOUSANDS = "",
     spread: SPREAD = False,
     channel: CHANNEL = "",
+    frame: FRAME = "",
     accept: ACCEPT = False,
     fingers: FINGERS = ALL,
     as_json: JSON = False,
@@ -114,11 +116,16 @@ def import_(
         )
     if is_alone:
         _refuse_options(
-            {**table_options, "--radius": radius, "--spread": spread},
+            {**table_options, "--radius": radius, "--spread": spread, "--channel": channel, "--frame": frame},
             "a recording in MCAP, which describes itself",
         )
     elif _is_can_log(one):
+        table_options["--frame"] = frame
         _refuse_options(table_options, "a CAN log, which is read by the message set of vegrip")
+    elif one.is_dir() or one.suffix.lower() in BAGS:
+        _refuse_options({"--channel": channel}, "a bag")
+    else:
+        _refuse_options({"--channel": channel, "--frame": frame}, "a table")
     _claim(output, one, fingers, force=force)
     has_own_zeros = False
     if is_alone:
@@ -139,6 +146,8 @@ def import_(
             thousands=thousands or chart.table.thousands,
         )
         chart = dataclasses.replace(chart, table=form)
+        if frame:
+            chart = dataclasses.replace(chart, bag=dataclasses.replace(chart.bag, frame=frame))
         if spread:
             chart = dataclasses.replace(chart, time=dataclasses.replace(chart.time, spread=True))
         has_own_zeros = any(entry.zero == "contact" for entry in chart.channels.values())

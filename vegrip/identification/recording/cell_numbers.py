@@ -50,7 +50,7 @@ def plain_number(cell: str, decimal: str = ".", thousands: str = "") -> str:
 
 @functools.cache
 def _grouped_by(mark: str, decimal: str) -> re.Pattern[str]:
-    """Return the numbers with ``mark`` before the last three digits, and every three, in India two, before."""
+    """Return the numbers with ``mark`` between groups of three digits, or of two, as in India."""
     mark, decimal = re.escape(mark), re.escape(decimal)
     return re.compile(rf"[-+]?\d{{1,3}}(?:{mark}\d{{2,3}})*{mark}\d{{3}}(?:{decimal}\d*)?")
 

@@ -240,7 +240,7 @@ def _check_frames(path: Path, series: Series, chart: BagMap, report: LoadReport)
         report.add(
             Kind.AMBIGUOUS,
             f"{series.topic} has messages of the frames {', '.join(map(repr, named))}; say which "
-            f'are meant in a --map-file: [bag] frame = "{named[-1]}"',
+            f"are meant: --frame {named[-1]}",
         )
 
 
