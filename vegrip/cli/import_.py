@@ -5,7 +5,7 @@ import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
@@ -133,23 +133,23 @@ def import_(
     elif _is_can_log(one):
         found = _can_log(one, output, fingers, metres, channel, spread=spread, accepted=accept)
     else:
-        read = column_map.read_column_map(map_file) if map_file else column_map.ColumnMap()
-        chart = column_map.with_columns(read, columns or [], units or [], negated or [], zeros or [])
-        if baseline is not None:
-            chart = dataclasses.replace(chart, baseline=column_map.BaselineMap(baseline))
         if decimal not in ("", ".", ","):
             raise UsageError(f"--decimal is {decimal!r}; it is . or ,")
-        form = dataclasses.replace(
-            chart.table,
-            delimiter={"tab": "\t"}.get(delimiter, delimiter) or chart.table.delimiter,
-            decimal=decimal or chart.table.decimal,
-            thousands=thousands or chart.table.thousands,
+        read = column_map.read_column_map(map_file) if map_file else column_map.ColumnMap()
+        chart = column_map.with_columns(read, columns or [], units or [], negated or [], zeros or [])
+        said = {
+            "delimiter": {"tab": "\t"}.get(delimiter, delimiter),
+            "decimal": decimal,
+            "thousands": thousands,
+        }
+        times = {} if baseline is None else {"duration": baseline}
+        chart = dataclasses.replace(
+            chart,
+            table=_with(chart.table, said),
+            bag=_with(chart.bag, {"frame": frame}),
+            time=_with(chart.time, {"spread": spread}),
+            baseline=dataclasses.replace(chart.baseline, **times),
         )
-        chart = dataclasses.replace(chart, table=form)
-        if frame:
-            chart = dataclasses.replace(chart, bag=dataclasses.replace(chart.bag, frame=frame))
-        if spread:
-            chart = dataclasses.replace(chart, time=dataclasses.replace(chart.time, spread=True))
         has_own_zeros = any(entry.zero == "contact" for entry in chart.channels.values())
         is_step = step or bool(STEP_QUANTITIES.keys() & chart.channels.keys())
         if radius and (is_step or STRETCHES.keys() & chart.channels.keys()):
@@ -158,6 +158,15 @@ def import_(
             raise UsageError("--zero does not apply to a step, whose zeros are known")
         found = _mapped(src, output, chart, metres, is_step=is_step, accepted=accept)
     _print_result(found, has_own_zeros=has_own_zeros, as_json=as_json)
+
+
+T = TypeVar("T")
+
+
+def _with(section: T, said: Mapping[str, Any]) -> T:
+    """Return a section of the map with what was said as an option."""
+    changed: T = dataclasses.replace(section, **{key: value for key, value in said.items() if value})  # type: ignore[type-var]
+    return changed
 
 
 def _is_can_log(path: Path) -> bool:
