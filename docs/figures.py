@@ -52,7 +52,7 @@ def measure(name: str) -> None:
     """Run the command of ``name``, and write its values into the table."""
     text = TABLE.read_text(encoding="utf-8")
     figure = tomllib.loads(text)[name]
-    done = subprocess.run(figure["command"], capture_output=True, text=True, check=True)
+    done = subprocess.run(figure["command"], stdout=subprocess.PIPE, text=True, check=False)  # a goal missed
     answer = json.loads(done.stdout)
     for key, (path, form, before) in figure["values"].items():
         line = rf'^({key} = \["{re.escape(path)}", "{re.escape(form)}", )"{re.escape(before)}"'

@@ -389,7 +389,7 @@ def _mf4(path: Path, report: LoadReport) -> Iterator[Stamped]:
 
 
 def _close_quietly(measurement: Any) -> None:
-    """Close what asammdf could not open whole; its own way of that raises where nobody can catch it."""
+    """Close what asammdf could not open whole; its own way raises outside of any call."""
     with contextlib.suppress(Exception):
         measurement.close()
 

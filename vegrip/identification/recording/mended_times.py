@@ -58,7 +58,7 @@ def mended(
 
 def _came_together(t: Floats, senders: NDArray[np.int64]) -> bool:
     own = np.unique(np.stack([t, senders]), axis=1).shape[1]
-    return own > REGULAR * len(t)
+    return bool(own > REGULAR * len(t))
 
 
 def _no_time(t: Floats) -> str:
