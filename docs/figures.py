@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
+EXTREMES = {"least": min, "largest": max}
 TABLE = Path(__file__).with_name("figures.toml")
 
 
@@ -30,18 +31,33 @@ def stale_figures() -> Iterator[str]:
                     yield f"{page}: does not say {said!r} ({name} of docs/figures.toml, by {command})"
 
 
+def value_at(answer: Any, path: str) -> Any:
+    """Return what stands at ``path`` of the answer; ``least`` and ``largest``: of what stands before them."""
+    for part in path.split("/"):
+        if part in EXTREMES:
+            answer = EXTREMES[part](answer.values() if isinstance(answer, dict) else answer)
+        else:
+            answer = answer[part]
+    return answer
+
+
+def written(value: Any, form: str) -> str:
+    """Return ``value`` as the prose has it; ``count`` is a number of things, of which there may be none."""
+    if form == "count":
+        return str(value or "none")
+    return f"{value:{form}}".replace("%", " %")
+
+
 def measure(name: str) -> None:
     """Run the command of ``name``, and write its values into the table."""
     text = TABLE.read_text(encoding="utf-8")
     figure = tomllib.loads(text)[name]
-    done = subprocess.run(figure["command"], capture_output=True, text=True, check=True)
+    done = subprocess.run(figure["command"], stdout=subprocess.PIPE, text=True, check=False)  # a goal missed
     answer = json.loads(done.stdout)
     for key, (path, form, before) in figure["values"].items():
-        value: Any = answer
-        for part in path.split("."):
-            value = value[part]
         line = rf'^({key} = \["{re.escape(path)}", "{re.escape(form)}", )"{re.escape(before)}"'
-        text = re.sub(line, rf'\g<1>"{value:{form}}"', text, flags=re.MULTILINE)
+        now = written(value_at(answer, path), form)
+        text = re.sub(line, rf'\g<1>"{now}"', text, flags=re.MULTILINE)
     TABLE.write_text(text, encoding="utf-8")
 
 

@@ -3,6 +3,7 @@
 Run it with ``.venv/bin/python docs/limit_surface_figures.py``.
 """
 
+import json
 import sys
 from pathlib import Path
 
@@ -21,7 +22,10 @@ EXPONENTS = {1.0: "tab:purple", 2.0: "black", 4.0: "tab:blue", np.inf: "tab:gree
 
 
 def main() -> None:
-    """Draw and print everything."""
+    """Draw and print everything; ``--json``: the figure of the first page alone, and no picture."""
+    if "--json" in sys.argv[1:]:
+        sys.stdout.write(json.dumps({"outside": short_of_ellipse(2)}) + "\n")
+        return
     figure, (left, right) = panels(2)
     draw_surfaces(left)
     draw_errors(right)
@@ -31,13 +35,17 @@ def main() -> None:
     say("fast radius, outside by at most", error.max())
     say("fast radius, inside by at most", -error.min())
     for k in (2, 3, 4, 8):
-        f, m = reference.point(k, SLIP_CENTRES)
-        short = 1 - np.hypot(f, m / reference.torsion_limit(k))
-        say(f"surface short of the ellipse, k = {k}, at most", float(short.max()))
+        say(f"surface short of the ellipse, k = {k}, at most", short_of_ellipse(k))
     feet = PressureMap([[-1, -1], [2, -1], [-1, 2]], [1, 1, 1])
     bounds = bound_gauge(feet, [0.3, 0.2, 0.5])
     say("gauge of a load on three feet, lower bound", bounds.lower)
     say("gauge of a load on three feet, upper bound", bounds.upper)
+
+
+def short_of_ellipse(k: float) -> float:
+    """Return by which share of it the ellipse lies at most outside of the surface."""
+    f, m = reference.point(k, SLIP_CENTRES)
+    return float(np.max(1 - np.hypot(f, m / reference.torsion_limit(k))))
 
 
 def draw_surfaces(axes: Axes) -> None:

@@ -30,7 +30,7 @@ def test_a_page_that_says_another_figure_is_named_with_the_command(tmp_path, mon
 def test_measuring_writes_the_values_and_nothing_else(tmp_path, monkeypatch):
     table = tmp_path / "figures.toml"
     command = """["printf", '{\"a\": {\"b\": 2.345}}']"""
-    text = f'[x]\ncommand = {command}\n[x.values]\none = ["a.b", ".1f", "9.9"]\n[x.pages]\n'
+    text = f'[x]\ncommand = {command}\n[x.values]\none = ["a/b", ".1f", "9.9"]\n[x.pages]\n'
     table.write_text(text)
     monkeypatch.setattr(figures, "TABLE", table)
     figures.measure("x")

@@ -16,6 +16,7 @@ from vegrip.transport.codec import CanCodec
 from vegrip.types import Floats
 
 PERIOD = 0.01  # [s]
+CLASSIC = 8  # [bytes] of a frame that is not FD
 ALLOWED = 0.01  # of the rows
 CLOSE = 2e-3  # of the range of a channel: what rounding in the file may change
 
@@ -114,27 +115,32 @@ def write(value: float, digits: int, sign: str, mark: str, minus: str) -> str:
     return text.replace("-", minus)
 
 
+TIMES = ("coarse", "differences", "set back", "set forward", "standing", "reversed", "equal")
+
+
 def times(rng: np.random.Generator, t_ms: Floats, truth: Truth) -> Floats:
     """Return the times as a clock writes them."""
-    kind = rng.choice(["right", "right", "right", "coarse", "differences", "set back", "standing"])
+    kind = str(rng.choice(["right", "right", "right", *TIMES]))
     truth.said.append(f"times {kind}")
     half = len(t_ms) // 2
-    if kind == "coarse":
-        return np.floor(t_ms / 50.0) * 50.0
-    if kind == "differences":
-        return np.concatenate([[0.0], np.diff(t_ms)])
-    if kind == "set back":
-        return np.concatenate([t_ms[:half], t_ms[half:] - rng.choice([200.0, 1500.0, 3.6e6])])
+    by = float(rng.choice([200.0, 1500.0, 3.6e6]))
     if kind == "standing":
         t_ms = t_ms.copy()
         t_ms[half : half + int(rng.choice([2, 30, 120]))] = t_ms[half]
-    return t_ms
+    return {
+        "coarse": np.floor(t_ms / 50.0) * 50.0,
+        "differences": np.concatenate([[0.0], np.diff(t_ms)]),
+        "set back": np.concatenate([t_ms[:half], t_ms[half:] - by]),
+        "set forward": np.concatenate([t_ms[:half], t_ms[half:] + by]),
+        "reversed": t_ms[::-1],
+        "equal": np.full_like(t_ms, t_ms[0]),
+    }.get(kind, t_ms)
 
 
 def break_cells(rng: np.random.Generator, cells: list[list[str]], force: Floats, truth: Truth) -> None:
     """Put words where a sensor did not measure."""
     kind = rng.choice(["none", "none", "top", "some", "stretch", "below"])
-    word = rng.choice(["OL", "----", "#WERT!", "1.2.3.4"])
+    word = rng.choice(["OL", "----", "#WERT!", "1.2.3.4", "-9999", "99999", "NaN", ""])
     truth.said.append(f"{kind} of the forces {word!r}")
     half = len(force) // 2
     bad = {
@@ -163,15 +169,22 @@ def break_lines(rng: np.random.Generator, lines: list[str], truth: Truth, *, may
     return lines
 
 
-Writer = Callable[[Path, list[tuple[float, int, bytes, int]], np.random.Generator], None]
+Frames = list[tuple[float, int, bytes, int]]
+"""Time [s], identifier, data, channel."""
+Writer = Callable[[Path, Frames, np.random.Generator], None]
+Fault = Callable[[Frames, list[int], np.random.Generator], Frames]
 
 
-def write_candump(path: Path, frames: list[tuple[float, int, bytes, int]], _: np.random.Generator) -> None:
-    text = "".join(f"({t:.6f}) can{c} {i:03X}##1{data.hex().upper()}\n" for t, i, data, c in frames)
+def write_candump(path: Path, frames: Frames, _: np.random.Generator) -> None:
+    marks = {True: "##1", False: "#"}
+    text = "".join(
+        f"({t:.6f}) can{c} {i:03X}{marks[len(data) > CLASSIC]}{data.hex().upper()}\n"
+        for t, i, data, c in frames
+    )
     path.write_text(text, encoding="utf-8")
 
 
-def write_asc(path: Path, frames: list[tuple[float, int, bytes, int]], rng: np.random.Generator) -> None:
+def write_asc(path: Path, frames: Frames, rng: np.random.Generator) -> None:
     is_relative, before = bool(rng.random() < 0.5), 0.0
     day = "Di M\u00e4r 2 09:37:49 2021"
     kind = "relative" if is_relative else "absolute"
@@ -185,77 +198,99 @@ def write_asc(path: Path, frames: list[tuple[float, int, bytes, int]], rng: np.r
     for t, i, data, c in frames:
         said = t - before if is_relative else t
         shown = " ".join(f"{b:02x}" for b in data)
-        head = f"{said:.6f} CANFD {c + 1} Rx {i:x} 1 0 {sizes[len(data)]:x} {len(data)}"
-        lines.append(f"{head} {shown} 0 0 0 0 0")
+        head = f"{said:.6f} CANFD {c + 1} Rx {i:x} 1 0 {sizes[len(data)]:x} {len(data)} {shown} 0 0 0 0 0"
+        lines.append(head if len(data) > CLASSIC else f"{said:.6f} {c + 1} {i:x} Rx d {len(data)} {shown}")
         before = t
     path.write_text("\n".join(lines) + "\n", encoding="cp1252")
 
 
-def write_blf(path: Path, frames: list[tuple[float, int, bytes, int]], rng: np.random.Generator) -> None:
+def write_blf(path: Path, frames: Frames, rng: np.random.Generator) -> None:
     with can.BLFWriter(path, compression_level=int(rng.choice([-1, 0]))) as writer:
         for t, i, data, c in frames:
+            fd = len(data) > CLASSIC
             writer.on_message_received(
-                can.Message(t, i, is_extended_id=False, data=data, is_fd=True, channel=c, bitrate_switch=True)
+                can.Message(t, i, is_extended_id=False, data=data, is_fd=fd, channel=c, bitrate_switch=fd)
             )
 
 
-FAULTS = (
-    *("none", "lost", "torn", "cut", "set back", "coarse", "zero", "damaged", "channels", "differences"),
-)
-WRITERS: dict[str, Writer] = {".log": write_candump, ".asc": write_asc, ".blf": write_blf}
+def write_trc(path: Path, frames: Frames, _: np.random.Generator) -> None:
+    with can.TRCWriter(path) as writer:
+        for t, i, data, c in frames:
+            writer.on_message_received(can.Message(t, i, is_extended_id=False, data=data, channel=c))
+
+
+def at(frames: Frames, times: list[float]) -> Frames:
+    return [(t, *one[1:]) for t, one in zip(times, frames, strict=True)]
+
+
+def without(frames: Frames, some: list[int], _: np.random.Generator) -> Frames:
+    return [one for k, one in enumerate(frames) if k not in set(some)]
+
+
+def silent(frames: Frames, some: list[int], _: np.random.Generator) -> Frames:
+    begin = len(frames) // 3
+    return frames[:begin] + frames[begin + len(some) :]
+
+
+def damaged(frames: Frames, some: list[int], _: np.random.Generator) -> Frames:
+    found = list(frames)
+    for k in some:
+        t, i, data, c = frames[k]
+        found[k] = t, i, data[:5] + bytes((data[5] ^ 0x41,)) + data[6:], c
+    return found
+
+
+def set_from_the_middle(frames: Frames, by: float) -> Frames:
+    half = len(frames) // 2
+    return at(frames, [one[0] + (by if k >= half else 0.0) for k, one in enumerate(frames)])
+
+
+def as_differences(frames: Frames) -> Frames:
+    stamps = [one[0] for one in frames]
+    return at(frames, [0.0, *np.diff(stamps).tolist()])
+
+
+FAULTY: dict[str, Fault] = {
+    "lost": without,
+    "silence": silent,
+    "damaged": damaged,
+    "reversed": lambda frames, _some, _rng: frames[::-1],
+    "echo": lambda frames, _some, _rng: [one for one in frames for _ in range(2)],
+    "coarse": lambda frames, _some, _rng: at(frames, [float(np.floor(one[0])) for one in frames]),
+    "zero": lambda frames, _some, _rng: at(frames, [0.0] * len(frames)),
+    "channels": lambda frames, _some, _rng: sorted(
+        [*frames, *((t + 0.004, i, data, 1) for t, i, data, _ in frames)]
+    ),
+}
+FAULTS = ("none", "torn", "cut", "set back", "set forward", "differences", *FAULTY)
+WRITERS: dict[str, Writer] = {".log": write_candump, ".asc": write_asc, ".blf": write_blf, ".trc": write_trc}
 
 
 def log(seed: int, folder: Path) -> tuple[Path, Truth]:
     """Write a log of a press in our own layout; return its path and its truth."""
     rng = np.random.default_rng(seed)
     truth = press(rng)
-    codec = CanCodec(("thumb",), fd=True)
-    frames: list[tuple[float, int, bytes, int]] = []
+    suffix = str(rng.choice(list(WRITERS)))
+    codec = CanCodec(("thumb",), fd=suffix != ".trc" and bool(rng.random() < 0.7))
+    frames: Frames = []
     begin = float(rng.choice([0.0, 1.7e9]))
     for k, t in enumerate(truth.t.tolist()):
         state = FingertipState(
             round(1e9 * t) + 1, "thumb", k, **{n: float(v[k]) for n, v in truth.columns.items()}
         )
         frames += [(begin + t, frame.arbitration_id, frame.data, 0) for frame in codec.encode(state)]
-    suffix = str(rng.choice(list(WRITERS)))
-    kind = str(
-        rng.choice(
-            [
-                "none",
-                "lost",
-                "torn",
-                "cut",
-                "set back",
-                "coarse",
-                "zero",
-                "damaged",
-                "channels",
-                "differences",
-            ]
-        )
-    )
+    kind = str(rng.choice(FAULTS))
     truth.said.append(f"{suffix} from {begin:g} s, {kind}")
     count = int(rng.choice([2, 12, len(frames) // 3]))
     some = sorted(rng.choice(len(frames) - 20, count, replace=False) + 10)
-    if kind == "lost":
-        frames = [one for k, one in enumerate(frames) if k not in set(some)]
-    if kind == "set back":
-        half = len(frames) // 2
-        by = float(rng.choice([0.3, 3600.0])) if begin else 0.3
-        frames[half:] = [(t - by, *rest) for t, *rest in frames[half:]]  # type: ignore[misc]
-    if kind == "coarse":
-        frames = [(float(np.floor(t)), *rest) for t, *rest in frames]  # type: ignore[misc]
-    if kind == "zero":
-        frames = [(0.0, *rest) for _, *rest in frames]  # type: ignore[misc]
-    if kind == "differences" and suffix == ".log":
-        stamps = [one[0] for one in frames]
-        frames = [(t - (stamps[k - 1] if k else t), *rest) for k, (t, *rest) in enumerate(frames)]  # type: ignore[misc]
-    if kind == "damaged":
-        for k in some:
-            t, i, data, c = frames[k]
-            frames[k] = t, i, data[:5] + bytes((data[5] ^ 0x41,)) + data[6:], c
-    if kind == "channels":
-        frames = sorted([*frames, *((t + 0.004, i, data, 1) for t, i, data, _ in frames)])
+    if kind in FAULTY:
+        frames = FAULTY[kind](frames, some, rng)
+    elif kind == "set back":
+        frames = set_from_the_middle(frames, -float(rng.choice([0.3, 3600.0])) if begin else -0.3)
+    elif kind == "set forward":
+        frames = set_from_the_middle(frames, float(rng.choice([0.3, 3600.0])))
+    elif kind == "differences" and suffix == ".log":
+        frames = as_differences(frames)
     path = folder / f"{seed}{suffix}"
     WRITERS[suffix](path, frames, rng)
     content = path.read_bytes()

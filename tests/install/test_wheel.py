@@ -169,6 +169,7 @@ def test_the_demo_runs_and_says_first_that_there_will_be_no_picture(installed: I
         (("replay", "press", "--through", "--plot", "replay.png"), "plot"),
         (("paper", "-o", "figures"), "plot"),
         (("import", "session.mcap", "-o", "session"), "bags"),
+        (("import", "drive.mf4", "-o", "drive"), "mdf"),
         (("import", "drive.bag", "-o", "drive", "--map", "normal_force=/ft:force"), "bags"),
     ],
     ids=lambda value: value[0] if isinstance(value, tuple) else value,
@@ -177,10 +178,9 @@ def test_what_needs_an_extra_says_which_in_one_sentence_before_any_work(
     installed: Installed, press: str, arguments: tuple[str, ...], extra: str
 ) -> None:
     """The recording ``nosuch`` does not exist: who misses it has begun to work."""
-    for name in ("session.mcap", "drive.bag"):
-        (installed.folder / name).write_bytes(
-            b"\x89MCAP0\r\n" if name.endswith("mcap") else b"#ROSBAG V2.0\n"
-        )
+    begin = {"session.mcap": b"\x89MCAP0\r\n", "drive.mf4": b"MDF     4.10", "drive.bag": b"#ROSBAG V2.0\n"}
+    for name, content in begin.items():
+        (installed.folder / name).write_bytes(content)
     done = installed(*arguments)
     assert done.returncode == 2, done.stdout + done.stderr
     assert f"pip install 'vegrip[{extra}]'" in done.stderr

@@ -1,6 +1,7 @@
 """Coverage: ``python -m validation.estimator_coverage --truths 9``, or ``--slips``, ``--styles``."""
 
 import argparse
+import json
 from collections.abc import Sequence
 
 from validation.estimator_coverage import slip_table, style_table, worst
@@ -29,6 +30,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--styles", type=int, help="instead: lives from outside, so many fingers per style")
     parser.add_argument("--worst", type=int, help="instead: search the worst of so many lives per style")
+    parser.add_argument(
+        "--json", action="store_true", help="least and largest of the table alone, in percent"
+    )
     options = parser.parse_args(arguments)
     if options.styles is not None or options.worst is not None:
         print_styles(options.styles or 0, options.worst or 0, options.seed)
@@ -39,18 +43,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for row in slip_table.table(options.slips, options.seed, options.branches):
             print(row, flush=True)  # noqa: T201
         return
-    print("95 % coverage in percent (number of looks)")  # noqa: T201
-    print("sensors".ljust(12), *(name.rjust(13) for name in COVERED_QUANTITIES))  # noqa: T201
+    shares: list[float] = []
+    if not options.json:
+        print("95 % coverage in percent (number of looks)")  # noqa: T201
+        print("sensors".ljust(12), *(name.rjust(13) for name in COVERED_QUANTITIES))  # noqa: T201
     for configuration in CONFIGURATIONS:
         if options.independent:
             found = independent_coverage(configuration, options.truths, options.seed)
         else:
             start = options.start_in_contact
             found = coverage(fingertip(), configuration, options.truths, options.seed, start_in_contact=start)
+        shares += [100 * found[name].share for name in COVERED_QUANTITIES]
+        if options.json:
+            continue
         cells = (
             f"{100 * found[name].share:.1f} ({found[name].count})".rjust(13) for name in COVERED_QUANTITIES
         )
         print(configuration.ljust(12), *cells, flush=True)  # noqa: T201
+    if options.json:
+        print(json.dumps({"least": min(shares), "largest": max(shares)}))  # noqa: T201
 
 
 def print_styles(fingers: int, tries: int, seed: int) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from vegrip.cli._terminal import answer, printer
+from vegrip.cli._terminal import answer, complain, printer
 from vegrip.cli._written_settings import write_settings, written_settings
 from vegrip.clock import NS
 from vegrip.config import read_toml, toml_value
@@ -17,6 +17,7 @@ from vegrip.errors import InputError, UsageError
 if TYPE_CHECKING:
     from vegrip.identification.lifted_weight import Hold
     from vegrip.identification.recording import Recording
+    from vegrip.identification.recording.report import LoadReport
     from vegrip.identification.tangential_gain import TangentialGain
 
 SIDEWAYS = (
@@ -25,7 +26,7 @@ SIDEWAYS = (
 )
 IN_AIR = "zeros are those of open fingers"
 AT_FIRST = "no finger is open: zeros are those of the first rows, in which nothing is carried yet"
-CAN_LOGS = (".blf", ".asc", ".log")
+CAN_LOGS = (".blf", ".asc", ".trc", ".mf4", ".mdf", ".log")
 
 
 def weigh(
@@ -124,17 +125,35 @@ def _of_own_layout(log: Path) -> "Mapping[str, Recording]":
     from vegrip.identification.recording.can_log import read_can_log
     from vegrip.transport.open import USUAL_FINGERS
 
-    return read_can_log(log, USUAL_FINGERS)
+    remedy = "vegrip import --channel {0}, and give the folder that it makes"
+    found = read_can_log(log, USUAL_FINGERS, remedy=remedy)
+    for finger, recording in found.items():
+        _tell_losses(f"{log}: {finger}", recording.report)
+    return found
+
+
+def _tell_losses(where: str, report: "LoadReport") -> None:
+    for sentence in report.warnings():
+        complain(f"{where}: {sentence}")
+    report.refuse(where, accepted=True)  # what is ambiguous
 
 
 def _of_a_map(log: Path, hand: Path) -> "Mapping[str, Recording]":
     import dataclasses
 
-    from vegrip.identification.recording.can_log import frames_of
+    from vegrip.identification.recording.can_frames import read_log
     from vegrip.transport.mapped.plan import open_plan
     from vegrip.transport.mapped.traffic import traffic_of, values_of
 
-    values = values_of(open_plan(_map_of(hand)), traffic_of(frames_of(log, extended=True)))
+    plan = open_plan(_map_of(hand))
+    channel = str(plan.hand.transport.get("channel", ""))
+    own = {message.identifier for message in plan.database.messages.values()}
+    remedy = 'channel = "{0}" in [transport] of the map'
+    read = read_log(log, extended=True, channel=channel, wanted=own, remedy=remedy)
+    values = values_of(plan, traffic_of(read.frames))
+    _tell_losses(str(log), read.report)
+    for sentence in values.absent(plan):
+        complain(f"{log}: {sentence}")
     if not values.states:
         raise InputError(f"{log}: {hand} makes no state of its frames; is it the map of this hand?")
     start = min(states[0].stamp for states in values.states.values())

@@ -10,6 +10,7 @@ from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file
 from vegrip.cli._terminal import complain, show, table
 from vegrip.cli.node import parsed
+from vegrip.clock import NS
 from vegrip.config import parse_toml
 from vegrip.errors import ConfigError, InputError, UsageError
 from vegrip.whole_file import write_whole
@@ -134,6 +135,8 @@ def connect(
         _tell(plan, "", None, traffic, accepted=accept, as_json=as_json)
         return
     node_ids = _pairs(nodes)
+    if not node_ids and database.suffix.lower() in (".eds", ".dcf"):
+        raise UsageError(f"{database}: say which node is which finger: --nodes thumb=32,index=33")
     found = plans.read_frames(database, node_ids)
     now = None if as_json else SignalsNow(found)
     wanted = {message.identifier for message in found.messages.values()}
@@ -280,7 +283,7 @@ def _tell(
     accepted: bool = False,
     as_json: bool,
 ) -> None:
-    from vegrip.identification.recording.report import account
+    from vegrip.identification.recording import report
     from vegrip.transport.mapped.price import price
     from vegrip.transport.mapped.traffic import values_of
 
@@ -289,11 +292,16 @@ def _tell(
         refused = ", ".join(f"{count} refused for {name}" for name, count in values.rejected.items())
         raise ConfigError(
             f"the map makes no state of this traffic ({refused or 'no message of it came'}); "
-            "look at the trigger, and at counter and checksum of [messages]"
+            + (
+                "see trigger of [fingers], and counter and checksum of [messages]"
+                if proposal is None
+                else "say another --set fingers.NAME.trigger=MESSAGE, or --set messages.NAME.counter=false"
+            )
         )
     learned, doubts, implausible = _found(proposal, values)
     prices = price(plan) if plan is not None else [unknown]
-    lost = _losses(traffic, values, proposal)
+    absent = values.absent(plan) if values is not None and plan is not None and proposal is None else {}
+    lost = [*_losses(traffic, values, proposal), *absent]
     _complain_of(lost, traffic, accepted=accepted)
     if proposal is not None and output is not None:
         _write(output, text)
@@ -307,7 +315,7 @@ def _tell(
             "open": doubts,
             "implausible": implausible,
             "lost": lost,
-            "rows": account([traffic.report] if traffic is not None else []),
+            "rows": report.account([traffic.report] if traffic is not None else []),
             "price": prices,
         }
         typer.echo(json.dumps(told))
@@ -325,13 +333,17 @@ def _tell(
         if output is not None:
             then = _next(output, plan) + (" --check" if plan is not None and proposal is None else "")
             typer.echo(f"written: {output}; next: {then}")
-    if implausible or (proposal is not None and proposal.too_much and not accepted):
+    is_too_much = any(report.REFUSED_SHARE <= share < 1.0 for share in absent.values())
+    is_too_much = is_too_much or (proposal is not None and bool(proposal.too_much))
+    if is_refused := is_too_much and not accepted:
+        complain(f"a tenth or more of the traffic is not used; {report.ACCEPT} takes the map as it is")
+    if implausible or is_refused:
         raise typer.Exit(InputError.exit_code)
 
 
 def _found(proposal: "Proposal | None", values: "Values | None") -> tuple[list[str], list[str], list[str]]:
     """Return what was learned, what is open, and what cannot be."""
-    wrong = values.implausible() if values is not None else []
+    wrong = values.implausible(by_options=proposal is not None) if values is not None else []
     if proposal is None:
         return [], [], wrong
     return proposal.learned, proposal.doubts, [*proposal.implausible, *wrong]
@@ -339,7 +351,9 @@ def _found(proposal: "Proposal | None", values: "Values | None") -> tuple[list[s
 
 def _losses(traffic: "Traffic | None", values: "Values | None", proposal: "Proposal | None") -> list[str]:
     """Return what of the traffic is lost; what the codec refused is added to its report."""
-    from vegrip.identification.recording.report import Kind
+    import numpy as np
+
+    from vegrip.identification.recording.report import Kind, gaps_of
 
     lost = [] if proposal is None else [*proposal.lost, *proposal.too_much]
     if traffic is None:
@@ -351,6 +365,9 @@ def _losses(traffic: "Traffic | None", values: "Values | None", proposal: "Propo
         if name in UNREADABLE:
             report.add(Kind.REFUSED, name, count=count)
             report.rows_kept -= count
+    for finger, states in values.states.items() if values is not None else ():
+        t = np.array([(state.stamp - traffic.start) / NS for state in states])
+        report.note_gaps(t, gaps_of(t), f" of {finger}")
     return [*lost, *report.warnings()]
 
 

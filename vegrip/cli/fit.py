@@ -112,14 +112,16 @@ def add(
         with _terminal.progress("add") as report:
             same = judged(measured, tolerance, zeros_each_episode)
             before = fit_model(measured, start, **same, report=report)
+            doubts = [doubt.text for doubt in doubted(before.problem)]
             after, base = add_effect(effect, before)
         outputs.write(output, partial(write_model, after.model))
         error = {"before": base.error, "after": after.error, "noise_floor": 1.0}
         if as_json:
             told = after.as_dict()
             kept = {name: told[name] for name in ("parameters", "warnings")}
-            _terminal.print_json({"effect": effect, "error": error} | kept)
+            _terminal.print_json({"effect": effect, "error": error, "doubts": doubts} | kept)
             return
+        _terminal.print_sentences(doubts)
         print_fit(after)
         text = f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)"
         _terminal.printer().print(text)

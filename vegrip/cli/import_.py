@@ -5,7 +5,7 @@ import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
@@ -48,10 +48,12 @@ STEP = Annotated[
     bool,
     typer.Option("--step", help="A unit step held, without a contact: modulus or compliance against time."),
 ]
+DELIMITER = Annotated[str, typer.Option(help="What separates the fields of a table, or tab; else found.")]
 DECIMAL = Annotated[str, typer.Option(help="Decimal sign of a table, . or ,; else found.")]
 THOUSANDS = Annotated[str, typer.Option(help="What stands between thousands, or none; else found.")]
 SPREAD = Annotated[bool, typer.Option("--spread", help="Rows of one time stamp are spread until the next.")]
 CHANNEL = Annotated[str, typer.Option(help="CAN logs of several channels: the one to read, e.g. can0.")]
+FRAME = Annotated[str, typer.Option(help="Bags: frame_id of the messages to take, of a topic with several.")]
 ACCEPT = Annotated[
     bool, typer.Option("--accept-losses", help="Go on where a tenth of the rows or more cannot be used.")
 ]
@@ -74,10 +76,12 @@ def import_(
     baseline: BASELINE = None,
     radius: RADIUS = "",
     step: STEP = False,
+    delimiter: DELIMITER = "",
     decimal: DECIMAL = "",
     thousands: THOUSANDS = "",
     spread: SPREAD = False,
     channel: CHANNEL = "",
+    frame: FRAME = "",
     accept: ACCEPT = False,
     fingers: FINGERS = ALL,
     as_json: JSON = False,
@@ -104,7 +108,7 @@ def import_(
         "--map-file": map_file,
     }
     table_options |= {"--zero": zeros, "--baseline": baseline, "--step": step, "--decimal": decimal}
-    table_options |= {"--thousands": thousands}
+    table_options |= {"--thousands": thousands, "--delimiter": delimiter}
     is_alone = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
     if len(src) > 1 and (is_alone or any(map(_is_can_log, src))):
         raise UsageError(
@@ -112,11 +116,16 @@ def import_(
         )
     if is_alone:
         _refuse_options(
-            {**table_options, "--radius": radius, "--spread": spread},
+            {**table_options, "--radius": radius, "--spread": spread, "--channel": channel, "--frame": frame},
             "a recording in MCAP, which describes itself",
         )
     elif _is_can_log(one):
+        table_options["--frame"] = frame
         _refuse_options(table_options, "a CAN log, which is read by the message set of vegrip")
+    elif one.is_dir() or one.suffix.lower() in BAGS:
+        _refuse_options({"--channel": channel}, "a bag")
+    else:
+        _refuse_options({"--channel": channel, "--frame": frame}, "a table")
     _claim(output, one, fingers, force=force)
     has_own_zeros = False
     if is_alone:
@@ -124,20 +133,23 @@ def import_(
     elif _is_can_log(one):
         found = _can_log(one, output, fingers, metres, channel, spread=spread, accepted=accept)
     else:
-        read = column_map.read_column_map(map_file) if map_file else column_map.ColumnMap()
-        chart = column_map.with_columns(read, columns or [], units or [], negated or [], zeros or [])
-        if baseline is not None:
-            chart = dataclasses.replace(chart, baseline=column_map.BaselineMap(baseline))
         if decimal not in ("", ".", ","):
             raise UsageError(f"--decimal is {decimal!r}; it is . or ,")
-        form = dataclasses.replace(
-            chart.table,
-            decimal=decimal or chart.table.decimal,
-            thousands=thousands or chart.table.thousands,
+        read = column_map.read_column_map(map_file) if map_file else column_map.ColumnMap()
+        chart = column_map.with_columns(read, columns or [], units or [], negated or [], zeros or [])
+        said = {
+            "delimiter": {"tab": "\t"}.get(delimiter, delimiter),
+            "decimal": decimal,
+            "thousands": thousands,
+        }
+        times = {} if baseline is None else {"duration": baseline}
+        chart = dataclasses.replace(
+            chart,
+            table=_with(chart.table, said),
+            bag=_with(chart.bag, {"frame": frame}),
+            time=_with(chart.time, {"spread": spread}),
+            baseline=dataclasses.replace(chart.baseline, **times),
         )
-        chart = dataclasses.replace(chart, table=form)
-        if spread:
-            chart = dataclasses.replace(chart, time=dataclasses.replace(chart.time, spread=True))
         has_own_zeros = any(entry.zero == "contact" for entry in chart.channels.values())
         is_step = step or bool(STEP_QUANTITIES.keys() & chart.channels.keys())
         if radius and (is_step or STRETCHES.keys() & chart.channels.keys()):
@@ -148,9 +160,20 @@ def import_(
     _print_result(found, has_own_zeros=has_own_zeros, as_json=as_json)
 
 
+T = TypeVar("T")
+
+
+def _with(section: T, said: Mapping[str, Any]) -> T:
+    """Return a section of the map with what was said as an option."""
+    changed: T = dataclasses.replace(section, **{key: value for key, value in said.items() if value})  # type: ignore[type-var]
+    return changed
+
+
 def _is_can_log(path: Path) -> bool:
     """Return whether it is one by its name, or one of candump by its first line."""
     if path.suffix.lower() in LOGS:
+        return True
+    if path.suffix.lower() == ".gz" and Path(path.stem).suffix.lower() in (*LOGS, ".log"):
         return True
     if not path.is_file():
         return False

@@ -180,7 +180,8 @@ def _play_log(log: Path, config: Path | None, speed: float, values: list[str]) -
     settings = build(CanSettings, table["transport"], f"{config} [transport]")
     codec = MappedCodec(open_plan(settings.map))
     own = codec.identifiers
-    read = read_log(log, extended=True, channel=str(table["transport"].get("channel", "")), wanted=own)
+    of_map = str(table["transport"].get("channel", ""))
+    read = read_log(log, extended=True, channel=of_map, wanted=own, remedy="transport.channel={0}")
     heard = [frame for frame in read.frames if frame.arbitration_id in own]
     for sentence in read.report.warnings():
         complain(f"{log}: {sentence}")

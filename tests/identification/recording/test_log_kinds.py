@@ -1,6 +1,8 @@
 """CAN logs of all kinds give the same frames: encodings, times, torn lines, channels, broken objects."""
 
+import re
 import struct
+import sys
 import zlib
 from pathlib import Path
 
@@ -161,11 +163,26 @@ def test_a_blf_that_ends_before_its_header_says_so_is_told(tmp_path):
         read_log(tmp_path / "c.blf")
 
 
-def test_mdf_says_what_reads_it(tmp_path):
-    pytest.importorskip("can")
+def test_mdf_without_its_reader_names_the_extra(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "asammdf.blocks.mdf_v4", None)
     (tmp_path / "a.mf4").write_bytes(b"MDF     4.10    TGT 15.0" + bytes(1000))
-    with pytest.raises(RecordingError, match=r"asammdf|is not a CAN log"):
-        read_log(tmp_path / "a.mf4")
+    assert main(["import", str(tmp_path / "a.mf4"), "-o", str(tmp_path / "r")]) == 2
+    assert re.fullmatch(r"vegrip: .*pip install 'vegrip\[mdf\]'.*\n", capsys.readouterr().err)
+
+
+@pytest.mark.filterwarnings("ignore")  # of asammdf
+@pytest.mark.parametrize("part", [1.0, 0.9, 0.5, 0.1])
+def test_mdf_is_read_and_a_torn_one_is_refused_or_counted(part, tmp_path):
+    pytest.importorskip("asammdf", reason="the extra mdf")
+    content = written(tmp_path / "a.mf4", channels=(0, 1)).read_bytes()
+    (tmp_path / "b.mf4").write_bytes(content[: int(part * len(content))])
+    if part == 1.0:
+        with pytest.raises(RecordingError, match="comes on can0 and on can1"):
+            read_log(tmp_path / "b.mf4")
+        same(read_log(tmp_path / "b.mf4", channel="can1"), tolerance=5000)
+        return
+    with pytest.raises(RecordingError, match="is not a CAN log that can be read"):
+        read_log(tmp_path / "b.mf4")
 
 
 @pytest.mark.parametrize("suffix", [".log", ".blf", ".asc"])
@@ -177,7 +194,7 @@ def test_two_hands_on_two_channels_are_never_mixed(suffix, tmp_path):
     else:
         written(path, channels=(0, 1))
     with pytest.raises(
-        RecordingError, match="0x101 comes on can0 and on can1; say which is meant with --channel can0"
+        RecordingError, match=r"0x101 comes on can0 and on can1; say which is meant with --channel can0$"
     ):
         read_log(path)
     for channel in ("can0", "can1"):

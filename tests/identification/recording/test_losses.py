@@ -70,7 +70,7 @@ def test_the_peak_of_each_press_counts(tmp_path):
     kept = np.setdiff1d(np.arange(2 * ROWS), gone)
     report = LoadReport(rows_read=2 * ROWS, rows_kept=kept.size)
     report.add(Kind.NUMBER, "force", gone)
-    report.place_losses(0.01 * kept, kept, {"normal_force": twice[kept]})
+    report.place_losses(0.01 * kept, kept, {"normal_force": twice[kept]}, np.zeros(kept.size))
     assert report.lost_parts == ["the peak of normal_force"]
 
 
@@ -78,7 +78,7 @@ def test_a_whole_second_is_named_with_its_time(tmp_path, capsys):
     report = LoadReport(rows_read=5000, rows_kept=4880)
     kept = np.r_[0:1000, 1120:5000]
     report.add(Kind.NUMBER, "force", range(1000, 1120))
-    report.place_losses(0.01 * kept, kept, {"normal_force": np.ones(kept.size)})
+    report.place_losses(0.01 * kept, kept, {"normal_force": np.ones(kept.size)}, np.zeros(kept.size))
     assert "all from 9.99 to 11.19 s" in report.warnings()[0]
     assert account([report])["left_out"]["number"]["seconds"] == pytest.approx(1.2)
 
@@ -87,7 +87,7 @@ def test_a_row_beside_a_hold_at_the_peak_is_no_lost_peak():
     report = LoadReport(rows_read=1000, rows_kept=997)
     kept = np.r_[0:500, 503:1000]
     report.add(Kind.NUMBER, "force", range(500, 503))
-    report.place_losses(0.01 * kept, kept, {"normal_force": np.ones(kept.size)})
+    report.place_losses(0.01 * kept, kept, {"normal_force": np.ones(kept.size)}, np.zeros(kept.size))
     assert report.warnings() == []
 
 

@@ -199,6 +199,65 @@ def test_frames_that_are_all_short_are_said_to_be_that(tmp_path, capsys):
     assert told["values"]["thumb"]["normal_force"][2] > 1.9
 
 
+def test_frames_that_hold_no_signal_at_all_are_said_to_be_that(tmp_path, capsys):
+    code, _, err = connect(tmp_path, HEAD + TIP, [d[:1] for d in press()], capsys)
+    assert code == 3
+    assert "1000 frames of Finger1_State came, which hold none of its signals: they have 1 bytes" in err
+
+
+def test_a_short_message_that_nobody_needs_is_no_loss(tmp_path, capsys):
+    signals = "".join(f' SG_ {n} : {at}|8@1+ (1,0) [0|0] "" HOST\n' for n, at in (("Code", 0), ("More", 48)))
+    (tmp_path / "hand.dbc").write_text(f"{HEAD}{TIP}BO_ 258 Diag: 8 HAND\n{signals}")
+    tips = log(tmp_path / "a.log", press()).read_text().splitlines()
+    others = log(tmp_path / "b.log", [b"12"] * 1000, 258).read_text().splitlines()
+    (tmp_path / "a.log").write_text("\n".join(f"{a}\n{b}" for a, b in zip(tips, others, strict=True)) + "\n")
+    command = ["connect", str(tmp_path / "hand.dbc"), "--log", str(tmp_path / "a.log")]
+    assert main([*command, "-o", str(tmp_path / "hand.toml")]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_a_value_that_is_a_mark_is_named_with_the_option_though_no_database_names_it(tmp_path, capsys):
+    frames = [data(32767) if k % 50 == 7 else d for k, d in enumerate(press())]
+    _, told, _ = connect(tmp_path, HEAD + TIP.replace("[-30|30]", "[0|0]"), frames, capsys)
+    assert any("--set 'fingers.thumb.normal_force.invalid=[32767]'" in text for text in told["lost"])
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence", "expected"),
+    [
+        (
+            lambda k, d: data(32767, depth=100) if 200 < k < 500 else d,
+            "normal_force has no value in 299 of",
+            3,
+        ),
+        (lambda k, d: data(32767, depth=100) if k % 50 == 7 else d, "normal_force has no value in 20 of", 0),
+        (lambda _, d: d[:6], "displacement has no value in 1000 of 1000 states", 0),
+    ],
+)
+def test_a_map_accounts_for_what_is_missing_in_a_log(change, sentence, expected, tmp_path, capsys):
+    assert connect(tmp_path, HEAD + TIP + NAMED, press(), capsys)[0] == 0
+    log(tmp_path / "a.log", [change(k, d) for k, d in enumerate(press())])
+    command = ["connect", str(tmp_path / "hand.toml"), "--log", str(tmp_path / "a.log")]
+    assert main(command) == expected
+    assert sentence in capsys.readouterr().err
+    assert main([*command, "--accept-losses"]) == 0
+
+
+@pytest.mark.parametrize("silence", [1.5, 3600.0])
+def test_a_silence_is_told_and_changes_no_rate(silence, tmp_path, capsys):
+    (tmp_path / "hand.dbc").write_text(HEAD + TIP)
+    lines = log(tmp_path / "a.log", press()).read_text().splitlines()
+    later = [
+        f"({1.7e9 + 0.01 * k + (silence if k >= 300 else 0.0):.6f}){line.partition(')')[2]}"
+        for k, line in enumerate(lines)
+    ]
+    (tmp_path / "a.log").write_text("\n".join(later) + "\n")
+    command = ["connect", str(tmp_path / "hand.dbc"), "--log", str(tmp_path / "a.log")]
+    assert main([*command, "-o", str(tmp_path / "hand.toml")]) == 0
+    assert f"nothing of thumb came from 2.99 to {3 + silence:.6g} s" in capsys.readouterr().err
+    assert parse_toml((tmp_path / "hand.toml").read_text())["rate"] == pytest.approx(100.0, rel=0.01)
+
+
 FLAGS = ' SG_ Code : 0|8@1+ (1,0) [0|255] "" HOST\n SG_ Hot : 0|1@1+ (1,0) [0|1] "" HOST\n'
 
 

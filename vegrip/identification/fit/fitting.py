@@ -104,6 +104,6 @@ def base_model(recording: Recording, model: ContactModel | None = None) -> Conta
     if not math.isfinite(radius):
         raise RecordingError(
             f"{recording.name} does not state the radius of the fingertip; "
-            "give import a radius, add it to recording.toml, [fingertip] radius in m, or give a model"
+            "import or record it again with --radius 8mm (from Python: radius=8e-3), or give a model"
         )
     return paper_model(radius)

@@ -20,12 +20,13 @@ from can.io import blf
 from can.io.blf import BLFParseError
 
 from vegrip.clock import NS
-from vegrip.errors import RecordingError
+from vegrip.errors import RecordingError, UsageError
 from vegrip.identification.recording.mended_times import mended
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.text_encoding import HEAD_BYTES, encoding_of
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.frame import EXTENDED
+from vegrip.types import Floats
 
 CANDUMP: Final = re.compile(
     r"\s*\((?P<second>-?\d+)(?:\.(?P<rest>\d{1,9}))?\)\s+(?P<channel>\S+)\s+(?P<id>[0-9A-Fa-f]{3,8})"
@@ -37,6 +38,7 @@ ERROR_FRAME: Final = 0x20000000
 ASC_TIME: Final = re.compile(r"(\s*)(-?\d+\.\d+)(\s.*)", re.DOTALL)
 ASC_RELATIVE: Final = re.compile(r"\s*base\s+\w+\s+timestamps\s+relative", re.IGNORECASE)
 
+GZIP: Final = b"\x1f\x8b"
 TOO_LARGE: Final = (MemoryError, OverflowError)
 MAX_CONTAINER_BYTES: Final = 2**26  # [bytes] of an unpacked container; loggers use 128 KiB
 BROKEN: Final = (
@@ -70,7 +72,12 @@ def frames_of(
 
 
 def read_log(
-    path: Path, *, extended: bool = False, channel: str = "", wanted: Collection[int] | None = None
+    path: Path,
+    *,
+    extended: bool = False,
+    channel: str = "",
+    wanted: Collection[int] | None = None,
+    remedy: str = "--channel {0}",
 ) -> Log:
     """Return the data frames of a log, stamped with its time.
 
@@ -79,6 +86,7 @@ def read_log(
         extended: also those with 29-bit identifiers, with ``EXTENDED`` set in them.
         channel: the one to read, where the log has several: a name of candump's, or ``can0`` for the first.
         wanted: identifiers that may not come on two channels; None is all.
+        remedy: how the user says which channel is meant.
 
     Raises:
         RecordingError: no such file, no log, or an identifier on two channels.
@@ -100,10 +108,11 @@ def read_log(
     _check_lines(path, log)
     log.report.rows_kept = log.report.rows_read
     log.report.rows_read += sum(f.count for f in log.report.findings if f.kind.lost)
-    _pick(path, log, channel, wanted)
+    _pick(path, log, channel, wanted, remedy)
     stamps = np.array([frame.stamp for frame in log.frames], dtype=np.int64)
     t = (stamps - (stamps[0] if len(stamps) else 0)) / NS
-    better = _on_one_clock(t, stamps, log.report)
+    names = np.array([frame.arbitration_id for frame in log.frames], dtype=np.int64)
+    better = _on_one_clock(t, stamps, names, log.report)
     if better is not t:
         begin = int(stamps[0])
         log.frames = [
@@ -113,9 +122,9 @@ def read_log(
     return log
 
 
-def _on_one_clock(t: "np.ndarray[Any, np.dtype[np.float64]]", stamps: Any, report: LoadReport) -> Any:
+def _on_one_clock(t: Floats, stamps: Any, names: Any, report: LoadReport) -> Floats:
     absolute = stamps / NS if len(stamps) and np.abs(stamps).max() < 1e6 * NS else t  # differences are small
-    better = mended(absolute, report, is_in_order=True)
+    better = mended(absolute, report, is_in_order=True, senders=names)
     return t if better is absolute else better - better[0]
 
 
@@ -127,7 +136,7 @@ def _check_lines(path: Path, log: Log) -> None:
         )
 
 
-def _pick(path: Path, log: Log, channel: str, wanted: Collection[int] | None) -> None:
+def _pick(path: Path, log: Log, channel: str, wanted: Collection[int] | None, remedy: str) -> None:
     """Leave the frames of ``channel``; without one, raise where an identifier comes on several."""
     there = sorted(set(log.channels))
     if len(there) < 2:
@@ -145,7 +154,7 @@ def _pick(path: Path, log: Log, channel: str, wanted: Collection[int] | None) ->
             number = frame.arbitration_id & ~EXTENDED
             raise RecordingError(
                 f"{path}: the identifier 0x{number:X} comes on {other} and on {name}; "
-                f'say which is meant with --channel {other}, or channel = "{other}" in [transport] of the map'
+                f"say which is meant with {remedy.format(other)}"
             )
 
 
@@ -157,6 +166,8 @@ Stamped = tuple[Frame, str]
 def _text(path: Path) -> Iterator[TextIO]:
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
+    if head.startswith(GZIP):
+        raise ValueError(f"it is compressed; unpack it first: gunzip {path.name}")
     encoding = encoding_of(head, is_cut=len(head) == HEAD_BYTES)
     if b"\0" in head and not encoding.startswith("utf-16"):
         raise ValueError("it is no text")
@@ -308,17 +319,25 @@ def _blf(path: Path, report: LoadReport) -> Iterator[Stamped]:
                     frames += 1
                     yield found
         except BROKEN:
-            if there >= said or not frames:
+            if there == said or not frames:
                 raise
-        if there < said:
-            lost = round(frames * (said - there) / there)
-            report.add(Kind.CUT, f"the file has {there} of the {said} bytes that its header says", count=lost)
+            is_broken = True
+        else:
+            is_broken = False
+        if there < said or is_broken:
+            is_closed = said > blf.FILE_HEADER_STRUCT.size + 72  # else the logger had no time to write it
+            lost = round(frames * abs(said - there) / min(said, there)) if is_closed else 0
+            of = f"the file has {there} of the {said} bytes that its header says"
+            beyond = f"what stands beyond the {said} bytes that its header says cannot be read"
+            report.add(Kind.CUT, of if there < said else beyond, count=max(lost, 1))
 
 
 def _check_containers(path: Path, file: BinaryIO) -> int:
     """Refuse a container that unpacks to more than ``MAX_CONTAINER_BYTES``; return the size the file says."""
     first = file.read(blf.FILE_HEADER_STRUCT.size)
     whole = os.fstat(file.fileno()).st_size
+    if not whole:
+        raise ValueError("it is empty")
     if (
         whole < max(blf.FILE_HEADER_STRUCT.size, int.from_bytes(first[4:8], "little"))
         and first[:4] == b"LOGG"
@@ -338,8 +357,10 @@ def _check_containers(path: Path, file: BinaryIO) -> int:
         if content[:2] != blf.ZLIB_DEFLATE.to_bytes(2, "little"):
             continue
         unpacking = zlib.decompressobj()
-        with contextlib.suppress(zlib.error):  # damaged: the reader says so
+        try:
             unpacking.decompress(content[blf.LOG_CONTAINER_STRUCT.size :], MAX_CONTAINER_BYTES)
+        except zlib.error:
+            continue  # damaged: the reader says so
         if unpacking.unconsumed_tail:
             raise RecordingError(
                 f"{path}: a container in it unpacks to more than {MAX_CONTAINER_BYTES} bytes"
@@ -349,18 +370,28 @@ def _check_containers(path: Path, file: BinaryIO) -> int:
 
 def _mf4(path: Path, report: LoadReport) -> Iterator[Stamped]:
     with path.open("rb") as file:
-        if not file.read(8).startswith(b"MDF"):
+        if not file.read(8).startswith((b"MDF", b"UnFinMF")):
             raise ValueError("it does not begin like MDF")
     try:
-        import asammdf  # type: ignore[import-not-found] # noqa: F401, PLC0415 (an extra of python-can)
+        from asammdf.blocks.mdf_v4 import MDF4  # noqa: PLC0415 (an extra: 15 packages)
     except ImportError:
-        raise RecordingError(
-            f"{path}: is a measurement in MDF 4, which is read with asammdf: pip install asammdf; or have "
-            "the logger export .asc or .blf"
+        raise UsageError(
+            f"{path}: is a measurement in MDF 4, and asammdf, which reads it, is missing: "
+            "pip install 'vegrip[mdf]', or have the logger export .asc or .blf"
         ) from None
-    for number, message in enumerate(can.MF4Reader(path)):
-        if (found := _stamped(message, report, number)) is not None:
-            yield found
+    MDF4.__del__ = _close_quietly
+    try:
+        for number, message in enumerate(can.MF4Reader(path)):
+            if (found := _stamped(message, report, number)) is not None:
+                yield found
+    except Exception as error:  # noqa: BLE001 (asammdf raises whatever its parser meets in a damaged file)
+        raise ValueError(f"asammdf cannot read it: {error}") from None
+
+
+def _close_quietly(measurement: Any) -> None:
+    """Close what asammdf could not open whole; its own way raises outside of any call."""
+    with contextlib.suppress(Exception):
+        measurement.close()
 
 
 Reader = Callable[[Path, LoadReport], Iterator[Stamped]]

@@ -28,6 +28,7 @@ def read_can_log(
     radius: float = math.nan,
     channel: str = "",
     spread: bool = False,
+    remedy: str = "--channel {0}",
 ) -> dict[str, Recording]:
     """Return the recording of every finger that speaks in the log, by finger.
 
@@ -37,6 +38,7 @@ def read_can_log(
         radius: of the fingertips [m]; a log does not hold it.
         channel: the one to read, where the log has several.
         spread: rows of one time stamp are spread until the next.
+        remedy: how the user says which channel is meant.
 
     Raises:
         RecordingError: not a log, or no frame of a fingertip in it.
@@ -45,11 +47,18 @@ def read_can_log(
     path, refused = Path(path), Counter[str]()
     states: dict[str, list[FingertipState]] = defaultdict(list)
     codecs = {fd: CanCodec(fingers, fd=fd) for fd in (False, True)}
-    log = read_log(path, channel=channel)
+    log = read_log(path, channel=channel, remedy=remedy)
+    last: dict[int, tuple[str, bytes]] = {}
+    behind = Counter[str]()
     for frame in log.frames:
-        message = codecs[frame.fd].decode(frame)
+        codec, at = codecs[frame.fd], frame.arbitration_id
+        counted = codec.rejected["counter"]
+        message = codec.decode(frame)
         if isinstance(message, FingertipState):
             states[message.finger].append(message)
+            last[at] = message.finger, frame.data
+        elif codec.rejected["counter"] > counted and at in last and last[at][1] != frame.data:
+            behind[last[at][0]] += 1  # one that repeats the last is an echo, and no loss
     for codec in codecs.values():
         refused.update(codec.rejected)
     if not states:
@@ -59,7 +68,7 @@ def read_can_log(
             f"{path}: none of its {len(log.frames)} frames is a fingertip's state ({remedy})"
         )
     start = min(found[0].stamp for found in states.values())
-    broken = {f: sum(codec.broken[f] for codec in codecs.values()) for f in fingers}
+    broken = {f: behind[f] + sum(codec.broken[f] for codec in codecs.values()) for f in fingers}
     return {
         f: _recording(path, f, states[f], start, refused, broken[f], log, radius, spread=spread)
         for f in fingers

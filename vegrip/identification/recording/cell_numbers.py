@@ -4,6 +4,7 @@
 is known. ``1.199`` in a column of whole numbers cannot: it is read as what makes the column smoother.
 """
 
+import functools
 import re
 from collections.abc import Sequence
 from typing import Final
@@ -19,7 +20,7 @@ WHOLE: Final = re.compile(r"[-+]?\d{1,3}")
 MARKED: Final = {sign: re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:\{sign}\d{{3}})+") for sign in ".,"}
 SPACED: Final = re.compile(rf"[-+]?\d{{1,3}}(?:[{SPACES}]\d{{3}})+(?:[.,]\d*)?")
 GROUPED: Final = {
-    sign: re.compile(rf"[-+]?\d{{1,3}}(?:\{mark}\d{{3}})+(?:\{sign}\d*)?")
+    sign: re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:\{mark}\d{{3}})+(?:\{sign}\d*)?")
     for sign, mark in ((".", ","), (",", "."))
 }
 """Decimal sign -> numbers with the other sign between thousands."""
@@ -35,6 +36,8 @@ def plain_number(cell: str, decimal: str = ".", thousands: str = "") -> str:
     """
     cell = cell.translate(MINUS)
     if thousands and thousands != NONE:
+        if thousands in cell and not _grouped_by(thousands, decimal).fullmatch(cell):
+            return cell
         cell = cell.replace(thousands, "")
     elif not thousands and SPACED.fullmatch(cell):
         cell = re.sub(f"[{SPACES}]", "", cell)
@@ -43,6 +46,13 @@ def plain_number(cell: str, decimal: str = ".", thousands: str = "") -> str:
     elif not thousands and cell.count(decimal) > 1 and MARKED[decimal].fullmatch(cell):
         cell = cell.replace(decimal, "")
     return cell.replace(decimal, ".") if decimal != "." else cell
+
+
+@functools.cache
+def _grouped_by(mark: str, decimal: str) -> re.Pattern[str]:
+    """Return the numbers with ``mark`` between groups of three digits, or of two, as in India."""
+    mark, decimal = re.escape(mark), re.escape(decimal)
+    return re.compile(rf"[-+]?\d{{1,3}}(?:{mark}\d{{2,3}})*{mark}\d{{3}}(?:{decimal}\d*)?")
 
 
 def is_doubtful(values: Floats) -> bool:

@@ -41,6 +41,15 @@ AIRLESS = (
     "touch, as when the hand lets go and grips again"
 )
 
+FAR: Final = 1.0
+APART: Final = 0.5
+BACK: Final = 0.2
+"""Times the range of all others, from which a value that stands several times is a mark: anywhere, or where
+the values on both sides of it agree but for a share of that (origin: rule)."""
+OF_SLIP: Final = ("slip", "slip_speed")
+"""Channels that stand at one value and go to another."""
+LEAST_MARKS: Final = 2
+
 Lines = NDArray[np.int64]
 
 
@@ -87,7 +96,7 @@ def kept_rows(
     if not columns:
         raise RecordingError(f"{path}: no channel holds a single value")
     report_doubts(t[keep], episode[keep], columns, radius, lines[keep], report)
-    report.place_losses(t[keep], lines[keep], columns)
+    report.place_losses(t[keep], lines[keep], columns, episode[keep])
     return t[keep], episode[keep], columns
 
 
@@ -133,6 +142,13 @@ def report_doubts(
         report.add(Kind.AIRLESS, AIRLESS)
     for name, values in columns.items():
         report_if(report, Kind.MISSING, name, lines[np.isnan(values)])
+        if name not in OF_SLIP and (mark := mark_in(values)) is not None:
+            said = (
+                f"{name} is {mark:.6g} in {np.count_nonzero(values == mark)} of {len(values)} rows, far from "
+                "all others: if that says that nothing was measured, leave those cells empty"
+            )
+            report.add(Kind.SUSPECT, said)
+            report.missing.append(said)
         quantity = RECORDED[name]
         outside = (values < quantity.low) | (values > quantity.high)
         bounds = f"{name} outside {quantity.low:g} .. {quantity.high:g} {quantity.unit}"
@@ -144,6 +160,29 @@ def report_doubts(
     step = float(np.median(np.diff(t))) if len(t) >= MIN_SUSPECT_ROWS else MAX_SAMPLE_PERIOD_S
     if not MIN_SAMPLE_PERIOD_S <= step <= MAX_SAMPLE_PERIOD_S:
         report.add(Kind.IMPLAUSIBLE, f"t advances by {step:g} s a row", [int(lines[0])])
+
+
+def mark_in(values: Floats) -> float | None:
+    """Return the value that stands several times, far from all others, as -9999 for what was not measured."""
+    known = values[np.isfinite(values)]
+    for mark in (known.min(), known.max()) if known.size >= MIN_SUSPECT_ROWS else ():
+        others = known[known != mark]
+        count = known.size - others.size
+        if not mark or count < LEAST_MARKS or not others.size:
+            continue
+        away, span = float(np.min(np.abs(others - mark))), float(np.ptp(others))
+        if (away > FAR * span > 0.0 and 2 * count <= known.size) or (
+            away > APART * span > 0.0 and _is_left_again(known, mark, BACK * away)
+        ):
+            return float(mark)
+    return None
+
+
+def _is_left_again(values: Floats, mark: float, close: float) -> bool:
+    """Whether before and after each stretch of ``mark`` the values are within ``close`` of each other."""
+    edges = np.flatnonzero(np.diff(np.r_[False, values == mark, False]))
+    inner = [(low, high) for low, high in edges.reshape(-1, 2).tolist() if low > 0 and high < len(values)]
+    return bool(inner) and all(abs(values[low - 1] - values[high]) <= close for low, high in inner)
 
 
 def suspect_columns(

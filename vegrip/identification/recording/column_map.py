@@ -338,7 +338,7 @@ def _changed(base: ColumnMap, name: str, key: str, value: str) -> ColumnMap:
         return dataclasses.replace(base, episode=replace(base.episode, key, value))
     if name not in IMPORTED:
         raise UsageError(f"there is no channel {name!r}; {suggestion(name, ['t', 'episode', *IMPORTED])}")
-    channel = replace(base.channels.get(name, ChannelMap(name)), key, value)
+    channel = replace(base.channels.get(name, ChannelMap(name)), key, value, f"--{key} {name}={value}")
     return dataclasses.replace(base, channels={**base.channels, name: channel})
 
 

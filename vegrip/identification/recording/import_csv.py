@@ -177,6 +177,10 @@ def import_csv(
     if taken := chart.channels.keys() - mapped.channels.keys() if mapped.channels else ():
         report.add(Kind.NOTE, f"taken by their names: {', '.join(sorted(taken))}")
     _check_mapped(path, chart, header)
+    if is_step and not STEP_QUANTITIES.keys() & chart.channels.keys():
+        raise RecordingError(
+            f"{path}: a step has a modulus or a compliance; say which column it is: --map modulus=COLUMN"
+        )
     chart, below = row_units(chart, header, _below(layout), path)
     if below:
         report.add(Kind.NOTE, f"units taken from the line below the header: {', '.join(below)}")
@@ -249,7 +253,7 @@ def recording_of(
     report_doubts(t, trial, columns, fingertip.radius, lines, report)
     source = {"file": path.name, "map": chart.name or "command line"}
     source |= {MATERIAL: STRETCH} if is_stretch else {}
-    report.place_losses(t, lines, columns)
+    report.place_losses(t, lines, columns, trial)
     ordered = {key: columns[key] for key in RECORDED if key in columns}
     name = path.name.removesuffix(".gz").rsplit(".", 1)[0]
     return Recording(name, t, trial, ordered, fingertip, noise, source, start, report)
@@ -409,8 +413,8 @@ def _check_mapped(path: Path, chart: ColumnMap, header: list[str]) -> None:
         )
     if len(header) == 1:
         raise RecordingError(
-            f"{path}: has only the column {header[0]!r}; say what separates its fields with a --map-file: "
-            '[table] delimiter = " "'
+            f"{path}: has only the column {header[0]!r}; say what separates its fields: "
+            + _said(chart, "--delimiter ' '", '[table] delimiter = " "')
         )
     if not chart.channels:
         raise RecordingError(

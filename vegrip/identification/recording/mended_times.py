@@ -3,12 +3,14 @@
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.types import Floats
 
 LEAST_ROWS: Final = 20  # that show what the times are
 STANDING: Final = 0.3  # of the rows, from which times that do not grow are no accident (origin: rule)
+REVERSED: Final = 0.9  # of the steps go back where the rows stand in reverse order (origin: rule)
 REGULAR: Final = 0.9  # of the stamps stand for as many rows as the others, within a fifth or one
 LEAST_RUN: Final = 20  # rows between two times at which a clock was set
 MOST_SETTINGS: Final = 10  # of a clock
@@ -21,6 +23,7 @@ def mended(
     *,
     spread: bool = False,
     is_in_order: bool = False,
+    senders: NDArray[np.int64] | None = None,
 ) -> Floats:
     """Return ``t`` [s] such that it grows, where there is one way to read it; what was done is reported.
 
@@ -29,12 +32,16 @@ def mended(
         report: is added to.
         spread: rows of one time stamp get times of their own, also where they are of uneven number.
         is_in_order: the rows stand as they came, so that a step back is a clock that was set.
+        senders: (n,) of the rows: rows of one time stamp that are of several senders came together.
 
     """
     known = np.isfinite(t)
     if np.count_nonzero(known) < LEAST_ROWS or not np.any(np.diff(t[known]) <= 0.0):
         return t
     found, result = t[known], t.copy()
+    if doubt := _no_time(found):
+        report.add(Kind.AMBIGUOUS, doubt)
+        return t
     if is_differences(found):
         report.add(Kind.NOTE, "the times are differences from row to row, and were summed")
         if not known.all() or _has_unknown_rows(report):
@@ -43,8 +50,28 @@ def mended(
         return result
     if is_in_order:
         found = _joined(found, report)
-    result[known] = _spread(found, report, asked=spread)
+    if spread or senders is None or not _came_together(found, senders[known]):
+        found = _spread(found, report, asked=spread)
+    result[known] = found
     return result
+
+
+def _came_together(t: Floats, senders: NDArray[np.int64]) -> bool:
+    own = np.unique(np.stack([t, senders]), axis=1).shape[1]
+    return bool(own > REGULAR * len(t))
+
+
+def _no_time(t: Floats) -> str:
+    """Return why ``t`` cannot be the time of rows one after the other, "" where it can."""
+    if not np.ptp(t) > 0.0:
+        return (
+            f"all rows have the time {t[0]:g} s; give the column, or have the logger write times, that grow"
+        )
+    if np.mean(np.diff(t) < 0.0) > REVERSED:
+        return (
+            "the time falls from row to row, so the last row stands first; turn the rows round, as tac does"
+        )
+    return ""
 
 
 def is_differences(t: Floats) -> bool:
@@ -73,7 +100,8 @@ def _joined(t: Floats, report: LoadReport) -> Floats:
     edges = np.concatenate([[0], back, [len(t)]])
     if not back.size or back.size > MOST_SETTINGS or np.diff(edges).min() < LEAST_RUN:
         return t
-    step, mended_t = float(np.median(np.diff(t))), t.copy()
+    steps, mended_t = np.diff(t), t.copy()
+    step = float(np.median(steps[steps > 0.0]))
     for at in back.tolist():
         mended_t[at:] += mended_t[at - 1] + step - mended_t[at]
     report.add(

@@ -5,7 +5,7 @@ the peak of an episode, is a warning; from ``REFUSED_SHARE`` on, or where a read
 made of it until an option says so.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Final
@@ -21,8 +21,13 @@ from vegrip.types import Floats
 WARNED_SHARE, REFUSED_SHARE = 0.01, 0.1
 LEAST_REFUSED: Final = 3  # rows left out, below which a share says nothing: one row of a table of five
 WHOLE_STRETCH_S: Final = 1.0  # [s]
+LEAST_GAP_S: Final = 0.1  # [s]
+GAP_STEPS: Final = 10.0  # times the longest step but a tenth, from which nothing came (origin: rule)
 TOP: Final = 0.5  # of the largest value, from which a rise and fall is a peak (origin: rule)
-SOMETIMES: Final = 0.5  # of the rows without a value, from which a channel is a slower one
+SOMETIMES: Final = 0.5  # of the rows without a value, in even holes, from which a channel is a slower one
+LEAST_HOLES: Final = 3
+UNEVEN: Final = 3.0  # times the usual hole (origin: rule)
+LEAST_STEPS: Final = 20  # that show how often rows come
 LEAST_TOP: Final = 3  # rows that are left out at a peak before it counts as lost
 HIDDEN_RISE: Final = 0.01  # of the largest value, that a hole hides before the peak counts as lost
 PEAKED: Final = ("normal_force", "displacement")
@@ -99,7 +104,7 @@ class Kind(Enum):
 
 
 REMEDIES: Final[Mapping[Kind, str]] = {
-    Kind.FIELDS: "what separates the fields is said by [table] delimiter of a --map-file",
+    Kind.FIELDS: "--delimiter says what separates the fields",
     Kind.NUMBER: "--thousands says what stands between thousands, --decimal the decimal sign",
     Kind.BACKWARDS: "a column that separates trials is said by --map episode=COLUMN",
     Kind.DUPLICATE: "--spread gives rows of one time stamp times of their own, until the next stamp",
@@ -156,13 +161,20 @@ class LoadReport:
         if kind.lost:
             finding.lost += new
 
-    def place_losses(self, t: Floats, lines: NDArray[np.int64], columns: Mapping[str, Floats]) -> None:
-        """Find when the rows left out were, and whether a whole second or a peak is among them.
+    def place_losses(
+        self,
+        t: Floats,
+        lines: NDArray[np.int64],
+        columns: Mapping[str, Floats],
+        episode: NDArray[np.int64],
+    ) -> None:
+        """Find when the rows left out were, and whether a whole second or a peak is missing.
 
         Args:
             t: (n,) [s] of the rows kept.
             lines: (n,) of the rows kept, ascending.
             columns: channel -> (n,) of the rows kept.
+            episode: (n,) of the rows kept.
 
         """
         step = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
@@ -187,6 +199,10 @@ class LoadReport:
             if span >= WHOLE_STRETCH_S:
                 begin = float(t[hole - 1]) if hole else float(t[0]) - span
                 self.lost_parts.append(f"all from {begin:.4g} to {begin + span:.4g} s")
+        unexplained = np.where(np.diff(episode) == 0, np.diff(t), 0.0)
+        inner = (holes > 0) & (holes < len(t))
+        unexplained[holes[inner] - 1] -= spans[inner]
+        self.note_gaps(t, [one for one in gaps_of(t) if unexplained[one] >= LEAST_GAP_S])
         for name in PEAKED:
             if name in columns and _lacks_its_peak(columns[name], holes, counts):
                 self.lost_parts.append(f"the peak of {name}")
@@ -194,13 +210,25 @@ class LoadReport:
             if name in PEAKED:
                 self._place_missing(name, values)
 
+    def note_gaps(self, t: Floats, after: Sequence[int], what: str = "") -> None:
+        """Note that nothing (of ``what``) came between the rows ``after`` and the next."""
+        if after:
+            longest = max(after, key=lambda row: float(t[row + 1] - t[row]))
+            others = f", and in {len(after) - 1} shorter gaps" if len(after) > 1 else ""
+            self.missing.append(
+                f"nothing{what} came from {t[longest]:.6g} to {t[longest + 1]:.6g} s{others}: the clock "
+                "was set forward there, or nothing was recorded; cut it there into recordings of their own"
+            )
+
     def _place_missing(self, name: str, values: Floats) -> None:
         """Note where a channel that is there in most rows has no value in too many."""
         there = np.isfinite(values)
         absent = float(np.mean(~there))
         holes, counts = np.unique(np.cumsum(there)[~there], return_counts=True)
         lacks = _lacks_its_peak(values[there], holes, counts)
-        if absent < SOMETIMES and (absent > WARNED_SHARE or lacks):
+        is_even = len(counts) >= LEAST_HOLES and int(np.max(counts)) <= UNEVEN * float(np.median(counts))
+        is_slower = absent >= SOMETIMES and is_even
+        if not is_slower and (lacks or (absent and absent + self.share_lost > WARNED_SHARE)):
             part = ", with them its peak" if lacks else ""
             self.missing.append(
                 f"{name} has no value in {np.count_nonzero(~there)} of {len(values)} rows "
@@ -295,6 +323,17 @@ def account(reports: Iterable[LoadReport]) -> dict[str, Any]:
         for kind, seconds in report.seconds.items():
             told[kind.name.lower()]["seconds"] += seconds
     return {"in": read, "used": kept, "left_out": told}
+
+
+def gaps_of(t: Floats) -> list[int]:
+    """Return the rows of ``t`` [s] after which nothing comes for a second, or for more than a share."""
+    steps = np.diff(t)
+    if len(steps) < LEAST_STEPS:
+        return []
+    gaps = np.flatnonzero(steps >= max(LEAST_GAP_S, GAP_STEPS * float(np.quantile(steps, 0.9))))
+    lost = steps[gaps]
+    is_much = np.max(lost, initial=0.0) >= WHOLE_STRETCH_S or np.sum(lost) > WARNED_SHARE * (t[-1] - t[0])
+    return gaps.tolist() if is_much else []
 
 
 def _lacks_its_peak(values: Floats, holes: NDArray[np.int64], counts: NDArray[np.int64]) -> bool:

@@ -240,7 +240,7 @@ def _check_frames(path: Path, series: Series, chart: BagMap, report: LoadReport)
         report.add(
             Kind.AMBIGUOUS,
             f"{series.topic} has messages of the frames {', '.join(map(repr, named))}; say which "
-            f'are meant in the map: [bag] frame = "{named[-1]}"',
+            f"are meant: --frame {named[-1]}",
         )
 
 
@@ -271,7 +271,7 @@ def _opened(path: Path, definitions: str) -> Iterator[Any]:
     except library.AnyReaderError as error:
         if "no type definitions" in str(error):
             raise RecordingError(
-                f"{path}: the bag does not define its messages; name the ROS release in the map: "
+                f"{path}: the bag does not define its messages; name the ROS release in a --map-file: "
                 '[bag] definitions = "ros2_humble"'
             ) from None
         raise RecordingError(f"{path}: is not a bag that can be read ({error})") from None

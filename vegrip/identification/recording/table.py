@@ -110,6 +110,7 @@ def read_table(
     """
     blocks: list[Table] = []
     of_use, is_marked, mark = 0, False, re.compile(rf"\{layout.decimal}\d{{3}}(?!\d)")
+    has_both, other = False, ({".", ","} - {layout.decimal}).pop()
     with _opened(path, layout) as file:
         texts = _texts(path, file, layout)
         header = _header(path, texts, layout)
@@ -118,6 +119,7 @@ def read_table(
         for block in _blocks(texts, layout.delimiter):
             report.rows_read += len(block)
             is_marked = is_marked or any(mark.search(text) for _, text in block)
+            has_both = has_both or (other != layout.delimiter and any(other in text for _, text in block))
             cells += sum(_width(text, layout.delimiter) for _, text in block)
             if report.rows_read * len(wanted) > MOST_CELLS or cells > MOST_CELLS_ALL:
                 raise _too_large(path, f"more than {MOST_CELLS} numbers")
@@ -146,12 +148,18 @@ def read_table(
     if doubtful:
         again = read_table(path, numbers, [*words, *doubtful], layout, LoadReport(), as_written=True)
         for name in doubtful:
-            _decide_thousands(table, name, again.words[name], layout, report)
+            is_whole = _decide_thousands(table, name, again.words[name], layout, report)
+            if is_whole and has_both:
+                report.add(
+                    Kind.AMBIGUOUS,
+                    f"{layout.decimal!r} stands between thousands in {name!r}, and {other!r} is in other "
+                    f"numbers: --decimal {other} reads that as decimal sign, --thousands {NONE} none as mark",
+                )
     return table
 
 
-def _decide_thousands(table: Table, name: str, cells: list[str], layout: Layout, report: LoadReport) -> None:
-    """Read the column ``name`` with marks between thousands where it is the smoother for it."""
+def _decide_thousands(table: Table, name: str, cells: list[str], layout: Layout, report: LoadReport) -> bool:
+    """Read the column ``name`` with marks between thousands, and return True, where that is smoother."""
     mark = layout.decimal
     whole, is_sure = thousands_read(cells, table.numbers[name], mark)
     if not is_sure:
@@ -164,6 +172,7 @@ def _decide_thousands(table: Table, name: str, cells: list[str], layout: Layout,
     if whole is not None:
         table.numbers[name][:] = whole
         report.add(Kind.NOTE, f"found by itself: in {name!r} a {mark!r} stands between thousands")
+    return whole is not None
 
 
 def _opened(path: Path, layout: Layout) -> TextIO:
@@ -234,7 +243,7 @@ def _filled_lines(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[in
 
 
 def is_units_line(text: str, layout: Layout) -> bool:
-    return tuple(cell.strip() for cell in text.rstrip("\r\n").split(layout.delimiter)) == layout.units
+    return tuple(cell.strip() for cell in split_line(text, layout.delimiter)) == layout.units
 
 
 def _too_large(where: Path | str, what: str) -> RecordingError:
@@ -297,6 +306,7 @@ def _plain_block(
     lines, texts = zip(*block, strict=True)
     whole = "".join(texts)
     is_odd = layout.decimal != "." or len(layout.delimiter) != 1 or any(c in whole for c in '"_')
+    is_odd = is_odd or layout.delimiter == " "
     is_odd = is_odd or layout.thousands not in ("", NONE)
     is_odd = is_odd or (layout.sealed and texts[-1][-1] not in "\r\n") or not numbers
     if is_odd or any(text.count(layout.delimiter) != width - 1 for text in texts):
@@ -322,7 +332,12 @@ def _plain_block(
 
 
 def split_line(text: str, delimiter: str) -> Cells:
-    """Return the cells of a line; raise :class:`csv.Error` where quotes do not fit."""
+    """Return the cells of a line; raise :class:`csv.Error` where quotes do not fit.
+
+    Between fields that stand below each other there are as many spaces as it takes.
+    """
+    if delimiter == " " and '"' not in text:
+        return text.split()
     if '"' in text and len(delimiter) == 1:
         return next(csv.reader([text], delimiter=delimiter))
     return text.rstrip("\r\n").split(delimiter)

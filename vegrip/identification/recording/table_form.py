@@ -35,14 +35,20 @@ OTHER_KINDS: Final = {
     b"\x89HDF": ("HDF5", "export the measurements as .csv"),
     b"MATLAB": ("MATLAB's", "export the measurements with writetable"),
     b"PAR1": ("Parquet", "export it as .csv"),
+    b"LOGG": ("a CAN log of Vector's", "name it .blf"),
+    b"***BUSMASTER": ("BUSMASTER's log", "convert it to .asc with its format converters"),
+    b"SQLite format 3": ("a database, as of a rosbag 2", "give the folder of the bag, or name it .db3"),
 }
-FRAMES_TABLE: Final = b"timestamp,arbitration_id,extended,remote,error,dlc,data"
-"""The header of the tables of frames of python-can."""
+OF_FRAMES: Final = (
+    re.compile(rb"(?i)\b(id|identifier|arbitration_id|can_?id|message_?id)\b"),
+    re.compile(rb"(?i)\b(dlc|len|length|data|d0|d1|data ?0|data ?1|data bytes)\b"),
+)
+"""What the header of a table of CAN frames names, as python-can, SavvyCAN and Kvaser write it."""
 AHEAD: Final = 5  # lines that must go on as numbers where the table begins
 NUMBER: Final = re.compile(
     r"[-+]?(?:\d+([.,]?)\d*|([.,])\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf)", re.IGNORECASE
 )
-GROUPED: Final = re.compile(rf"[-+]?\d{{1,3}}(?:[.,{SPACES}]\d{{3}})+(?:([.,])\d*)?")
+GROUPED: Final = re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:[.,{SPACES}]\d{{3}})+(?:([.,])\d*)?")
 """A number with marks between thousands."""
 UNIT_CELL: Final = re.compile(r"[\[(<{]\s*[^\]\[)(]{0,20}\s*[\])>}]|[-/]?")
 
@@ -99,10 +105,12 @@ def _refuse_other_kinds(path: Path, head: bytes) -> None:
     for mark, (kind, remedy) in OTHER_KINDS.items():
         if head.startswith(mark):
             raise RecordingError(f"{path}: is {kind}, which is not read; {remedy}")
-    if head.startswith(FRAMES_TABLE):
+    top = head.split(b"\n", 1)[0]
+    if all(word.search(top) for word in OF_FRAMES):
+        convert = f": python -m can.logconvert {path.name} {path.stem}.blf"
+        how = convert if top.startswith(b"timestamp,") else ""
         raise RecordingError(
-            f"{path}: is a table of CAN frames, as python-can writes them; make a log of it: "
-            f"python -m can.logconvert {path.name} {path.stem}.blf"
+            f"{path}: is a table of CAN frames; make a log of it, .asc, .blf or candump's{how}"
         )
 
 

@@ -48,8 +48,7 @@ def read_eds(path: Path, nodes: Mapping[str, int]) -> Database:
 
     if not nodes:
         raise ConfigError(
-            f"{path}: the map does not say which node is which finger; add nodes = {{ thumb = 32, ... }}, or "
-            "--nodes thumb=32,index=33 to vegrip connect"
+            f"{path}: the map does not say which node is which finger; add nodes = {{ thumb = 32, ... }}"
         )
     messages: list[ForeignMessage] = []
     left_out: dict[int, str] = {}

@@ -87,7 +87,7 @@ class Signal:
 NOTHING: Final = re.compile(
     r"(^|_)(sna|n_?a|not_?(avail|valid|ready|meas|used)|unavail|invalid|err(or)?(_|$)|fault|fail|init|undef"
     r"|unknown|no_?(data|value|signal|meas)|fehler|ungueltig|nicht_?(verf|gueltig|bereit)|out_?of_?range"
-    r"|over_?(range|flow)|under_?(range|flow)|broken|reserved)",
+    r"|over_?(range|flow)|under_?(range|flow)|broken|reserv|defe[ck]t|unbekannt|gestoert|stoerung)",
 )
 """What names of raw values say that are no measurement."""
 UMLAUTS: Final = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"})

@@ -141,6 +141,15 @@ def _nothing_heard(database: Database, traffic: Traffic) -> str:
     ]
     if known:
         return f"{database.name}: {'; '.join(known)}"
+    names = {message.identifier: message.name for message in database.messages.values()}
+    short = [
+        f"{len(frames)} frames of {names[identifier]} came, which hold none of its signals: they have "
+        f"{max(len(frame.data) for frame in frames)} bytes at most"
+        for identifier, frames in traffic.frames.items()
+        if identifier in names
+    ]
+    if short:
+        return f"{database.name}: {'; '.join(short)}"
     seen = ", ".join(f"0x{identifier & 0x1FFFFFFF:X}" for identifier in sorted(traffic.frames)[:6])
     return (
         f"no message of {database.name} came, but {sum(map(len, traffic.frames.values()))} frames of {seen}: "

@@ -11,7 +11,7 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.identification.recording.channels import CHANNELS
-from vegrip.identification.recording.report import LoadReport
+from vegrip.identification.recording.report import WARNED_SHARE, LoadReport, gaps_of
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
@@ -72,7 +72,8 @@ def rate_of(trace: Trace) -> float:
     """Return how often a signal comes [Hz], 0 when it is unknown."""
     if len(trace.t) < 3 or trace.t[-1] <= trace.t[0]:
         return 0.0
-    return float((len(trace.t) - 1) / (trace.t[-1] - trace.t[0]))
+    steps, gaps = np.diff(trace.t), gaps_of(trace.t)
+    return float((len(steps) - len(gaps)) / (steps.sum() - steps[gaps].sum()))
 
 
 def traffic_of(frames: Iterable[Frame], report: LoadReport | None = None) -> Traffic:
@@ -242,8 +243,27 @@ class Values:
             return math.nan
         return (len(states) - 1) * NS / (states[-1].stamp - states[0].stamp)
 
-    def implausible(self) -> list[str]:
-        return [sentence for finger in self.states if (sentence := self._backwards(finger))]
+    def absent(self, plan: Plan) -> dict[str, float]:
+        """Return by a sentence which share of its states a channel is missing in, where it is too much."""
+        found = {f"no state of {one.name} came": 1.0 for one in plan.fingers if one.name not in self.states}
+        for finger in plan.fingers:
+            states = self.states.get(finger.name, [])
+            for channel in sorted(finger.measured - {"slip", "slip_speed"}) if states else ():
+                there = np.isfinite([getattr(state, channel) for state in states])
+                share = 1.0 - float(np.mean(there))
+                if share > WARNED_SHARE:
+                    count = np.count_nonzero(~there)
+                    found[f"{finger.name}: {channel} has no value in {count} of {len(states)} states"] = share
+        return found
+
+    def implausible(self, *, by_options: bool) -> list[str]:
+        """Return what contradicts itself; the remedy as options, or as keys of a map."""
+        remedy = "--set fingers.{0}.displacement.sign" if by_options else "sign of [fingers.{0}.displacement]"
+        return [
+            sentence + remedy.format(finger)
+            for finger in self.states
+            if (sentence := self._backwards(finger))
+        ]
 
     def _backwards(self, finger: str) -> str:
         both = np.array([(s.normal_force, s.displacement) for s in self.states[finger]])
@@ -253,10 +273,7 @@ class Values:
             return ""
         if float(np.corrcoef(pressing.T)[0, 1]) > OPPOSED:
             return ""
-        return (
-            f"{finger}: the indentation falls while the normal force grows; turn one round in the map: "
-            f"[fingers.{finger}.displacement] sign"
-        )
+        return f"{finger}: the indentation falls while the normal force grows; turn one round: "
 
     def recording(self, finger: str) -> Recording:
         states = self.states[finger]

@@ -1,12 +1,17 @@
 """A map as it is drawn up from a database, traffic and the user; its file says where each line comes from."""
 
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from vegrip.config import parse_toml, toml_key, toml_value
+from vegrip.errors import ConfigError
+from vegrip.identification.recording.checks import mark_in
 from vegrip.identification.slip_channel import slides_of, slip_channel
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.database import Database
@@ -65,7 +70,7 @@ def draw_up(known: Known, target: Path) -> tuple[Proposal, Plan, str]:
     if any("slip" in finger.measured for finger in plan.fingers):
         _learn_friction(proposal, plan, traffic, said)
         plan, text = checked(map_text(proposal, known.transport, about), target, said)
-    _tell_losses(proposal, database, traffic, came, lost)
+    _tell_losses(proposal, database, traffic, came, heard, lost)
     return proposal, plan, text
 
 
@@ -74,6 +79,7 @@ def _tell_losses(
     database: Database,
     traffic: Traffic,
     came: Mapping[str, Trace],
+    heard: Mapping[str, Trace],
     lost: Mapping[str, int],
 ) -> None:
     """Say what of the traffic is in no channel: more than 1 % is a warning, a tenth is refused."""
@@ -95,10 +101,19 @@ def _tell_losses(
                 f"{name}: {count} of {whole} values are no measurement, and are missing: "
                 f"{', '.join(causes) or 'invalid'}; --set 'fingers.{where}.all_is_measured=true' takes them",
             )
+        if name in heard and (mark := mark_in(heard[name].raw)) is not None:
+            proposal.lost.append(
+                f"{name} is {mark:g}, raw, in {np.count_nonzero(heard[name].raw == mark)} of "
+                f"{len(heard[name].raw)} frames, far from all others: if that is no measurement, "
+                f"--set 'fingers.{where}.invalid=[{mark:.0f}]'"
+            )
     for name, count in traffic.short.items():
         message = database.messages[name]
         sizes = [len(frame.data) for frame in traffic.frames[message.identifier]]
         absent = [each for each, one in message.signals.items() if one.end > min(sizes)]
+        absent = [each for each in absent if f"{name}.{each}" in owners]
+        if not absent:
+            continue
         proposal.lose(
             count,
             len(sizes),
@@ -110,10 +125,15 @@ def _tell_losses(
 def checked(text: str, path: Path, settings: Sequence[Setting]) -> tuple[Plan, str]:
     """Read the text of a map back as a node will; ``settings`` go over it."""
     text = changed_text(text, settings)
-    hand = parse_map(parse_toml(text), path)
-    plan = make_plan(hand, read_database(hand), tuple(hand.fingers))
-    if not hand.format:
-        MappedCodec(plan)  # compiles, and finds what only then shows
+    try:
+        hand = parse_map(parse_toml(text), path)
+        plan = make_plan(hand, read_database(hand), tuple(hand.fingers))
+        if not hand.format:
+            MappedCodec(plan)  # compiles, and finds what only then shows
+    except ConfigError as error:  # there is no such file yet, but options
+        written = re.escape(str(path))
+        said = re.sub(rf"^{written} \[([^]]+)\]", r"--set \1", str(error))
+        raise ConfigError(re.sub(rf"^{written}:", "--set:", said)) from None
     return plan, text
 
 
