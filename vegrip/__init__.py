@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from vegrip.grip.controller import GripController
     from vegrip.grip.safety import LimitSettings
     from vegrip.grip.settings import ControlSettings
+    from vegrip.identification.changed import changed
     from vegrip.identification.compare import compare
     from vegrip.identification.diagnosis import diagnose
     from vegrip.identification.diagnosis.error_ladder import refine
@@ -57,6 +58,7 @@ _PLACES = {
     "SensorNoise": "vegrip.estimator",
     "Sensors": "vegrip.estimator",
     "SlipMargin": "vegrip.messages",
+    "changed": "vegrip.identification.changed",
     "compare": "vegrip.identification.compare",
     "diagnose": "vegrip.identification.diagnosis",
     "fit": "vegrip.identification.fit",
@@ -90,6 +92,7 @@ __all__ = [
     "Sensors",
     "SlipMargin",
     "__version__",
+    "changed",
     "compare",
     "diagnose",
     "fit",

@@ -1,0 +1,279 @@
+"""The verdict: what changed between two recordings, as far as both can tell.
+
+* nothing: no difference is more than the noise of both,
+* named: these values differ, each with its interval,
+* ambiguous: one of several does, and what would tell which,
+* new_effect: the second shows an effect that the first does not.
+"""
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from vegrip.effects import effect
+from vegrip.errors import RecordingError, UsageError
+from vegrip.identification.changed.choice import Choice, Set, chance, choose
+from vegrip.identification.changed.pair import Pair
+from vegrip.identification.changed.words import Change, advice_for, label_of
+from vegrip.identification.compare.where import format_span
+from vegrip.identification.diagnosis import diagnose, thresholds
+from vegrip.identification.diagnosis.acceptance import misfit_by_regime
+from vegrip.identification.diagnosis.candidate_fit import regime_map
+from vegrip.identification.diagnosis.data_checks import check_before_search, refuse_unusable
+from vegrip.identification.diagnosis.score_tests import candidate_of, screen_candidates, why_unseen
+from vegrip.identification.fit.excerpt import excerpt
+from vegrip.identification.fit.fitting import base_model, fit, on_one_thread
+from vegrip.identification.fit.noise import noise_of
+from vegrip.identification.fit.problem import AT
+from vegrip.identification.fit.result import MISFIT, Fit
+from vegrip.identification.fit.solve import Report
+from vegrip.identification.recording import Recording
+from vegrip.model import ContactModel
+
+SIDE_95 = 1.96  # standard errors to either side of an interval of 95 %
+MIN_WARMER_K = 1.0  # [K] from which a difference of the temperatures is told
+OUTERMOST = 0.05  # of the rows, which do not count for what was shown
+COUNTS = ("none", "one", "two", "three", "four")
+
+
+@dataclass(frozen=True, eq=False)
+class Changed:
+    """What changed from the first recording to the second."""
+
+    pair: Pair
+    choice: Choice
+    new_effects: tuple[str, ...]  # which the second shows alone; "unexplained" where the catalogue has none
+    overlap: dict[str, Any]  # channels, depths [m] and speeds [m/s] of both
+    doubts: tuple[str, ...]
+
+    @property
+    def verdict(self) -> str:
+        """nothing, named, ambiguous or new_effect."""
+        if self.new_effects:
+            return "new_effect"
+        return "ambiguous" if self.choice.unsure else "named" if self.choice.best else "nothing"
+
+    @cached_property
+    def changes(self) -> list[Change]:
+        """Every value that changed, or may have: those that are sure first."""
+        order = [*self.choice.sure, *(j for _, group in self.choice.unsure for j in group)]
+        sets = (self.choice.best, *self.choice.rivals)
+        return [self._change(j, next(one for one in sets if j in one)) for j in order]
+
+    def _change(self, j: int, among: Set) -> Change:
+        """Return the change of ``j`` where these differ, and nothing else."""
+        pair, name, (w, cost) = self.pair, self.pair.names[j], self.pair.solved(among)
+        d, std = float(w[pair.kept + j]), float(pair.std(among)[among.index(j)])
+        without = tuple(one for one in among if one != j)
+        p = chance(pair.cost(without) - cost, 1, len(pair.questions))
+        problem = pair.first
+        is_gain = j >= len(problem.unknowns.names)
+        units = {"zero_displacement": problem.depth, "zero_force": problem.load}
+        unit = (units | {"tip_radius": problem.model.tip_radius}).get(name, 1.0)
+        u = 0.0 if is_gain else float(w[j])
+        moved = np.array([0.0, d, d - SIDE_95 * std, d + SIDE_95 * std])
+        is_log = is_gain or problem.unknowns.log[j]
+        before, after, low, high = (unit * (np.exp(u + moved) if is_log else u + moved)).tolist()
+        is_zero = name.startswith("zero_") or not before
+        scale = 1.0 if is_zero else 100.0 / abs(before)
+        interval = scale * (low - before), scale * (high - before)
+        percent = None if is_zero else scale * (after - before)
+        return Change(_public(name), before, after, (high - low) / (2.0 * SIDE_95), percent, interval, p)
+
+    @property
+    def indistinguishable(self) -> list[list[str]]:
+        return [[_public(self.pair.names[j]) for j in group] for _, group in self.choice.unsure]
+
+    @property
+    def experiment(self) -> list[dict[str, Any]]:
+        """What would tell apart each set that both recordings do not."""
+        model = self.pair.second.model
+        return [{"between": one, "advice": advice_for(one, model)} for one in self.indistinguishable]
+
+    @cached_property
+    def unchanged(self) -> list[Change]:
+        """By how much each other value can have changed, if it did beside those that did."""
+        rest = [j for j in self.pair.questions if not any(j in one for one in self.choice.rivals)]
+        return [self._change(j, (*self.choice.best, j)) for j in rest]
+
+    def _label(self, name: str) -> str:
+        return label_of(name, self.pair.second.model)
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words."""
+        told = {one.name: one.told(self._label(one.name)) for one in self.changes}
+        new = [f"{' and '.join(self.new_effects)} in the second only"] * bool(self.new_effects)
+        sure = [told[_public(self.pair.names[j])] for j in self.choice.sure]
+        sets = [
+            f"{COUNTS[count]} of these: {' or '.join(told[name] for name in names)}"
+            for (count, _), names in zip(self.choice.unsure, self.indistinguishable, strict=True)
+        ]
+        end = [] if sets else ["nothing else"] if new or sure else ["nothing changed"]
+        return f"{self.pair.first.measured.recording.fingertip.name}: {', '.join([*new, *sure, *sets, *end])}"
+
+    @property
+    def remarks(self) -> Iterator[str]:
+        """What else is to be known, in sentences."""
+        yield from (f"to tell which: {one['advice']}" for one in self.experiment)
+        if within := [f"{self._label(one.name)} {one.most}" for one in self.unchanged]:
+            yield f"unchanged, each by itself with 95 % within: {', '.join(within)}"
+        shown = {self.pair.names[j] for j in self.pair.questions}
+        if unseen := [self._label(_public(name)) for name in self.pair.names if name not in shown]:
+            yield f"not compared, for both do not show it: {', '.join(unseen)}"
+        yield from self.doubts
+
+    def __str__(self) -> str:
+        return "\n".join([self.sentence, *self.remarks])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what ``--json`` prints."""
+        return {
+            "verdict": self.verdict,
+            "sentence": self.sentence,
+            "changed": [asdict(one) for one in self.changes],
+            "indistinguishable": self.indistinguishable,
+            "new_effects": list(self.new_effects),
+            "experiment": {"sets": self.experiment} if self.experiment else None,
+            "unchanged": [asdict(one) for one in self.unchanged],
+            "overlap": self.overlap,
+            "doubts": list(self.doubts),
+        }
+
+
+@on_one_thread
+def changed(
+    first: Recording,
+    second: Recording,
+    model: ContactModel | None = None,
+    *,
+    tolerance: float = 0.0,
+    report: Report = lambda _: None,
+) -> Changed:
+    """Say what changed of a fingertip between two recordings.
+
+    Both are fitted with one model, and each value may differ: by itself, then in sets, by the likelihood ratio
+    with the noise of both, corrected for the number of questions. What the model lacks in the first is looked
+    for in the catalogue and added for both; what it lacks in the second alone is a new effect.
+
+    Args:
+        first, second: recordings of the same fingertip, such as on Monday and on Friday.
+        model: of both; the paper's when not given.
+        tolerance: share of an episode's peak force by which the model may be wrong.
+        report: called with the progress.
+
+    Raises:
+        UsageError: something else than a recording was given.
+        RecordingError: one lacks what a fit needs, or they have no depths or speeds in common; says what.
+
+    """
+    both = (first, second)
+    for one in both:
+        if not isinstance(one, Recording):
+            raise UsageError(
+                f"changed compares two recordings, of the type Recording; it was given a {type(one).__name__}"
+            )
+        if not len(one):
+            raise RecordingError(f"{one.name} has no episode: there is nothing to compare")
+    noises = [noise_of(excerpt(one)).tolerant(tolerance) for one in both]
+
+    def fitted(like: ContactModel) -> list[Fit]:
+        return [fit(one, like, noise=noise, report=report) for one, noise in zip(both, noises, strict=True)]
+
+    like, new = model or base_model(first), ()
+    a, b = fitted(like)
+    overlap = _overlap(a, b)
+    if _lacks(a) and (found := diagnose(first, like, noise=noises[0], report=report)).named:
+        like = found.model
+        a, b = fitted(like)
+    if _lacks(b) and not _lacks(a):
+        found = diagnose(second, like, noise=noises[1], report=report)
+        names = tuple(one.candidate.name for one in found.search.accepted)
+        if found.verdict == "unexplained":
+            new = ("something that no effect explains",)
+        elif any(_gain(a, name) > thresholds.MIN_GAIN_NATS for name in names):
+            a, b = fitted(found.model)
+        elif names:
+            new, b = names, found.result
+    report("compares both")
+    pair = Pair(a, b)
+    return Changed(pair, choose(pair), new, overlap, tuple(_doubts(a, b)))
+
+
+def _lacks(one: Fit) -> bool:
+    """Whether more than noise is left in the regimes."""
+    regimes = regime_map(one.problem, one.optimum.u)
+    return misfit_by_regime(one.optimum.residual, regimes) > thresholds.MAX_NOISE_CHI2
+
+
+def _gain(one: Fit, name: str) -> float:
+    """Return what an effect would explain of a recording [nats]; 0 where it cannot show."""
+    if why_unseen(effect(name), one.problem.measured):
+        return 0.0
+    tried = candidate_of(effect(name), one.problem.model, one.problem.measured)
+    return max((hint.gain for hint in screen_candidates(one.problem, one.optimum, [tried])), default=0.0)
+
+
+def _public(unknown: str) -> str:
+    return "zero_normal_force" if unknown == "zero_force" else unknown
+
+
+def _overlap(a: Fit, b: Fit) -> dict[str, Any]:
+    """Return what both recordings show.
+
+    Raises:
+        RecordingError: they have no depth or no speed in common.
+
+    """
+    mine, its = (one.problem.measured.recording.columns.keys() for one in (a, b))
+    told: dict[str, Any] = {
+        "channels": sorted(mine & its),
+        "first_only": sorted(mine - its),
+        "second_only": sorted(its - mine),
+    }
+    apart = zip(("indentation", "speed"), thresholds.SAME_MOTION, _shown(a), _shown(b), strict=False)
+    for name, factor, (low, high), (least, most) in apart:
+        told[name] = {
+            "first": [low, high],
+            "second": [least, most],
+            "common": [max(low, least), min(high, most)],
+        }
+        if low > factor * most or least > factor * high:
+            raise RecordingError(
+                f"the recordings do not overlap: the first is pressed {format_span(name, low, high)}, the second"
+                f" {format_span(name, least, most)}; record the second again with the motion of the first"
+            )
+    return told
+
+
+def _shown(one: Fit) -> Iterator[tuple[float, float]]:
+    """Yield the depths [m] and speeds [m/s] in contact, without the outermost."""
+    problem, m = one.problem, one.problem.measured
+    refuse_unusable(m.recording, m)
+    rows = problem.stiffness > 0.0
+    if not rows.any():
+        raise RecordingError(f"{m.recording.name}: the model never touches in it, so nothing can be compared")
+    speed = np.abs(np.gradient(m.motion.displacement, m.recording.t))[rows]
+    for values in (
+        problem.table(one.optimum.u)[rows, AT["indentation"]],
+        speed[speed > OUTERMOST * speed.max()],
+    ):
+        low, high = np.quantile(values, (OUTERMOST, 1.0 - OUTERMOST))
+        yield float(low), float(high)
+
+
+def _doubts(a: Fit, b: Fit) -> Iterator[str]:
+    first, second = (one.problem.measured.recording for one in (a, b))
+    for one, recording in ((a, first), (b, second)):
+        yield from (f"{recording.name}: {doubt.text}" for doubt in check_before_search(one.problem))
+        if one.error > MISFIT:
+            yield f"{recording.name}: the model leaves {one.error:.2f} times the noise, which widens the intervals"
+    if not first.is_material and first.fingertip.radius != second.fingertip.radius:
+        yield f"the stated radii differ; {1e3 * a.problem.model.tip_radius:.3g} mm is taken for both"
+    if "temperature" in first.columns.keys() & second.columns.keys():
+        one, other = (float(np.nanmedian(recording.columns["temperature"])) for recording in (first, second))
+        if abs(other - one) > MIN_WARMER_K:
+            yield f"the second was recorded at {other - one:+.1f} K, which by itself changes stiffness and relaxation"

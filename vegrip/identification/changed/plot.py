@@ -1,0 +1,53 @@
+"""Two recordings and what changed between them, as a picture."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vegrip.identification.changed.changes import Changed
+from vegrip.identification.compare.comparison import residuals_of
+from vegrip.identification.compare.plot import TIME_LABEL, drawn_time, measured_values
+from vegrip.identification.compare.where import SPOKEN_UNITS
+from vegrip.plotting import new_figure, save_figure
+
+AVERAGED = 25  # rows of a difference that are drawn as one: noise hides what a few percent make
+LEAST_SEEN = 10.0  # [nats] of a change, from which its channel is drawn
+
+
+def draw_changed(found: Changed, path: Path) -> None:
+    """Draw both recordings, and by channel what the second shows beyond the first, with what the change makes."""
+    pair, problems = found.pair, (found.pair.first, found.pair.second)
+    unchanged = np.where(np.arange(pair.w.size) < pair.kept, pair.w, 0.0)
+    one, other = pair.sides(pair.w)
+    law = residuals_of(pair.second, pair.sides(unchanged)[1])
+    left = {residuals.channel: residuals for residuals in residuals_of(pair.second, other)}
+    made = {r.channel: r.raw - left[r.channel].raw for r in law if r.channel in left}
+    shown = [
+        r
+        for r in law
+        if r.channel in made and (r is law[0] or np.sum((r.z - left[r.channel].z) ** 2) > 2.0 * LEAST_SEEN)
+    ]
+    figure, axes = new_figure(2 + len(shown), size=(9, 3.0 + 2.4 * len(shown) + 2.4))
+    both = (residuals_of(pair.first, one)[0], law[0])
+    for axis, problem, r, kind in zip(axes, problems, both, ("first", "second"), strict=False):
+        t, seen = drawn_time(problem.measured.recording)[r.rows], measured_values(problem, r)
+        axis.plot(t, seen, "k.", ms=1.5, label=f"{kind}, measured")
+        axis.plot(t, seen - r.raw, ".", ms=1.0, label="as the first's law has it")
+        _labelled(axis, r.channel, f"{kind}: {problem.measured.recording.name}")
+    for axis, r in zip(axes[2:], shown, strict=True):
+        t = drawn_time(pair.second.measured.recording)[r.rows]
+        count = max(r.raw.size // AVERAGED, min(r.raw.size, AVERAGED))
+        t_mean, mean = ([part.mean() for part in np.array_split(values, count)] for values in (t, r.raw))
+        axis.plot(t_mean, mean, ".", ms=3.0, color="0.5", label="second less the first's law, averaged")
+        axis.plot(t, made[r.channel], ".", ms=1.5, color="C3", label="what the change makes")
+        _labelled(axis, r.channel, "difference")
+    figure.suptitle(found.sentence, fontsize=10, wrap=True)
+    save_figure(figure, path)
+
+
+def _labelled(axis: Any, channel: str, title: str) -> None:
+    axis.legend(markerscale=4, fontsize=7)
+    axis.set_title(title, fontsize=9, loc="left")
+    axis.set_xlabel(TIME_LABEL)
+    axis.set_ylabel(f"{channel.replace('_', ' ')} [{SPOKEN_UNITS[channel]}]")
