@@ -15,9 +15,9 @@ from vegrip.identification import samples
 from vegrip.identification.samples import (
     FOREIGN_DATABASE,
     FOREIGN_LOG,
+    LATER_TABLE,
     SAMPLE_LOG,
     SAMPLE_RADIUS_M,
-    LATER_TABLE,
     SAMPLE_TABLE,
     recording,
 )

@@ -1,19 +1,19 @@
-"""``python -m validation.changed_pairs``: what is said of pairs of recordings between which a known thing changed.
+"""``python -m validation.changed_pairs``: what is said of recordings between which a known thing changed.
 
-Both are made on the virtual bench, which shares no physics code with the model, by one fingertip and one set of
-sensors; in the second one thing, two or nothing is another by 3 to 20 %, up or down (zeros by that share of 100 mN
-and 100 um). Noise, rate, depth and motions are drawn, the motions of each recording anew, in the styles of the
-trials of diagnosis: of a bench, short, in use, and one of each.
+Both are made on the virtual bench, which shares no physics code with the model, by one fingertip and one set
+of sensors; in the second one thing, two or nothing is another by 3 to 20 %, up or down (zeros by that share
+of 100 mN and 100 um). Noise, rate, depth and motions are drawn, the motions of each recording anew, in the
+styles of the trials of diagnosis: of a bench, short, in use, and one of a bench with one in use.
 
-*Right* is an answer of which what is sure, with one choice from every set, is what changed. A change *shows* where
-the true difference gains 20 nats over none. Exit code 1 beyond the goals.
+*Right* is an answer of which what is sure, with one choice from every set, is what changed. A change *shows*
+where the true difference gains 20 nats over none. Exit code 1 beyond the goals.
 """
 
 import argparse
 import json
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from multiprocessing import get_context
@@ -21,7 +21,9 @@ from typing import Any
 
 import numpy as np
 
+from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, Setting
 from validation.diagnosis_trials.cases import SIMULATION_STEP_S, STYLES, Case, _sensors, fingertip
+from validation.diagnosis_trials.unmodelled import EVERY
 from vegrip.identification.changed import Changed, changed
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.virtual.bench.trial import run_trial
@@ -59,6 +61,7 @@ class Pair:
     seed: int
     motions: tuple[str, str]
     truth: dict[str, float]  # logarithm of the ratio by name, of a zero the difference [SI]
+    beside: str = ""  # an effect that both recordings have and the paper's model has not
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,7 @@ class Outcome:
     errors: dict[str, float]  # of what was said rightly, over its standard error
 
 
-def drawn(count: int, seed: int) -> Iterator[Pair]:
+def drawn(count: int, seed: int, beside: str = "") -> Iterator[Pair]:
     """Yield pairs of all kinds and motions in turn."""
     for i in range(count):
         rng = np.random.default_rng([seed, i, 21])
@@ -87,7 +90,7 @@ def drawn(count: int, seed: int) -> Iterator[Pair]:
             name: float(size * FULL_ZERO[name] if name in FULL_ZERO else np.log1p(size))
             for name, size in zip(kind, sizes, strict=True)
         }
-        yield Pair(100_000 * seed + i, MOTIONS[(i // len(KINDS) + i) % len(MOTIONS)], truth)
+        yield Pair(100_000 * seed + i, MOTIONS[(i // len(KINDS) + i) % len(MOTIONS)], truth, beside)
 
 
 def made(pair: Pair) -> tuple[Recording, Recording]:
@@ -98,8 +101,12 @@ def made(pair: Pair) -> tuple[Recording, Recording]:
     force = tip.reference_force * (x_ref / tip.reference_indentation) ** tip.exponent
     tip = replace(tip, reference_force=force, reference_indentation=x_ref)
     sensors = replace(_sensors(Case((), "strong", pair.seed), rng), force_bias=0.0, displacement_bias=0.0)
-    first = _recorded(tip, tip.radius, sensors, pair.motions[0], 2 * pair.seed)
-    second = _recorded(_changed_tip(tip, pair.truth), tip.radius, sensors, pair.motions[1], 2 * pair.seed + 1)
+    setting = Setting(tip, sensors, 0.16 * tip.radius, 1.0, rng)
+    hidden = {pair.beside: CATALOGUE_AMOUNTS[pair.beside](setting)} if pair.beside else {}
+    tips = tip, _changed_tip(tip, pair.truth)
+    first, second = (
+        _recorded(tips[i], tip.radius, sensors, pair.motions[i], 2 * pair.seed + i, hidden) for i in range(2)
+    )
     columns = dict(second.columns)
     for name, size in pair.truth.items():
         kind, _, channel = name.partition("_")
@@ -124,15 +131,17 @@ def _changed_tip(tip: FingertipSettings, truth: dict[str, float]) -> FingertipSe
 
 
 def _recorded(
-    tip: FingertipSettings, radius: float, sensors: SensorSettings, style: str, seed: int
+    tip: FingertipSettings,
+    radius: float,
+    sensors: SensorSettings,
+    style: str,
+    seed: int,
+    hidden: Mapping[str, Mapping[str, float]],
 ) -> Recording:
     rng = np.random.default_rng([seed, 8])
     episodes = STYLES[style](tip, float(rng.uniform(0.6, 1.0)), rng)
-    columns = dict(
-        run_trial(
-            tip, episodes, sensors, seed, step=SIMULATION_STEP_S, rings=8, spokes=16, truth=False
-        ).columns
-    )
+    made_by = {"step": SIMULATION_STEP_S, "rings": 8, "spokes": 16, "truth": False}
+    columns = dict(run_trial(tip, episodes, sensors, seed, hidden=hidden, catalogue=EVERY, **made_by).columns)
     channels = ("normal_force", "displacement", "tangential_force", "torque_z", "contact_radius")
     stated = {name: float(getattr(sensors, name)) for name in channels}
     t, episode = columns.pop("t"), columns.pop("episode").astype(np.int64)
@@ -201,11 +210,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("-n", "--pairs", type=int, default=96)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--beside", default="", metavar="EFFECT", help="that both have and the model lacks")
     parser.add_argument("--json", action="store_true", help="one JSON object, with every pair")
     given = parser.parse_args(arguments)
     outcomes: list[Outcome] = []
     with ProcessPoolExecutor(given.jobs, get_context("spawn")) as pool:
-        every = drawn(given.pairs, given.seed)
+        every = drawn(given.pairs, given.seed, given.beside)
         for one in pool.map(judged, every) if given.jobs > 1 else map(judged, every):
             outcomes.append(one)
             kind = (
@@ -219,10 +229,9 @@ def main(arguments: list[str] | None = None) -> int:
             )
             truth = ", ".join(f"{name} {size:+.3g}" for name, size in one.pair.truth.items()) or "nothing"
             seen = "" if one.shows or not one.pair.truth else " (does not show)"
-            print(  # noqa: T201
-                f"{kind:9s}{one.pair.seed:7d} {'/'.join(one.pair.motions):22s}{truth}{seen} -> {one.sentence}",
-                file=sys.stderr if given.json else sys.stdout, flush=True,
-            )  # fmt: skip
+            made_by = f"{one.pair.seed:7d} {'/'.join(one.pair.motions):22s}"
+            out = sys.stderr if given.json else sys.stdout
+            print(f"{kind:9s}{made_by}{truth}{seen} -> {one.sentence}", file=out, flush=True)
     told = summary(outcomes)
     if given.json:
         print(json.dumps({**told, "outcomes": [asdict(one) for one in outcomes]}))  # noqa: T201

@@ -31,7 +31,8 @@ def changed(
     The verdict is one of four: nothing; named (these values, with intervals of 95 %); ambiguous (one of
     several, and what would tell which); new_effect (the second shows an effect that the first does not).
 
-    Example: vegrip sample press && vegrip sample press-later && vegrip changed press press-later -o changed.png
+    Example: vegrip sample press && vegrip sample press-later
+    && vegrip changed press press-later -o changed.png
     """
     from vegrip.cli.fit import opened
     from vegrip.identification.changed import changed as find_changes

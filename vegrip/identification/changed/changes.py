@@ -27,13 +27,15 @@ from vegrip.identification.diagnosis.score_tests import candidate_of, screen_can
 from vegrip.identification.fit.excerpt import excerpt
 from vegrip.identification.fit.fitting import base_model, fit, on_one_thread
 from vegrip.identification.fit.noise import noise_of
-from vegrip.identification.fit.problem import AT
-from vegrip.identification.fit.result import MISFIT, Fit
+from vegrip.identification.fit.problem import AT, Problem
+from vegrip.identification.fit.result import MISFIT, Fit, overall_error
 from vegrip.identification.fit.solve import Report
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
+from vegrip.types import Floats
 
 SIDE_95 = 1.96  # standard errors to either side of an interval of 95 %
+VAGUE_PERCENT = 100.0  # from which a value that may have changed so much is not said to be unchanged
 MIN_WARMER_K = 1.0  # [K] from which a difference of the temperatures is told
 OUTERMOST = 0.05  # of the rows, which do not count for what was shown
 COUNTS = ("none", "one", "two", "three", "four")
@@ -97,7 +99,8 @@ class Changed:
     def unchanged(self) -> list[Change]:
         """By how much each other value can have changed, if it did beside those that did."""
         rest = [j for j in self.pair.questions if not any(j in one for one in self.choice.rivals)]
-        return [self._change(j, (*self.choice.best, j)) for j in rest]
+        found = [self._change(j, (*self.choice.best, j)) for j in rest]
+        return [one for one in found if one.percent is None or max(map(abs, one.interval)) < VAGUE_PERCENT]
 
     def _label(self, name: str) -> str:
         return label_of(name, self.pair.second.model)
@@ -113,16 +116,20 @@ class Changed:
             for (count, _), names in zip(self.choice.unsure, self.indistinguishable, strict=True)
         ]
         end = [] if sets else ["nothing else"] if new or sure else ["nothing changed"]
-        return f"{self.pair.first.measured.recording.fingertip.name}: {', '.join([*new, *sure, *sets, *end])}"
+        first = self.pair.first.measured.recording
+        who = first.name if first.is_material else first.fingertip.name
+        return f"{who}: {', '.join([*new, *sure, *sets, *end])}"
 
     @property
     def remarks(self) -> Iterator[str]:
         """What else is to be known, in sentences."""
         yield from (f"to tell which: {one['advice']}" for one in self.experiment)
-        if within := [f"{self._label(one.name)} {one.most}" for one in self.unchanged]:
-            yield f"unchanged, each by itself with 95 % within: {', '.join(within)}"
-        shown = {self.pair.names[j] for j in self.pair.questions}
-        if unseen := [self._label(_public(name)) for name in self.pair.names if name not in shown]:
+        within = {one.name: max(map(abs, one.interval)) for one in self.unchanged}
+        told = [f"{self._label(one.name)} {one.amount(within[one.name])[1:]}" for one in self.unchanged]
+        if told:
+            yield f"unchanged, each by itself with 95 % within: {', '.join(told)}"
+        known = {*within, *(one.name for one in self.changes)}
+        if unseen := [self._label(name) for name in map(_public, self.pair.names) if name not in known]:
             yield f"not compared, for both do not show it: {', '.join(unseen)}"
         yield from self.doubts
 
@@ -155,12 +162,13 @@ def changed(
 ) -> Changed:
     """Say what changed of a fingertip between two recordings.
 
-    Both are fitted with one model, and each value may differ: by itself, then in sets, by the likelihood ratio
-    with the noise of both, corrected for the number of questions. What the model lacks in the first is looked
-    for in the catalogue and added for both; what it lacks in the second alone is a new effect.
+    Both are fitted with one model, and each value may differ: by itself, then in sets, by the likelihood
+    ratio with the noise of both, corrected for the number of questions. What the model lacks in the first is
+    looked for in the catalogue and added for both; what it lacks in the second alone is a new effect.
 
     Args:
-        first, second: recordings of the same fingertip, such as on Monday and on Friday.
+        first: a recording, such as of Monday.
+        second: of the same fingertip, such as of Friday.
         model: of both; the paper's when not given.
         tolerance: share of an episode's peak force by which the model may be wrong.
         report: called with the progress.
@@ -173,9 +181,7 @@ def changed(
     both = (first, second)
     for one in both:
         if not isinstance(one, Recording):
-            raise UsageError(
-                f"changed compares two recordings, of the type Recording; it was given a {type(one).__name__}"
-            )
+            raise UsageError(f"changed compares two recordings; give a Recording, not a {type(one).__name__}")
         if not len(one):
             raise RecordingError(f"{one.name} has no episode: there is nothing to compare")
     noises = [noise_of(excerpt(one)).tolerant(tolerance) for one in both]
@@ -183,30 +189,33 @@ def changed(
     def fitted(like: ContactModel) -> list[Fit]:
         return [fit(one, like, noise=noise, report=report) for one, noise in zip(both, noises, strict=True)]
 
-    like, new = model or base_model(first), ()
+    like = model or base_model(first)
     a, b = fitted(like)
     overlap = _overlap(a, b)
-    if _lacks(a) and (found := diagnose(first, like, noise=noises[0], report=report)).named:
-        like = found.model
-        a, b = fitted(like)
-    if _lacks(b) and not _lacks(a):
+    if _lacks(a.problem, a.optimum.u):
+        found = diagnose(first, like, noise=noises[0], report=report)
+        like = found.model if found.named else like
+        a, b = fitted(like) if found.named else (a, b)
+    pair, new = Pair(a, b), ()
+    choice = choose(pair)
+    if _lacks(pair.second, pair.side(1, pair.w)[0]) and not _lacks(a.problem, a.optimum.u):
         found = diagnose(second, like, noise=noises[1], report=report)
         names = tuple(one.candidate.name for one in found.search.accepted)
-        if found.verdict == "unexplained":
-            new = ("something that no effect explains",)
-        elif any(_gain(a, name) > thresholds.MIN_GAIN_NATS for name in names):
+        is_known = found.verdict in ("named", "ambiguous")
+        if is_known and any(_gain(a, name) > thresholds.MIN_GAIN_NATS for name in names):
             a, b = fitted(found.model)
-        elif names:
+        elif is_known:
             new, b = names, found.result
-    report("compares both")
-    pair = Pair(a, b)
-    return Changed(pair, choose(pair), new, overlap, tuple(_doubts(a, b)))
+        elif found.verdict == "unexplained" and a.error < MISFIT:
+            new = ("something that no effect explains",)
+        pair = Pair(a, b)
+        choice = choose(pair)
+    return Changed(pair, choice, new, overlap, tuple(_doubts(pair)))
 
 
-def _lacks(one: Fit) -> bool:
+def _lacks(problem: Problem, u: Floats) -> bool:
     """Whether more than noise is left in the regimes."""
-    regimes = regime_map(one.problem, one.optimum.u)
-    return misfit_by_regime(one.optimum.residual, regimes) > thresholds.MAX_NOISE_CHI2
+    return misfit_by_regime(problem.residual(u), regime_map(problem, u)) > thresholds.MAX_NOISE_CHI2
 
 
 def _gain(one: Fit, name: str) -> float:
@@ -228,52 +237,44 @@ def _overlap(a: Fit, b: Fit) -> dict[str, Any]:
         RecordingError: they have no depth or no speed in common.
 
     """
-    mine, its = (one.problem.measured.recording.columns.keys() for one in (a, b))
-    told: dict[str, Any] = {
-        "channels": sorted(mine & its),
-        "first_only": sorted(mine - its),
-        "second_only": sorted(its - mine),
-    }
-    apart = zip(("indentation", "speed"), thresholds.SAME_MOTION, _shown(a), _shown(b), strict=False)
-    for name, factor, (low, high), (least, most) in apart:
-        told[name] = {
-            "first": [low, high],
-            "second": [least, most],
-            "common": [max(low, least), min(high, most)],
-        }
-        if low > factor * most or least > factor * high:
+    mine, its = (set(one.problem.measured.recording.columns) for one in (a, b))
+    told: dict[str, Any] = {"first_only": sorted(mine - its), "second_only": sorted(its - mine)}
+    told["channels"] = sorted(mine & its)
+    spans = zip(("indentation", "speed"), thresholds.SAME_MOTION, _shown(a), _shown(b), strict=False)
+    for name, factor, one, other in spans:
+        told[name] = {"first": one, "second": other}
+        if one[0] > factor * other[1] or other[0] > factor * one[1]:
             raise RecordingError(
-                f"the recordings do not overlap: the first is pressed {format_span(name, low, high)}, the second"
-                f" {format_span(name, least, most)}; record the second again with the motion of the first"
+                f"the recordings do not overlap: the first is pressed {format_span(name, *one)}, the second "
+                f"{format_span(name, *other)}; record the second again with the motion of the first"
             )
     return told
 
 
-def _shown(one: Fit) -> Iterator[tuple[float, float]]:
+def _shown(one: Fit) -> Iterator[list[float]]:
     """Yield the depths [m] and speeds [m/s] in contact, without the outermost."""
     problem, m = one.problem, one.problem.measured
     refuse_unusable(m.recording, m)
     rows = problem.stiffness > 0.0
     if not rows.any():
-        raise RecordingError(f"{m.recording.name}: the model never touches in it, so nothing can be compared")
+        raise RecordingError(f"{m.recording.name}: the model never touches in it, so nothing is compared")
     speed = np.abs(np.gradient(m.motion.displacement, m.recording.t))[rows]
-    for values in (
-        problem.table(one.optimum.u)[rows, AT["indentation"]],
-        speed[speed > OUTERMOST * speed.max()],
-    ):
-        low, high = np.quantile(values, (OUTERMOST, 1.0 - OUTERMOST))
-        yield float(low), float(high)
+    depth = problem.table(one.optimum.u)[rows, AT["indentation"]]
+    for values in (depth, speed[speed > OUTERMOST * speed.max()]):
+        yield np.quantile(values, (OUTERMOST, 1.0 - OUTERMOST)).tolist()
 
 
-def _doubts(a: Fit, b: Fit) -> Iterator[str]:
-    first, second = (one.problem.measured.recording for one in (a, b))
-    for one, recording in ((a, first), (b, second)):
-        yield from (f"{recording.name}: {doubt.text}" for doubt in check_before_search(one.problem))
-        if one.error > MISFIT:
-            yield f"{recording.name}: the model leaves {one.error:.2f} times the noise, which widens the intervals"
+def _doubts(pair: Pair) -> Iterator[str]:
+    both = (pair.first, pair.second)
+    first, second = (one.measured.recording for one in both)
+    for i, problem in enumerate(both):
+        name, error = problem.measured.recording.name, overall_error(problem, pair.side(i, pair.w)[0])
+        yield from (f"{name}: {doubt.text}" for doubt in check_before_search(problem))
+        if error > MISFIT:
+            yield f"{name}: the model leaves {error:.2f} times the noise, which widens the intervals"
     if not first.is_material and first.fingertip.radius != second.fingertip.radius:
-        yield f"the stated radii differ; {1e3 * a.problem.model.tip_radius:.3g} mm is taken for both"
+        yield f"the stated radii differ; {1e3 * pair.first.model.tip_radius:.3g} mm is taken for both"
     if "temperature" in first.columns.keys() & second.columns.keys():
-        one, other = (float(np.nanmedian(recording.columns["temperature"])) for recording in (first, second))
-        if abs(other - one) > MIN_WARMER_K:
-            yield f"the second was recorded at {other - one:+.1f} K, which by itself changes stiffness and relaxation"
+        cold, warm = (float(np.nanmedian(one.columns["temperature"])) for one in (first, second))
+        if abs(warm - cold) > MIN_WARMER_K:
+            yield f"the second was {warm - cold:+.1f} K warmer, which by itself changes stiffness and memory"

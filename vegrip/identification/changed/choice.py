@@ -1,7 +1,7 @@
 """Which differences there are: the smallest set that explains both recordings, and its rivals.
 
-Sets of every size are compared, the best of each; a larger one is taken when twice what it gains would come by
-chance less often than ``FALSE_CHANGE``, over as many questions as there are larger sets. Sets of one size
+Sets of every size are compared, the best of each; a larger one is taken when twice what it gains would come
+by chance less often than ``FALSE_CHANGE``, over as many questions as there are larger sets. Sets of one size
 within 5 nats of the best cannot be told from it; what all of them have is sure.
 """
 
@@ -35,14 +35,13 @@ class Choice:
     @property
     def unsure(self) -> list[tuple[int, Set]]:
         """How many of which differences there are: what takes each other's place belongs together."""
-        groups: list[set[int]] = []
-        for one in self.rivals:
-            joined = set(one) ^ set(self.best)
-            for group in [group for group in groups if group & joined]:
-                groups.remove(group)
-                joined |= group
-            groups += [joined] * bool(joined)
-        return [(len(group & set(self.best)), tuple(sorted(group))) for group in groups]
+        best, groups = set(self.best), list[set[int]]()
+        for one in sorted(map(set, self.rivals), key=lambda rival: len(rival - best)):
+            is_told = all(len(one & group) == len(best & group) for group in groups)
+            if not (is_told and one ^ best <= set().union(*groups)):
+                touched = [group for group in groups if group & (one ^ best)]
+                groups = [group for group in groups if group not in touched] + [(one ^ best).union(*touched)]
+        return [(len(group & best), tuple(sorted(group))) for group in sorted(groups, key=min)]
 
 
 def choose(pair: Pair) -> Choice:

@@ -18,13 +18,13 @@ from vegrip.identification.diagnosis.data_checks import TIP_RADIUS
 from vegrip.identification.diagnosis.thresholds import AT_BOUND_STD
 from vegrip.identification.fit.problem import AT, Problem
 from vegrip.identification.fit.result import Fit
-from vegrip.identification.fit.solve import Optimum
 from vegrip.types import Floats
 
 OF_SLIP = ("gain_tangential_force", "gain_torque_z")
 LOG_SPAN = 1.0  # prior std of the logarithm of a gain or a radius, and a third of its bound
 POWERS = {"K": 1.0, "K/x_ref": 1.0, "x_ref/K": -1.0}  # of K, in what the values of some parameters multiply
 LEAST_SHOWN = 0.5  # of a prior std: what is known no better does not show
+FREE_STEPS = 3  # of Gauss and Newton, with all differences free
 HELD = 1e12  # times the information of a prior, for what is at a bound
 
 
@@ -65,9 +65,10 @@ class Gauged(Problem):
         return out
 
 
-def effective(problem: Problem, optimum: Optimum) -> float:
+def effective(problem: Problem, u: Floats) -> float:
     """Return f, by how much less the rows tell than they are many."""
-    J, r, groups = optimum.jacobian, optimum.residual, held_out_groups(problem)
+    r, groups = problem.residual(u), held_out_groups(problem)
+    J = problem.jacobian(u, r)
     H = J.T @ J
     each = np.stack([J[groups == one].T @ r[groups == one] for one in np.unique(groups)])
     inverse = np.linalg.inv(H + np.diag(problem.unknowns.std**-2.0))
@@ -87,7 +88,6 @@ class Pair:
 
     def __init__(self, first: Fit, second: Fit) -> None:
         a, b = first.problem, second.problem
-        self.root = np.sqrt([effective(a, first.optimum), effective(b, second.optimum)])
         at = dict(zip(b.unknowns.names, second.optimum.u, strict=True))
         if "zero_force" in at:
             at["zero_force"] *= b.load / a.load
@@ -114,26 +114,22 @@ class Pair:
         self._prior = np.r_[mine.prior, its.prior[own], np.zeros(len(column))]
         self._std = np.r_[mine.std, its.std[own], mine.std, its.std[rows]]
         apart = [at[name] - u for name, u in zip(mine.names, first.optimum.u, strict=True)]
-        w = np.r_[first.optimum.u, [at[name] for name in more], apart, np.zeros(len(gains))]
-        for row, K, power, is_log in self._scaled:
-            u = w[common[its.names[row]]]
-            there = at[its.names[row]]
-            w[column[its.names[row]]] = (
-                there + power * w[K] - u if is_log else there * np.exp(power * w[K]) - u
-            )
-        self.move(w)
+        self.root = np.ones(2)  # of f
+        self.move(np.r_[first.optimum.u, [at[name] for name in more], apart, np.zeros(len(gains))])
+        for _ in range(FREE_STEPS):  # so that no difference that is there counts as noise
+            self.move(self.solved(range(len(self.names)))[0])
+        self.root = np.sqrt(
+            [effective(one, self.side(i, self.w)[0]) for i, one in enumerate((a, self.second))]
+        )
+        self.move(self.w)
         free = [
             j for j in range(len(self.names)) if not self.stuck[[min(j, self.kept - 1), self.kept + j]].any()
         ]
         self.questions = tuple(j for j in free if self.std((j,))[0] < LEAST_SHOWN * self._std[self.kept + j])
         """Differences that would show: places in ``names``."""
 
-    def sides(self, w: Floats) -> tuple[Floats, Floats]:
-        """Return the unknowns of either problem."""
-        return self._side(0, w)[0], self._side(1, w)[0]
-
-    def _side(self, which: int, w: Floats) -> tuple[Floats, Floats]:
-        """Return the unknowns of one problem, and their derivative by w."""
+    def side(self, which: int, w: Floats) -> tuple[Floats, Floats]:
+        """Return the unknowns of the first problem (0) or the second (1), and their derivative by w."""
         m = self._maps[which].copy()
         u, k = m @ w, (self.first, self.second)[which].unknowns
         for row, K, power, is_log in self._scaled if which else ():
@@ -149,7 +145,7 @@ class Pair:
         G, slope = np.diag(P), P * (w - self._prior)
         self.stuck, own = np.zeros((2, w.size), dtype=bool)
         for which, (problem, root) in enumerate(zip((self.first, self.second), self.root, strict=True)):
-            u, m = self._side(which, w)
+            u, m = self.side(which, w)
             r, k = problem.residual(u), problem.unknowns
             J = problem.jacobian(u, r) @ m / root
             G, slope = G + J.T @ J, slope + J.T @ r / root
@@ -160,7 +156,7 @@ class Pair:
         self.h = self.G @ w - slope
 
     def solved(self, chosen: Iterable[int]) -> tuple[Floats, float]:
-        """Return where the cost is least with only those differences, and the cost but for a constant [nats]."""
+        """Return where the cost is least with only those differences, and that but for a constant [nats]."""
         at = [*range(self.kept), *(self.kept + j for j in chosen)]
         w = np.zeros_like(self.w)
         w[at] = np.linalg.solve(self.G[np.ix_(at, at)], self.h[at])
@@ -178,8 +174,7 @@ class Pair:
 
 def _gains(one: Problem, other: Problem) -> list[str]:
     """Return what else may differ, of what both show."""
-    slides, sees = (
-        all(getattr(problem.measured, rows).size for problem in (one, other)) for rows in ("sliding", "seen")
-    )
+    slides = bool(one.measured.sliding.size and other.measured.sliding.size)
+    sees = bool(one.measured.seen.size and other.measured.seen.size)
     of_radius = ["gain_contact_radius"] * sees + ["tip_radius"] * (slides or sees)
     return ["gain_normal_force", *OF_SLIP * slides, *of_radius]

@@ -16,12 +16,11 @@ LEAST_SEEN = 10.0  # [nats] of a change, from which its channel is drawn
 
 
 def draw_changed(found: Changed, path: Path) -> None:
-    """Draw both recordings, and by channel what the second shows beyond the first, with what the change makes."""
+    """Draw both recordings, and by channel what the second shows beyond the first's law and why."""
     pair, problems = found.pair, (found.pair.first, found.pair.second)
     unchanged = np.where(np.arange(pair.w.size) < pair.kept, pair.w, 0.0)
-    one, other = pair.sides(pair.w)
-    law = residuals_of(pair.second, pair.sides(unchanged)[1])
-    left = {residuals.channel: residuals for residuals in residuals_of(pair.second, other)}
+    law = residuals_of(pair.second, pair.side(1, unchanged)[0])
+    left = {residuals.channel: residuals for residuals in residuals_of(pair.second, pair.side(1, pair.w)[0])}
     made = {r.channel: r.raw - left[r.channel].raw for r in law if r.channel in left}
     shown = [
         r
@@ -29,7 +28,7 @@ def draw_changed(found: Changed, path: Path) -> None:
         if r.channel in made and (r is law[0] or np.sum((r.z - left[r.channel].z) ** 2) > 2.0 * LEAST_SEEN)
     ]
     figure, axes = new_figure(2 + len(shown), size=(9, 3.0 + 2.4 * len(shown) + 2.4))
-    both = (residuals_of(pair.first, one)[0], law[0])
+    both = (residuals_of(pair.first, pair.side(0, pair.w)[0])[0], law[0])
     for axis, problem, r, kind in zip(axes, problems, both, ("first", "second"), strict=False):
         t, seen = drawn_time(problem.measured.recording)[r.rows], measured_values(problem, r)
         axis.plot(t, seen, "k.", ms=1.5, label=f"{kind}, measured")
@@ -41,7 +40,7 @@ def draw_changed(found: Changed, path: Path) -> None:
         t_mean, mean = ([part.mean() for part in np.array_split(values, count)] for values in (t, r.raw))
         axis.plot(t_mean, mean, ".", ms=3.0, color="0.5", label="second less the first's law, averaged")
         axis.plot(t, made[r.channel], ".", ms=1.5, color="C3", label="what the change makes")
-        _labelled(axis, r.channel, "difference")
+        _labelled(axis, r.channel, f"difference of the {r.channel.replace('_', ' ')}")
     figure.suptitle(found.sentence, fontsize=10, wrap=True)
     save_figure(figure, path)
 

@@ -51,30 +51,19 @@ class Change:
         """Return it as a sentence has it."""
         low, high = sorted(self.interval, key=abs)
         if self.percent is None:
-            size, least, most = (self.amount(one) for one in (self.after - self.before, low, high))
-            return f"{label} {size} ({least} to {most})"
-        least, most = (
-            f"{one * math.copysign(1.0, self.percent):.{_digits(high - low)}f}" for one in (low, high)
-        )
-        way = ("stiffer", "softer") if self.name == "K" else ("higher", "lower")
-        size = (
-            f"{abs(self.percent):.{_digits(high - low)}f} % {way[self.percent < 0.0]} ({least} to {most} %)"
-        )
-        return size if self.name == "K" else f"{label} {size}"
+            return (
+                f"{label} {self.amount(self.after - self.before)} ({self.amount(low)} to {self.amount(high)})"
+            )
+        size, low, high = (math.copysign(1.0, self.percent) * one for one in (self.percent, low, high))
+        digits = max(0, -math.floor(math.log10(max(high - low, 1e-9))))  # of the interval's width, one
+        way = (("higher", "lower"), ("stiffer", "softer"))[self.name == "K"][self.percent < 0.0]
+        told = f"{size:.{digits}f} % {way} ({low:.{digits}f} to {high:.{digits}f} %)"
+        return told if self.name == "K" else f"{label} {told}"
 
     def amount(self, value: float) -> str:
-        """Return a difference of a zero with its sign and unit."""
-        return f"{'-' if value < 0.0 else '+'}{format_quantity(self.name.removeprefix('zero_'), abs(value))}"
-
-    @property
-    def most(self) -> str:
-        """By how much it can have changed at most, with 95 %."""
-        size = max(map(abs, self.interval))
-        return self.amount(size)[1:] if self.percent is None else f"{size:.2g} %"
-
-
-def _digits(width: float) -> int:
-    return max(0, -math.floor(math.log10(max(abs(width), 1e-9))))
+        """Return a difference of a zero with its sign and unit, others in percent."""
+        size = format_quantity(self.name.removeprefix("zero_"), abs(value))
+        return f"{'-' if value < 0.0 else '+'}{size if self.percent is None else f'{abs(value):.2g} %'}"
 
 
 def label_of(name: str, model: ContactModel) -> str:
