@@ -51,7 +51,7 @@ MOTIONS = (("laboratory", "laboratory"), ("use", "use"), ("short", "short"), ("l
 LEAST, MOST = 0.03, 0.2  # of a change
 FULL_ZERO = {"zero_normal_force": 0.1, "zero_displacement": 100e-6}  # [N], [m] of which a zero is a share
 SHOWS_NATS = 20.0
-GOALS = {"right": 0.95, "false_changes": 0.03, "covered": (0.92, 0.98)}
+MIN_RIGHT, MAX_FALSE, MIN_COVERED, MAX_COVERED = 0.95, 0.03, 0.92, 0.98  # the goals
 
 
 @dataclass(frozen=True)
@@ -140,8 +140,11 @@ def _recorded(
 ) -> Recording:
     rng = np.random.default_rng([seed, 8])
     episodes = STYLES[style](tip, float(rng.uniform(0.6, 1.0)), rng)
-    made_by = {"step": SIMULATION_STEP_S, "rings": 8, "spokes": 16, "truth": False}
-    columns = dict(run_trial(tip, episodes, sensors, seed, hidden=hidden, catalogue=EVERY, **made_by).columns)
+    trial = run_trial(
+        tip, episodes, sensors, seed, step=SIMULATION_STEP_S, rings=8, spokes=16, truth=False,
+        hidden=hidden, catalogue=EVERY,
+    )  # fmt: skip
+    columns = dict(trial.columns)
     channels = ("normal_force", "displacement", "tangential_force", "torque_z", "contact_radius")
     stated = {name: float(getattr(sensors, name)) for name in channels}
     t, episode = columns.pop("t"), columns.pop("episode").astype(np.int64)
@@ -196,12 +199,8 @@ def summary(outcomes: list[Outcome]) -> dict[str, Any]:
 
 
 def is_reached(told: dict[str, Any]) -> bool:
-    low, high = GOALS["covered"]
-    return bool(
-        told["right"] >= GOALS["right"]
-        and told["false_changes"] <= GOALS["false_changes"]
-        and low <= told["covered"] <= high
-    )
+    is_right = told["right"] >= MIN_RIGHT and told["false_changes"] <= MAX_FALSE
+    return bool(is_right and MIN_COVERED <= told["covered"] <= MAX_COVERED)
 
 
 def main(arguments: list[str] | None = None) -> int:

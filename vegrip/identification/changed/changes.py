@@ -196,8 +196,8 @@ def changed(
         found = diagnose(first, like, noise=noises[0], report=report)
         like = found.model if found.named else like
         a, b = fitted(like) if found.named else (a, b)
-    pair, new = Pair(a, b), ()
-    choice = choose(pair)
+    pair = Pair(a, b)
+    choice, new = choose(pair), tuple[str, ...]()
     if _lacks(pair.second, pair.side(1, pair.w)[0]) and not _lacks(a.problem, a.optimum.u):
         found = diagnose(second, like, noise=noises[1], report=report)
         names = tuple(one.candidate.name for one in found.search.accepted)

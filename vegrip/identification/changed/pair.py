@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from vegrip.contact.limit_surface.fast import gauges
 from vegrip.identification.diagnosis.candidate_fit import held_out_groups
 from vegrip.identification.diagnosis.data_checks import TIP_RADIUS
 from vegrip.identification.diagnosis.thresholds import AT_BOUND_STD
@@ -31,8 +32,7 @@ HELD = 1e12  # times the information of a prior, for what is at a bound
 class Gauged(Problem):
     """The problem with more unknowns: logarithms of the gains of the sensors, and of the radius of the tip.
 
-    A gain of 1.1 reads a tenth too much. On the load at slip they act by the ellipse with the same half axes:
-    exact for a pull or a twist alone.
+    A gain of 1.1 reads a tenth too much; that of the force tells what presses while the contact slides, too.
     """
 
     def __init__(self, base: Problem, more: Iterable[str]) -> None:
@@ -54,14 +54,16 @@ class Gauged(Problem):
     def table(self, u: Floats, instead: Mapping[str, float] | None = None) -> Floats:
         """Return the prediction (n, 14) as those sensors show it."""
         out, zero = super().table(u, instead), self.parts(u)[1][1]
-        force, rows = self._log("gain_normal_force", u), self.measured.sliding
+        force = self._log("gain_normal_force", u)
         out[:, AT["normal_force"]] += np.expm1(force) * (out[:, AT["normal_force"]] - zero)
-        out[:, AT["contact_radius"]] *= np.exp(self._log("gain_contact_radius", u))
         fx, fy, torque = self._loads()
-        pull = (np.hypot(fx, fy) * out[rows, AT["limit_torque"]]) ** 2
-        turn = (torque * out[rows, AT["limit_force"]]) ** 2
-        by = np.array([self._log(name, u) for name in OF_SLIP]) @ [pull, turn]
-        out[rows, AT["utilisation"]] *= np.exp(force - by / np.maximum(pull + turn, 1e-300))
+        slides = out[self.measured.sliding, AT["utilisation"]] > 0.0
+        rows = self.measured.sliding[slides]
+        limit, a, k = (out[rows, AT[n]] for n in ("limit_force", "contact_radius", "pressure_exponent"))
+        pull, turn = (np.exp(force - self._log(name, u)) / limit for name in OF_SLIP)
+        used = gauges(k, pull * np.hypot(fx, fy)[slides], turn / a * np.abs(torque[slides]))
+        out[rows, AT["utilisation"]] = used
+        out[:, AT["contact_radius"]] *= np.exp(self._log("gain_contact_radius", u))
         return out
 
 
