@@ -123,7 +123,7 @@ class Changed:
     @property
     def remarks(self) -> Iterator[str]:
         """What else is to be known, in sentences."""
-        yield from (f"to tell which: {one['advice']}" for one in self.experiment)
+        yield from (f"to distinguish them: {one['advice']}" for one in self.experiment)
         within = {one.name: max(map(abs, one.interval)) for one in self.unchanged}
         told = [f"{self._label(one.name)} {one.amount(within[one.name])[1:]}" for one in self.unchanged]
         if told:
@@ -183,7 +183,7 @@ def changed(
         if not isinstance(one, Recording):
             raise UsageError(f"changed compares two recordings; give a Recording, not a {type(one).__name__}")
         if not len(one):
-            raise RecordingError(f"{one.name} has no episode: there is nothing to compare")
+            raise RecordingError(f"{one.name} has no episode; give a recording with a press in it")
     noises = [noise_of(excerpt(one)).tolerant(tolerance) for one in both]
 
     def fitted(like: ContactModel) -> list[Fit]:
