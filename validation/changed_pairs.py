@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, Setting
+from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, UNMODELLED_AMOUNTS, Setting
 from validation.diagnosis_trials.cases import SIMULATION_STEP_S, STYLES, Case, _sensors, fingertip
 from validation.diagnosis_trials.unmodelled import EVERY
 from vegrip.identification.changed import Changed, changed
@@ -102,7 +102,11 @@ def made(pair: Pair) -> tuple[Recording, Recording]:
     tip = replace(tip, reference_force=force, reference_indentation=x_ref)
     sensors = replace(_sensors(Case((), "strong", pair.seed), rng), force_bias=0.0, displacement_bias=0.0)
     setting = Setting(tip, sensors, 0.16 * tip.radius, 1.0, rng)
-    hidden = {pair.beside: CATALOGUE_AMOUNTS[pair.beside](setting)} if pair.beside else {}
+    hidden = (
+        {pair.beside: {**CATALOGUE_AMOUNTS, **UNMODELLED_AMOUNTS}[pair.beside](setting)}
+        if pair.beside
+        else {}
+    )
     tips = tip, _changed_tip(tip, pair.truth)
     first, second = (
         _recorded(tips[i], tip.radius, sensors, pair.motions[i], 2 * pair.seed + i, hidden) for i in range(2)

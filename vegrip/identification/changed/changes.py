@@ -47,7 +47,7 @@ class Changed:
 
     pair: Pair
     choice: Choice
-    new_effects: tuple[str, ...]  # which the second shows alone; "unexplained" where the catalogue has none
+    new_effects: tuple[str, ...]  # which the second shows alone
     overlap: dict[str, Any]  # channels, depths [m] and speeds [m/s] of both
     doubts: tuple[str, ...]
 
@@ -201,21 +201,30 @@ def changed(
     if _lacks(pair.second, pair.side(1, pair.w)[0]) and not _lacks(a.problem, a.optimum.u):
         found = diagnose(second, like, noise=noises[1], report=report)
         names = tuple(one.candidate.name for one in found.search.accepted)
-        is_known = found.verdict in ("named", "ambiguous")
-        if is_known and any(_gain(a, name) > thresholds.MIN_GAIN_NATS for name in names):
-            a, b = fitted(found.model)
-        elif is_known:
-            new, b = names, found.result
+        if found.verdict in ("named", "ambiguous"):
+            is_old = any(_gain(a, name) > thresholds.MIN_GAIN_NATS for name in names)
+            other = Pair(*fitted(found.model)) if is_old else Pair(a, found.result)
+            rival = choose(other)
+            if _cost(pair) - _cost(other) > thresholds.MIN_GAIN_NATS:
+                sets = [
+                    next((one for one in found.indistinguishable if name in one), [name]) for name in names
+                ]
+                pair, choice, new = other, rival, () if is_old else tuple(" or ".join(one) for one in sets)
         elif found.verdict == "unexplained" and a.error < MISFIT:
             new = ("something that no effect explains",)
-        pair = Pair(a, b)
-        choice = choose(pair)
     return Changed(pair, choice, new, overlap, tuple(_doubts(pair)))
 
 
 def _lacks(problem: Problem, u: Floats) -> bool:
     """Whether more than noise is left in the regimes."""
     return misfit_by_regime(problem.residual(u), regime_map(problem, u)) > thresholds.MAX_NOISE_CHI2
+
+
+def _cost(pair: Pair) -> float:
+    """Return what both leave where they are [nats]: a new effect has to pay beside what differs."""
+    left = [one.residual(pair.side(i, pair.w)[0]) for i, one in enumerate((pair.first, pair.second))]
+    noise = sum(float(np.sum(one.log_scale)) for one in (pair.first, pair.second))
+    return noise + 0.5 * sum(float(r @ r) for r in left)
 
 
 def _gain(one: Fit, name: str) -> float:
@@ -261,7 +270,8 @@ def _shown(one: Fit) -> Iterator[list[float]]:
     speed = np.abs(np.gradient(m.motion.displacement, m.recording.t))[rows]
     depth = problem.table(one.optimum.u)[rows, AT["indentation"]]
     for values in (depth, speed[speed > OUTERMOST * speed.max()]):
-        yield np.quantile(values, (OUTERMOST, 1.0 - OUTERMOST)).tolist()
+        ends = np.quantile(values, (OUTERMOST, 1.0 - OUTERMOST)) if values.size else np.zeros(2)
+        yield ends.tolist()
 
 
 def _doubts(pair: Pair) -> Iterator[str]:

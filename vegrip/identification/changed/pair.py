@@ -105,13 +105,11 @@ class Pair:
         self._maps = np.eye(len(mine.names), size), np.zeros((len(its.names), size))
         for row, name in enumerate(its.names):
             self._maps[1][row, [places[name] for places in (common, column) if name in places]] = 1.0
-        known = a.model.parameters
-        scaled = [
-            (n, POWERS[known[n][1].of]) for n in a.symbols if known[n][1].of in POWERS and "K" in column
+        of = {name: POWERS.get(a.model.parameters[name][1].of) for name in a.symbols}
+        self._scaled = [  # row in the second, its power of K, and whether it is a logarithm
+            (its.names.index(n), power, bool(mine.log[common[n]])) for n, power in of.items() if power
         ]
-        self._scaled = [
-            (its.names.index(n), column["K"], power, bool(mine.log[common[n]])) for n, power in scaled
-        ]
+        self._K = column.get("K", 0)
         own, rows = ([its.names.index(name) for name in names] for names in (more, gains))
         self._prior = np.r_[mine.prior, its.prior[own], np.zeros(len(column))]
         self._std = np.r_[mine.std, its.std[own], mine.std, its.std[rows]]
@@ -120,25 +118,25 @@ class Pair:
         self.move(np.r_[first.optimum.u, [at[name] for name in more], apart, np.zeros(len(gains))])
         for _ in range(FREE_STEPS):  # so that no difference that is there counts as noise
             self.move(self.solved(range(len(self.names)))[0])
-        self.root = np.sqrt(
-            [effective(one, self.side(i, self.w)[0]) for i, one in enumerate((a, self.second))]
-        )
+        ends = ((a, self.side(0, self.w)[0]), (self.second, self.side(1, self.w)[0]))
+        self.root = np.sqrt([effective(problem, u) for problem, u in ends])
         self.move(self.w)
-        free = [
-            j for j in range(len(self.names)) if not self.stuck[[min(j, self.kept - 1), self.kept + j]].any()
-        ]
-        self.questions = tuple(j for j in free if self.std((j,))[0] < LEAST_SHOWN * self._std[self.kept + j])
+        stuck = self.stuck[self.kept :]
+        stuck[: len(mine.names)] |= self.stuck[: len(mine.names)]
+        each = range(len(self.names))
+        shown = [self.std((j,))[0] < LEAST_SHOWN * self._std[self.kept + j] for j in each]
+        self.questions = tuple(j for j in each if shown[j] and not stuck[j])
         """Differences that would show: places in ``names``."""
 
     def side(self, which: int, w: Floats) -> tuple[Floats, Floats]:
         """Return the unknowns of the first problem (0) or the second (1), and their derivative by w."""
         m = self._maps[which].copy()
         u, k = m @ w, (self.first, self.second)[which].unknowns
-        for row, K, power, is_log in self._scaled if which else ():
-            by = 1.0 if is_log else np.exp(-power * w[K])
-            u[row] = u[row] - power * w[K] if is_log else u[row] * by
+        for row, power, is_log in self._scaled if which and self._K else ():
+            by = 1.0 if is_log else np.exp(-power * w[self._K])
+            u[row] = u[row] - power * w[self._K] if is_log else u[row] * by
             m[row] *= by
-            m[row, K] -= power if is_log else power * u[row]
+            m[row, self._K] -= power if is_log else power * u[row]
         return np.clip(u, k.low, k.high), m
 
     def move(self, w: Floats) -> None:

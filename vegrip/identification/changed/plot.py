@@ -10,6 +10,7 @@ from vegrip.identification.compare.comparison import residuals_of
 from vegrip.identification.compare.plot import TIME_LABEL, drawn_time, measured_values
 from vegrip.identification.compare.where import SPOKEN_UNITS
 from vegrip.plotting import new_figure, save_figure
+from vegrip.types import Floats
 
 AVERAGED = 25  # rows of a difference that are drawn as one: noise hides what a few percent make
 LEAST_SEEN = 10.0  # [nats] of a change, from which its channel is drawn
@@ -20,13 +21,11 @@ def draw_changed(found: Changed, path: Path) -> None:
     pair, problems = found.pair, (found.pair.first, found.pair.second)
     unchanged = np.where(np.arange(pair.w.size) < pair.kept, pair.w, 0.0)
     law = residuals_of(pair.second, pair.side(1, unchanged)[0])
-    left = {residuals.channel: residuals for residuals in residuals_of(pair.second, pair.side(1, pair.w)[0])}
-    made = {r.channel: r.raw - left[r.channel].raw for r in law if r.channel in left}
-    shown = [
-        r
-        for r in law
-        if r.channel in made and (r is law[0] or np.sum((r.z - left[r.channel].z) ** 2) > 2.0 * LEAST_SEEN)
-    ]
+    left = {r.channel: r for r in residuals_of(pair.second, pair.side(1, pair.w)[0])}
+    made = {
+        r.channel: (r.raw - left[r.channel].raw, r.z - left[r.channel].z) for r in law if r.channel in left
+    }
+    shown = [law[0], *(r for r in law[1:] if r.channel in made and nats(made[r.channel][1]) > LEAST_SEEN)]
     figure, axes = new_figure(2 + len(shown), size=(9, 3.0 + 2.4 * len(shown) + 2.4))
     both = (residuals_of(pair.first, pair.side(0, pair.w)[0])[0], law[0])
     for axis, problem, r, kind in zip(axes, problems, both, ("first", "second"), strict=False):
@@ -39,10 +38,14 @@ def draw_changed(found: Changed, path: Path) -> None:
         count = max(r.raw.size // AVERAGED, min(r.raw.size, AVERAGED))
         t_mean, mean = ([part.mean() for part in np.array_split(values, count)] for values in (t, r.raw))
         axis.plot(t_mean, mean, ".", ms=3.0, color="0.5", label="second less the first's law, averaged")
-        axis.plot(t, made[r.channel], ".", ms=1.5, color="C3", label="what the change makes")
+        axis.plot(t, made[r.channel][0], ".", ms=1.5, color="C3", label="what the change makes")
         _labelled(axis, r.channel, f"difference of the {r.channel.replace('_', ' ')}")
     figure.suptitle(found.sentence, fontsize=10, wrap=True)
     save_figure(figure, path)
+
+
+def nats(z: Floats) -> float:
+    return 0.5 * float(z @ z)
 
 
 def _labelled(axis: Any, channel: str, title: str) -> None:
