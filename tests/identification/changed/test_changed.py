@@ -130,6 +130,8 @@ def test_what_is_no_recording_and_what_has_no_rows_is_refused_in_a_sentence() ->
         changed(first, fit(first))  # type: ignore[arg-type]
     with pytest.raises(RecordingError, match="has no episode"):
         changed(first, first.select(np.zeros(len(first), dtype=bool)))
+    with pytest.raises(RecordingError, match="only one is of a material"):
+        changed(first, replace(first, source={"material": "relaxation"}))
     calm = replace(first, columns={**first.columns, "normal_force": 1e-3 * np.sin(1e3 * first.t)})
     with pytest.raises(RecordingError, match="without contact"):
         changed(first, calm)

@@ -184,6 +184,8 @@ def changed(
             raise UsageError(f"changed compares two recordings; give a Recording, not a {type(one).__name__}")
         if not len(one):
             raise RecordingError(f"{one.name} has no episode; give a recording with a press in it")
+    if (first.is_material, first.is_step) != (second.is_material, second.is_step):
+        raise RecordingError(f"of {first.name} and {second.name} only one is of a material without a contact")
     noises = [noise_of(excerpt(one)).tolerant(tolerance) for one in both]
 
     def fitted(like: ContactModel) -> list[Fit]:
