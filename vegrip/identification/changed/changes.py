@@ -92,8 +92,9 @@ class Changed:
     @property
     def experiment(self) -> list[dict[str, Any]]:
         """What would tell apart each set that both recordings do not."""
-        model = self.pair.second.model
-        return [{"between": one, "advice": advice_for(one, model)} for one in self.indistinguishable]
+        model, sets = self.pair.second.model, zip(self.choice.unsure, self.indistinguishable, strict=True)
+        few = [(one, len(one) - count) for (count, _), one in sets]  # what is not there, one by one
+        return [{"between": one, "advice": advice_for(one, count, model)} for one, count in few]
 
     @cached_property
     def unchanged(self) -> list[Change]:

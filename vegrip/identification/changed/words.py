@@ -70,9 +70,9 @@ def label_of(name: str, model: ContactModel) -> str:
     return KNOWN[name][0] if name in KNOWN else f"{name} of {model.parameters[name][0]}"
 
 
-def advice_for(names: list[str], model: ContactModel) -> str:
-    """Return the experiments that tell changes apart: one less than there are."""
+def advice_for(names: list[str], count: int, model: ContactModel) -> str:
+    """Return so many experiments that tell changes apart."""
     known = [KNOWN[name][1] for name in KNOWN if name in names]
     others = [effect(model.parameters[name][0]).experiment for name in names if name not in KNOWN]
     told = list(dict.fromkeys(one for one in (*known, *others) if one))
-    return "; ".join(told[: max(len(names) - 1, 1)])
+    return "; ".join(told[: max(count, 1)])
