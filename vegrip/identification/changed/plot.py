@@ -37,8 +37,9 @@ def draw_changed(found: Changed, path: Path) -> None:
         t = drawn_time(pair.second.measured.recording)[r.rows]
         count = max(r.raw.size // AVERAGED, min(r.raw.size, AVERAGED))
         t_mean, mean = ([part.mean() for part in np.array_split(values, count)] for values in (t, r.raw))
-        axis.plot(t_mean, mean, ".", ms=3.0, color="0.5", label="second less the first's law, averaged")
-        axis.plot(t, made[r.channel][0], ".", ms=1.5, color="C3", label="what the change makes")
+        axis.plot(t, made[r.channel][0], ".", ms=2.0, color="C1", label="what the change makes")
+        axis.plot(t_mean, mean, "k.", ms=3.0, label="second less the first's law, averaged")
+        axis.set_xlim(axes[1].get_xlim())
         _labelled(axis, r.channel, f"difference of the {r.channel.replace('_', ' ')}")
     figure.suptitle(found.sentence, fontsize=10, wrap=True)
     save_figure(figure, path)
