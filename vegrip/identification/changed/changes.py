@@ -38,6 +38,7 @@ SIDE_95 = 1.96  # standard errors to either side of an interval of 95 %
 VAGUE_PERCENT = 100.0  # from which a value that may have changed so much is not said to be unchanged
 MIN_WARMER_K = 1.0  # [K] from which a difference of the temperatures is told
 OUTERMOST = 0.05  # of the rows, which do not count for what was shown
+EXPLAINED = ("named", "ambiguous")  # verdicts of a diagnosis
 COUNTS = ("none", "one", "two", "three", "four")
 
 
@@ -197,22 +198,22 @@ def changed(
     overlap = _overlap(a, b)
     if _lacks(a.problem, a.optimum.u):
         found = diagnose(first, like, noise=noises[0], report=report)
-        like = found.model if found.named else like
-        a, b = fitted(like) if found.named else (a, b)
+        if found.verdict in EXPLAINED:
+            like = found.model
+            a, b = fitted(like)
     pair = Pair(a, b)
     choice, new = choose(pair), tuple[str, ...]()
     if _lacks(pair.second, pair.side(1, pair.w)[0]) and not _lacks(a.problem, a.optimum.u):
         found = diagnose(second, like, noise=noises[1], report=report)
         names = tuple(one.candidate.name for one in found.search.accepted)
-        if found.verdict in ("named", "ambiguous"):
+        if found.verdict in EXPLAINED:
             is_old = any(_gain(a, name) > thresholds.MIN_GAIN_NATS for name in names)
             other = Pair(*fitted(found.model)) if is_old else Pair(a, found.result)
             rival = choose(other)
             if _cost(pair) - _cost(other) > thresholds.MIN_GAIN_NATS:
-                sets = [
-                    next((one for one in found.indistinguishable if name in one), [name]) for name in names
-                ]
-                pair, choice, new = other, rival, () if is_old else tuple(" or ".join(one) for one in sets)
+                sets = {one[0]: " or ".join(one) for one in found.indistinguishable}
+                pair, choice = other, rival
+                new = () if is_old else tuple(sets.get(name, name) for name in names)
         elif found.verdict == "unexplained" and a.error < MISFIT:
             new = ("something that no effect explains",)
     return Changed(pair, choice, new, overlap, tuple(_doubts(pair)))

@@ -1,9 +1,8 @@
 """Which differences there are: the smallest set that explains both recordings, and its rivals.
 
 Sets of every size are compared, the best of each. A larger one is taken when twice what it gains would come
-by chance less often than ``FALSE_CHANGE``, over as many questions as there are larger sets, and when it gains
-a thousandth of what was gained so far, for no law is exact. Sets of one size within 5 nats of the best cannot
-be told from it; what all of them have is sure.
+by chance less often than ``FALSE_CHANGE``, over as many questions as there are larger sets. Sets of one size
+within 5 nats of the best cannot be told from it; what all of them have is sure.
 """
 
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ from math import comb
 from scipy.special import chdtrc
 
 from vegrip.identification.changed.pair import Pair
-from vegrip.identification.diagnosis.thresholds import INDISTINGUISHABLE_NATS, INDISTINGUISHABLE_SHARE
+from vegrip.identification.diagnosis.thresholds import INDISTINGUISHABLE_NATS
 
 FALSE_CHANGE = 1e-3  # chance that anything is said to have changed where nothing has
 MOST_CHANGES = 4
@@ -64,13 +63,10 @@ def choose(pair: Pair) -> Choice:
 
 def _best(pair: Pair) -> Set:
     best: Set = ()
-    nothing = pair.cost(best)
     for size in range(1, min(MOST_CHANGES, len(pair.questions)) + 1):
         one = min(combinations(pair.questions, size), key=pair.cost)
         added, gain = size - len(best), pair.cost(best) - pair.cost(one)
-        possible = comb(len(pair.questions) - len(best), added)
-        is_more = gain > INDISTINGUISHABLE_SHARE * (nothing - pair.cost(best))
-        if is_more and chance(gain, added, possible) < FALSE_CHANGE:
+        if chance(gain, added, comb(len(pair.questions) - len(best), added)) < FALSE_CHANGE:
             best = one
         elif added > 1:  # two at once, as those of one effect, show where one alone does not
             break

@@ -51,13 +51,12 @@ class Change:
         """Return it as a sentence has it."""
         low, high = sorted(self.interval, key=abs)
         if self.percent is None:
-            return (
-                f"{label} {self.amount(self.after - self.before)} ({self.amount(low)} to {self.amount(high)})"
-            )
-        size, low, high = (math.copysign(1.0, self.percent) * one for one in (self.percent, low, high))
+            size, *ends = map(self.amount, (self.after - self.before, low, high))
+            return f"{label} {size} ({' to '.join(ends)})"
+        change, low, high = (math.copysign(1.0, self.percent) * one for one in (self.percent, low, high))
         digits = max(0, -math.floor(math.log10(max(high - low, 1e-9))))  # of the interval's width, one
         way = (("higher", "lower"), ("stiffer", "softer"))[self.name == "K"][self.percent < 0.0]
-        told = f"{size:.{digits}f} % {way} ({low:.{digits}f} to {high:.{digits}f} %)"
+        told = f"{change:.{digits}f} % {way} ({low:.{digits}f} to {high:.{digits}f} %)"
         return told if self.name == "K" else f"{label} {told}"
 
     def amount(self, value: float) -> str:
