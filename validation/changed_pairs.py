@@ -73,7 +73,7 @@ class Outcome:
     sentence: str
     is_exact: bool  # named, and nothing beside
     is_right: bool
-    is_false: bool  # something is sure that did not change, or a set has nothing of what did
+    is_false: bool  # something is said, and it is not that
     shows: bool
     errors: dict[str, float]  # of what was said rightly, over its standard error
 
@@ -162,14 +162,11 @@ def judged(pair: Pair) -> Outcome:
     names = found.pair.names
     sets = [{names[j] for j in one} for one in found.choice.rivals]
     is_right = truth in sets and not found.new_effects
-    sure = {names[j] for j in found.choice.sure}
-    is_false = (
-        not sure <= truth or any(not truth & one for one in sets if one) or found.verdict == "new_effect"
-    )
+    is_false = found.verdict != "nothing" and not is_right  # something is said, and it is not that
     asked = {names.index(name) for name in truth if name in names}
     gain = found.pair.cost(()) - found.pair.cost(tuple(asked & set(found.pair.questions)))
     return Outcome(
-        pair, found.verdict, found.sentence, sets == [truth], is_right, is_false, gain > SHOWS_NATS,
+        pair, found.verdict, found.sentence, is_right and len(sets) == 1, is_right, is_false, gain > SHOWS_NATS,
         dict(_errors(found, pair.truth)) if is_right else {},
     )  # fmt: skip
 

@@ -203,7 +203,8 @@ def changed(
             a, b = fitted(like)
     pair = Pair(a, b)
     choice, new = choose(pair), tuple[str, ...]()
-    if _lacks(pair.second, pair.side(1, pair.w)[0]) and not _lacks(a.problem, a.optimum.u):
+    second_at = pair.side(1, pair.w)[0]
+    if _lacks(pair.second, second_at) and not _lacks(a.problem, a.optimum.u):
         found = diagnose(second, like, noise=noises[1], report=report)
         names = tuple(one.candidate.name for one in found.search.accepted)
         if found.verdict in EXPLAINED:
@@ -214,7 +215,7 @@ def changed(
                 sets = {one[0]: " or ".join(one) for one in found.indistinguishable}
                 pair, choice = other, rival
                 new = () if is_old else tuple(sets.get(name, name) for name in names)
-        elif found.verdict == "unexplained" and a.error < MISFIT:
+        elif found.verdict == "unexplained" and a.error < MISFIT < overall_error(pair.second, second_at):
             new = ("something that no effect explains",)
     return Changed(pair, choice, new, overlap, tuple(_doubts(pair)))
 
