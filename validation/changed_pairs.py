@@ -166,7 +166,8 @@ def judged(pair: Pair) -> Outcome:
     asked = {names.index(name) for name in truth if name in names}
     gain = found.pair.cost(()) - found.pair.cost(tuple(asked & set(found.pair.questions)))
     return Outcome(
-        pair, found.verdict, found.sentence, is_right and len(sets) == 1, is_right, is_false, gain > SHOWS_NATS,
+        pair, found.verdict, found.sentence, is_right and len(sets) == 1, is_right, is_false,
+        gain > SHOWS_NATS,
         dict(_errors(found, pair.truth)) if is_right else {},
     )  # fmt: skip
 
