@@ -2,6 +2,7 @@
 
 import gzip
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from vegrip.identification import samples
 from vegrip.identification.samples import (
     FOREIGN_DATABASE,
     FOREIGN_LOG,
+    LATER_TABLE,
     SAMPLE_LOG,
     SAMPLE_RADIUS_M,
     SAMPLE_TABLE,
@@ -24,6 +26,7 @@ from vegrip.transport.codec import CanCodec
 from vegrip.transport.mapped.checksums import make_crc
 from vegrip.virtual.bench.protocol import Episode, Segment, hold, slip, triangles
 from vegrip.virtual.bench.trial import run_trial
+from vegrip.virtual.sensor import SENSED_CHANNELS, Sensors
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
 
 SAMPLES = Path(samples.__file__).parent
@@ -34,6 +37,8 @@ PRESS_DEPTH_M = 1.6e-3  # [m]
 TIP = FingertipSettings(
     radius=SAMPLE_RADIUS_M, amplitudes=(0.25,), rates=(2.0,), friction=0.7, bristle_stiffness=1e10
 )
+SOFTER = 0.89  # times the stiffness of the same fingertip later, and
+LATER_ZERO_N = 14e-3  # [N] that the force sensor then shows without a load
 HIDDEN_EFFECTS = {"adhesion": {"force": 0.05, "stretch": 0.06 * PRESS_DEPTH_M}}  # [N], [m]
 CSV_HEADER = "time_s,trial,depth_mm,force_mN,pull_x_mN,pull_y_mN,turn_mNm,sliding,slip_mm_s"
 FORMAT = "%.4f,%d,%.4f,%.1f,%.1f,%.1f,%.2f,%d,%.3f"
@@ -53,12 +58,19 @@ def protocol() -> tuple[Episode, ...]:
     return tuple((away, *episode, away) for episode in episodes)
 
 
-def table() -> str:
-    """Return the table of the test rig."""
+def table(*, is_later: bool = False) -> str:
+    """Return the table of the test rig; ``is_later``: after the pad softened and the sensor's zero moved."""
     sensors = SensorSettings(rate=SAMPLE_RATE_HZ, force_bias=2e-3)
+    first = Sensors(sensors, ("tip",), np.random.default_rng(SEED)).bias[0]  # the same sensors later
+    tip = replace(TIP, reference_force=SOFTER * TIP.reference_force) if is_later else TIP
+    noise = replace(sensors, force_bias=0.0, displacement_bias=0.0) if is_later else sensors
     columns = run_trial(
-        TIP, protocol(), sensors, SEED, hidden=HIDDEN_EFFECTS, rings=8, spokes=16, truth=False
+        tip, protocol(), noise, SEED + is_later, hidden=HIDDEN_EFFECTS, rings=8, spokes=16, truth=False
     ).columns
+    if is_later:
+        for name, bias in zip(SENSED_CHANNELS, first, strict=True):
+            if name in columns:
+                columns[name] = columns[name] + bias + LATER_ZERO_N * (name == "normal_force")
     chosen = [
         columns["t"],
         columns["episode"],
@@ -153,6 +165,7 @@ def make(folder: Path) -> None:
     """Write all into ``folder``."""
     write_foreign(folder / FOREIGN_LOG)
     folder.joinpath(f"{SAMPLE_TABLE}.gz").write_bytes(gzip.compress(table().encode(), mtime=0))
+    folder.joinpath(f"{LATER_TABLE}.gz").write_bytes(gzip.compress(table(is_later=True).encode(), mtime=0))
     write_log(folder / SAMPLE_LOG)
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from vegrip.grip.controller import GripController
     from vegrip.grip.safety import LimitSettings
     from vegrip.grip.settings import ControlSettings
+    from vegrip.identification.changed import changed
     from vegrip.identification.compare import Comparison, compare
     from vegrip.identification.diagnosis import Diagnosis, diagnose
     from vegrip.identification.diagnosis.error_ladder import Ladder, Refinement, ladder, refine
@@ -69,6 +70,7 @@ _PLACES = {
     "SensorNoise": "vegrip.estimator",
     "Sensors": "vegrip.estimator",
     "SlipMargin": "vegrip.messages",
+    "changed": "vegrip.identification.changed",
     "compare": "vegrip.identification.compare",
     "diagnose": "vegrip.identification.diagnosis",
     "draft": "vegrip.identification.draft",
@@ -117,6 +119,7 @@ __all__ = [
     "Sensors",
     "SlipMargin",
     "__version__",
+    "changed",
     "compare",
     "diagnose",
     "draft",

@@ -15,6 +15,7 @@ PACKAGES = {
     "vegrip.identification.fit": "Fit",
     "vegrip.identification.compare": "Compare",
     "vegrip.identification.diagnosis": "Diagnose",
+    "vegrip.identification.changed": "What changed",
     "vegrip.identification.experiment": "Experiment",
     "vegrip.runtime": "Nodes",
     "vegrip.transport": "Transports",

@@ -16,6 +16,7 @@ from vegrip.identification.recording.column_map import read_column_map
 from vegrip.identification.recording.data import join_recordings, select_episodes
 from vegrip.identification.recording.import_csv import import_csv
 from vegrip.identification.samples import (
+    LATER_TABLE,
     MODEL,
     MUSCLE,
     SAMPLE_LOG,
@@ -27,11 +28,13 @@ from vegrip.model import read_model
 
 
 @pytest.mark.slow
-def test_the_table_is_made_anew_byte_by_byte() -> None:
+def test_both_tables_are_made_anew_byte_by_byte() -> None:
     shipped = gzip.decompress(
         files("vegrip.identification.samples").joinpath(f"{SAMPLE_TABLE}.gz").read_bytes()
     )
     assert make_samples.table().encode() == shipped
+    later = files("vegrip.identification.samples").joinpath(f"{LATER_TABLE}.gz").read_bytes()
+    assert make_samples.table(is_later=True).encode() == gzip.decompress(later)
 
 
 @pytest.fixture(scope="module")

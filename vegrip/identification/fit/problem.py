@@ -390,8 +390,8 @@ class Problem:
         s_f = np.nan_to_num(noise.tangential_force) / limit / root
         s_q = np.nan_to_num(noise.torque_z) / torsion / root
         load = noise.normal_force / np.maximum(here[rows, AT["contact_force"]], noise.normal_force) / root
-        u2 = np.maximum(f * f + q * q, 1e-12)
         with np.errstate(over="ignore", invalid="ignore"):  # nothing is sure where the model does not touch
+            u2 = np.maximum(f * f + q * q, 1e-12)
             along = ((f * s_f) ** 2 + (q * s_q) ** 2) / u2**2
             std = np.sqrt(along + load**2)
             bias = (2.0 * s_f**2 + s_q**2) / (2.0 * u2) - along + 0.5 * load**2

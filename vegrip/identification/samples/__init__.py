@@ -47,6 +47,8 @@ NOISE: Final = {
     "torque_z": 1e-4,
 }  # SI
 SAMPLE_TABLE: Final = "press.csv"
+LATER: Final = "press-later"
+LATER_TABLE: Final = f"{LATER}.csv"
 SAMPLE_LOG: Final = "press.blf"
 MODEL: Final = "press.toml"
 HIDDEN_LAW: Final = "tiring.py"
@@ -76,14 +78,14 @@ def _content(path: Path) -> list[bytes]:
     return [file.read_bytes() for file in files if file.is_file()]
 
 
-def recording() -> "Recording":
-    """Return the sample recording."""
+def recording(table: str = SAMPLE_TABLE) -> "Recording":
+    """Return the sample recording that ships as ``table``."""
     from vegrip.identification.recording.column_map import ColumnMap, with_columns  # noqa: PLC0415 (heavy)
     from vegrip.identification.recording.import_csv import import_csv  # noqa: PLC0415
 
     chart = with_columns(ColumnMap(), COLUMNS, UNITS)
     channels = {name: replace(entry, noise=NOISE.get(name, 0.0)) for name, entry in chart.channels.items()}
-    with as_file(files(__name__).joinpath(f"{SAMPLE_TABLE}.gz")) as path:
+    with as_file(files(__name__).joinpath(f"{table}.gz")) as path:
         return import_csv(path, replace(chart, channels=channels), radius=SAMPLE_RADIUS_M)
 
 
@@ -114,14 +116,20 @@ def _write_lift(folder: Path) -> None:
         write_lift(folder)
 
 
-def _write_recording(path: Path) -> None:
-    from vegrip.identification.recording import write_recording  # noqa: PLC0415 (heavy)
+def _recorded(table: str) -> Callable[[Path], object]:
+    def write(path: Path) -> None:
+        from vegrip.identification.recording import write_recording  # noqa: PLC0415 (heavy)
 
-    write_recording(recording(), path)
+        write_recording(recording(table), path)
+
+    return write
 
 
 SAMPLES: Final = {
-    "press": Sample("a recording: a fingertip pressed, held and pulled until it slips", _write_recording),
+    "press": Sample(
+        "a recording: a fingertip pressed, held and pulled until it slips", _recorded(SAMPLE_TABLE)
+    ),
+    LATER: Sample("the same fingertip later, somewhat changed, for `vegrip changed`", _recorded(LATER_TABLE)),
     SAMPLE_TABLE: Sample(
         "the same as the table of a test rig, in mm and mN, for `vegrip import`", _write_table
     ),

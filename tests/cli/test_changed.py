@@ -1,0 +1,43 @@
+"""``vegrip changed``: what a machine reads, and what is refused before any fit."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import first_presses
+from vegrip.cli import main
+from vegrip.identification.recording import write_recording
+
+
+def test_the_json_has_what_the_contract_names(
+    bench: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    later = first_presses()
+    columns = {name: values for name, values in later.columns.items() if name != "torque_z"}
+    columns["normal_force"] = columns["normal_force"] + 0.02
+    write_recording(replace(later, columns=columns), tmp_path / "later")
+    assert main(["changed", str(bench / "press"), str(tmp_path / "later"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["verdict"] == "named"
+    assert [one["name"] for one in told["changed"]] == ["zero_normal_force"]
+    (zero,) = told["changed"]
+    assert zero["after"] - zero["before"] == pytest.approx(0.02, abs=3.0 * zero["std"])
+    assert zero.keys() >= {"name", "before", "after", "std", "percent", "p"}
+    assert (told["indistinguishable"], told["experiment"]) == ([], None)
+    assert told["overlap"]["first_only"] == ["torque_z"]
+    assert "torque_z" not in told["overlap"]["channels"]
+
+
+def test_what_cannot_be_read_or_written_is_one_sentence(
+    bench: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    press = str(bench / "press")
+    assert main(["changed", press, str(tmp_path / "nowhere")]) == 3
+    (tmp_path / "there.png").write_bytes(b"")
+    assert main(["changed", press, press, "-o", str(tmp_path / "there.png")]) == 3
+    assert main(["changed", press]) == 2
+    said = capsys.readouterr().err.strip().splitlines()
+    assert len(said) == 3
+    assert all(line.startswith("vegrip: ") for line in said)
