@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from vegrip.model import ContactModel, paper_model, read_model, write_model
     from vegrip.transport.open import open_endpoint
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _PLACES = {
     "Comparison": "vegrip.identification.compare",

@@ -343,7 +343,7 @@ def _tell(
 
 def _found(proposal: "Proposal | None", values: "Values | None") -> tuple[list[str], list[str], list[str]]:
     """Return what was learned, what is open, and what cannot be."""
-    wrong = values.implausible(by_options=proposal is not None) if values is not None else []
+    wrong = values.implausible(is_by_options=proposal is not None) if values is not None else []
     if proposal is None:
         return [], [], wrong
     return proposal.learned, proposal.doubts, [*proposal.implausible, *wrong]

@@ -256,9 +256,11 @@ class Values:
                     found[f"{finger.name}: {channel} has no value in {count} of {len(states)} states"] = share
         return found
 
-    def implausible(self, *, by_options: bool) -> list[str]:
+    def implausible(self, *, is_by_options: bool) -> list[str]:
         """Return what contradicts itself; the remedy as options, or as keys of a map."""
-        remedy = "--set fingers.{0}.displacement.sign" if by_options else "sign of [fingers.{0}.displacement]"
+        remedy = (
+            "--set fingers.{0}.displacement.sign" if is_by_options else "sign of [fingers.{0}.displacement]"
+        )
         return [
             sentence + remedy.format(finger)
             for finger in self.states
