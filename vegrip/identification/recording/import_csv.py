@@ -387,6 +387,8 @@ def _suspect_travel(
     off, pressed, rests = [], [], []
     for rows in stretches_of(trial):
         depth, force = columns["displacement"][rows], columns["normal_force"][rows]
+        if np.isnan(force[:REST_ROWS]).all():
+            continue
         force = force - np.nanmedian(force[:REST_ROWS])
         threshold = max(
             5.0 * baseline_noise([force[:REST_ROWS]], LEAST_TOUCH_ROWS), TOUCH_SHARE * float(np.nanmax(force))

@@ -183,7 +183,8 @@ class _Form:
     @classmethod
     def of(cls, lines: Sequence[str], delimiter: str, decimal: str) -> "_Form":
         rows = [_split(line, delimiter) for line in lines]
-        signs = [sign for row in rows for sign in _signs(row) if sign]
+        found = [(sign, is_sure) for row in rows for sign, is_sure in _signs(row) if sign]
+        signs = [sign for sign, is_sure in found if is_sure] or [sign for sign, _ in found]
         decimal = decimal or ("," if signs.count(",") > signs.count(".") else ".")
         other = "." if decimal == "," else ","
         shares = [_share(row, other) for row in rows]
@@ -220,14 +221,18 @@ def _split(line: str, delimiter: str) -> list[str]:
         return []
 
 
-def _signs(row: Sequence[str]) -> Iterator[str]:
+def _signs(row: Sequence[str]) -> Iterator[tuple[str, bool]]:
+    """Yield what may be the decimal sign of each number, and whether it can be no mark between thousands."""
     for cell in row if len(row) > 1 else ():
         plain = cell.translate(MINUS)
         if grouped := GROUPED.fullmatch(plain):
             marks = set(re.findall("[.,]", plain)) - {grouped[1]}
-            yield grouped[1] or ("" if plain.count(".") + plain.count(",") != 1 else marks.pop())
+            yield (
+                grouped[1] or ("" if plain.count(".") + plain.count(",") != 1 else marks.pop()),
+                bool(grouped[1]),
+            )
         elif found := NUMBER.fullmatch(plain):
-            yield found[1] or found[2] or ""
+            yield found[1] or found[2] or "", True
 
 
 def _share(row: Sequence[str], other: str) -> float:
