@@ -16,12 +16,12 @@ from pathlib import Path
 from benchmarks._timing import compared
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import CanCodec, Frame
-from vegrip.transport.mapped.checksums import ChecksumMap, make_crc, protection
+from vegrip.transport.hands.link_endpoint import PacketStream
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.commands import rounding
 from vegrip.transport.mapped.compiled import made, packing
-from vegrip.transport.mapped.link_endpoint import PacketStream
 from vegrip.transport.mapped.plan import open_plan
+from vegrip.transport.maps.checksums import ChecksumMap, make_crc, protection
 
 BATCH = 100
 MILLISECOND = 1_000_000

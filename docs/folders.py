@@ -9,6 +9,7 @@ import re
 import sys
 from collections.abc import Iterator
 from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -62,6 +63,17 @@ def arrows() -> dict[str, set[str]]:
     return found
 
 
+def circle() -> list[str]:
+    """Return the modules that import each other in a circle; empty: there is none."""
+    modules = sources()
+    graph = {name: imported(name, modules) - {name, FRONT_DOOR} for name in modules}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
 def named(targets: set[str]) -> str:
     """Return folders as they stand in a sentence."""
     return ", ".join(f"`{target}`" for target in sorted(targets - {GROUND})) or "nothing"
@@ -79,6 +91,8 @@ def complaints(text: str) -> Iterator[str]:
             yield f"the folder {name} has {names.count(name)} rows"
     if found[GROUND]:
         yield f"modules of vegrip itself import {named(found[GROUND])}; every folder stands above them"
+    if round_trip := circle():
+        yield f"modules import each other: {' -> '.join(round_trip)}"
     for place, name in enumerate(names):
         if below := found.get(name, set()) & set(names[place + 1 :]):
             yield f"{name} imports {named(below)}, further down in the table"

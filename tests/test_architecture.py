@@ -26,6 +26,13 @@ def test_no_import_leads_back_to_where_it_came_from() -> None:
     assert arrows == {}, "a circle of imports"
 
 
+def test_a_module_that_imports_itself_through_another_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    imports = folders.imported
+    back = {"vegrip.clock": {"vegrip.types"}, "vegrip.types": {"vegrip.clock"}}
+    monkeypatch.setattr(folders, "imported", lambda name, modules: back.get(name) or imports(name, modules))
+    assert any("modules import each other" in said for said in folders.complaints(PAGE))
+
+
 def test_what_is_installed_imports_nothing_that_is_not() -> None:
     for name, targets in folders.arrows().items():
         if name.split("/")[0] not in folders.NOT_SHIPPED:

@@ -7,7 +7,7 @@ from types import ModuleType
 import pytest
 
 from vegrip.cli import COMMANDS
-from vegrip.transport.mapped import products
+from vegrip.transport.maps import products
 
 DOCS = Path(__file__).parents[1] / "docs"
 

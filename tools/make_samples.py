@@ -23,7 +23,7 @@ from vegrip.identification.samples import (
 )
 from vegrip.model import paper_model
 from vegrip.transport.codec import CanCodec
-from vegrip.transport.mapped.checksums import make_crc
+from vegrip.transport.maps.checksums import make_crc
 from vegrip.virtual.bench.protocol import Episode, Segment, hold, slip, triangles
 from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.sensor import SENSED_CHANNELS, Sensors

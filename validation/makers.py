@@ -33,11 +33,11 @@ from typing import Any
 
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import Frame
+from vegrip.transport.hands.link_endpoint import PacketStream
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.link_endpoint import PacketStream
 from vegrip.transport.mapped.plan import open_plan
-from vegrip.transport.mapped.products import map_of
-from vegrip.transport.mapped.writer import changed_text
+from vegrip.transport.maps.map_text import changed_text
+from vegrip.transport.maps.products import map_of
 
 PACKETS = 10_000
 DIFFERS = 4

@@ -5,6 +5,8 @@ from typing import Protocol
 
 NS = 1_000_000_000
 """Nanoseconds in a second."""
+NOT_YET = -(1 << 62)
+"""[ns] Before all that comes or is sent."""
 
 
 class Clock(Protocol):

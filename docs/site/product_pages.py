@@ -5,11 +5,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from vegrip.connect.writer import checked
 from vegrip.transport.mapped.plan import FingerPlan, Plan, open_plan
 from vegrip.transport.mapped.price import price
-from vegrip.transport.mapped.products import about, map_of, names, virtual_text
-from vegrip.transport.mapped.units import SI
-from vegrip.transport.mapped.writer import checked
+from vegrip.transport.maps.products import about, map_of, names, virtual_text
+from vegrip.transport.maps.units import SI
 
 REPORT = """## Tried on hardware
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from vegrip.cli import main
-from vegrip.transport.mapped.database import read_dbc
-from vegrip.transport.mapped.guess import all_signals
+from vegrip.connect.guess import all_signals
+from vegrip.transport.maps.database import read_dbc
 
 STATE = """BO_ {identifier} {f}_State: 12 Hand
  SG_ {own}_{normal}" PC

@@ -14,9 +14,9 @@ import typer
 from vegrip.cli._terminal import printer, table
 from vegrip.clock import NS
 from vegrip.config import build
+from vegrip.connect.traffic import Now, Traffic, traffic_of
 from vegrip.identification.recording.can_frames import read_log
 from vegrip.transport.can_port import open_port
-from vegrip.transport.mapped.traffic import Now, Traffic, traffic_of
 from vegrip.transport.open import CanSettings, open_bus
 
 if TYPE_CHECKING:

@@ -141,9 +141,9 @@ def _tell_losses(where: str, report: "LoadReport") -> None:
 def _of_a_map(log: Path, hand: Path) -> "Mapping[str, Recording]":
     import dataclasses
 
+    from vegrip.connect.traffic import traffic_of, values_of
     from vegrip.identification.recording.can_frames import read_log
     from vegrip.transport.mapped.plan import open_plan
-    from vegrip.transport.mapped.traffic import traffic_of, values_of
 
     plan = open_plan(_map_of(hand))
     channel = str(plan.hand.transport.get("channel", ""))

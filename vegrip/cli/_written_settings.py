@@ -24,7 +24,7 @@ def write_settings(path: Path, section: str, settings: Mapping[str, Any], by: st
     if "node" in table:
         text = _in_launch(text, section, lines, by)
     else:
-        from vegrip.transport.mapped.writer import changed_text
+        from vegrip.transport.maps.map_text import changed_text
 
         text = changed_text(text, [([section, key], value) for key, value in settings.items()])
     if not _is_in(text, section, settings):

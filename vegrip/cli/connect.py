@@ -16,11 +16,11 @@ from vegrip.errors import ConfigError, InputError, UsageError
 from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
-    from vegrip.transport.mapped.drafts import Setting
+    from vegrip.connect.proposal import Proposal
+    from vegrip.connect.questions import Window
+    from vegrip.connect.traffic import Now, Traffic, Values
     from vegrip.transport.mapped.plan import Plan
-    from vegrip.transport.mapped.proposal import Proposal
-    from vegrip.transport.mapped.questions import Window
-    from vegrip.transport.mapped.traffic import Now, Traffic, Values
+    from vegrip.transport.maps.map_text import Setting
 
 DATABASE = Annotated[
     Path | None, typer.Argument(help="Their .dbc, .kcd, .sym, .arxml, .eds or .dcf; or a map, to check it.")
@@ -106,9 +106,9 @@ def connect(
     A product of --list needs no database: vegrip connect --hand bota-sensone -o tip.toml
     """
     from vegrip.cli._listening import traffic_of_hand
+    from vegrip.connect.traffic import MappedNow, SignalsNow
+    from vegrip.connect.writer import Known, draw_up
     from vegrip.transport.mapped import plan as plans
-    from vegrip.transport.mapped.traffic import MappedNow, SignalsNow
-    from vegrip.transport.mapped.writer import Known, draw_up
 
     if (database is not None) + lists + bool(hand) != 1:
         what = f"{database}: " if database is not None else ""
@@ -160,8 +160,9 @@ def _connect_product(
     *,
     as_json: bool,
 ) -> None:
-    from vegrip.transport.mapped.products import map_of
-    from vegrip.transport.mapped.writer import changed_text, checked
+    from vegrip.connect.writer import checked
+    from vegrip.transport.maps.map_text import changed_text
+    from vegrip.transport.maps.products import map_of
 
     text = map_of(name).read_text(encoding="utf-8")
     kind = parse_toml(text)["transport"]["kind"]
@@ -185,7 +186,7 @@ def _connect_product(
 
 
 def _show_products(*, as_json: bool) -> None:
-    from vegrip.transport.mapped.products import about, names
+    from vegrip.transport.maps.products import about, names
 
     found = [about(name) for name in names()]
     if as_json:
@@ -283,9 +284,9 @@ def _tell(
     accepted: bool = False,
     as_json: bool,
 ) -> None:
+    from vegrip.connect.traffic import values_of
     from vegrip.identification.recording import report
     from vegrip.transport.mapped.price import price
-    from vegrip.transport.mapped.traffic import values_of
 
     values = values_of(plan, traffic) if plan is not None and traffic is not None else None
     if values is not None and not values.states:
@@ -387,7 +388,7 @@ def _next(output: Path, plan: "Plan | None") -> str:
 
 
 def _show(values: "Values", plan: "Plan") -> None:
-    from vegrip.transport.mapped.units import SI
+    from vegrip.transport.maps.units import SI
 
     content = table("finger", "channel", "from", "unit", "least", "last", "largest", "states/s")
     for finger in plan.fingers:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from vegrip.config import read_toml
+from vegrip.connect.writer import checked
 from vegrip.errors import ConfigError
 from vegrip.grip.parameters import GraspParameters
 from vegrip.messages import FingertipState, Message
@@ -19,8 +20,7 @@ from vegrip.transport.codec.frame_codec import Line
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.mapped.plan import Plan
 from vegrip.transport.mapped.price import settings
-from vegrip.transport.mapped.products import map_of, virtual_text
-from vegrip.transport.mapped.writer import checked
+from vegrip.transport.maps.products import map_of, virtual_text
 from vegrip.trials import candidates
 from vegrip.trials.closed_loop import Scenario
 from vegrip.virtual import HandSettings

@@ -24,8 +24,8 @@ TRANSPORTS: dict[str, str] = {
     "can": "vegrip.transport.open:open_can",
     "canopen": "vegrip.canopen.hand_endpoint:open_canopen",
     "zmq": "vegrip.transport.open:open_zmq",
-    **dict.fromkeys(("udp", "tcp", "serial"), "vegrip.transport.mapped.link_endpoint:open_link"),
-    "device": "vegrip.transport.mapped.device_endpoint:open_device",
+    **dict.fromkeys(("udp", "tcp", "serial"), "vegrip.transport.hands.link_endpoint:open_link"),
+    "device": "vegrip.transport.hands.device_endpoint:open_device",
 }
 """What may stand as ``kind`` in a ``[transport]`` table; a transport is imported when one is opened."""
 
@@ -33,8 +33,8 @@ SETTINGS: dict[str, str] = {
     "can": "vegrip.transport.open:CanSettings",
     "canopen": "vegrip.canopen.network:CanopenSettings",
     "zmq": "vegrip.transport.open:ZmqSettings",
-    **dict.fromkeys(("udp", "tcp", "serial"), "vegrip.transport.mapped.link_endpoint:LinkSettings"),
-    "device": "vegrip.transport.mapped.device_endpoint:DeviceSettings",
+    **dict.fromkeys(("udp", "tcp", "serial"), "vegrip.transport.hands.link_endpoint:LinkSettings"),
+    "device": "vegrip.transport.hands.device_endpoint:DeviceSettings",
 }
 """What such a table may hold, by its kind."""
 
@@ -196,7 +196,7 @@ def open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
     return CanEndpoint(bus, codec, again, timing, settings.order_window, clock)
 
 
-MAPPED = "vegrip.transport.mapped.endpoints"
+MAPPED = "vegrip.transport.hands.endpoints"
 """Where hands of another make are opened; imported when a transport has a map."""
 
 

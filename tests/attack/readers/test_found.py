@@ -25,7 +25,7 @@ from vegrip.model import paper_model
 from vegrip.transport.codec.database import build_layouts
 from vegrip.transport.codec.schema import read_proto
 from vegrip.transport.key_files import make_keys, read_keys
-from vegrip.transport.mapped.database import read_dbc
+from vegrip.transport.maps.database import read_dbc
 from vegrip.web.check.session import CHECK_FILE
 from vegrip.web.check.session import load as load_check
 

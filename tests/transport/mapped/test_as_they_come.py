@@ -7,12 +7,13 @@ import pytest
 
 from vegrip.cli import main
 from vegrip.config import parse_toml
+from vegrip.connect.guess import finger_of, words_of
 from vegrip.errors import ConfigError
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.database import read_dbc, says_nothing
-from vegrip.transport.mapped.guess import finger_of, words_of
 from vegrip.transport.mapped.plan import open_plan
+from vegrip.transport.maps.database import read_dbc
+from vegrip.transport.maps.signals import says_nothing
 
 NAN = float("nan")
 SAME = ("signal", "sign", "unit")

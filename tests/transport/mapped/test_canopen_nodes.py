@@ -11,9 +11,9 @@ import pytest
 
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import Frame
+from vegrip.transport.hands.endpoints import MappedCanEndpoint
 from vegrip.transport.mapped.canopen_nodes import CanopenNodes
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.endpoints import MappedCanEndpoint
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.price import price
 

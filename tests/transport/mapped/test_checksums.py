@@ -7,10 +7,10 @@ import pytest
 from hands import seeded
 
 from vegrip.config import build
+from vegrip.connect.find_protection import find_checksum
 from vegrip.errors import ConfigError
-from vegrip.transport.mapped.checksums import PROFILES, ChecksumMap, make_crc, protection, table_crc
-from vegrip.transport.mapped.database import ForeignMessage, Signal
-from vegrip.transport.mapped.find_protection import find_checksum
+from vegrip.transport.maps.checksums import PROFILES, ChecksumMap, make_crc, protection, table_crc
+from vegrip.transport.maps.signals import ForeignMessage, Signal
 
 ALL = {
     "Crc8": (8, crccheck.crc.Crc8),

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import Frame
-from vegrip.transport.mapped.checksums import make_crc
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.compiled import compile_reader, groups_of, packing
-from vegrip.transport.mapped.database import ForeignMessage, Signal
 from vegrip.transport.mapped.plan import Slot, open_plan
+from vegrip.transport.maps.checksums import make_crc
+from vegrip.transport.maps.signals import ForeignMessage, Signal
 
 CRC = make_crc(8, 0x2F, 0xFF, 0xFF, reflected=False)
 DBC = load(PLAIN_DBC)

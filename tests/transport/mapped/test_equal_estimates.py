@@ -11,9 +11,9 @@ from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.messages import FingertipState
 from vegrip.model import paper_model
 from vegrip.transport.codec import CanCodec, Frame
-from vegrip.transport.mapped.checksums import make_crc
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import open_plan
+from vegrip.transport.maps.checksums import make_crc
 
 FINE = PLAIN_DBC.replace("0|16@1- (0.01,0) [-300|300]", "0|16@1- (0.0005,0) [-16|16]")
 FINE = FINE.replace("16|16@1- (0.01,0) [-300|300]", "16|16@1- (0.0005,0) [-16|16]")

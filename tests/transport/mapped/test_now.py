@@ -5,10 +5,10 @@ import math
 import pytest
 from hands import PLAIN_DBC, PLAIN_MAP, load, written
 
+from vegrip.connect.traffic import MappedNow, SignalsNow
 from vegrip.transport.codec import Frame
-from vegrip.transport.mapped.database import read_dbc
 from vegrip.transport.mapped.plan import open_plan
-from vegrip.transport.mapped.traffic import MappedNow, SignalsNow
+from vegrip.transport.maps.database import read_dbc
 
 MAP = PLAIN_MAP.replace('checksum = { kind = "crc8"', '# { kind = "crc8"')
 

@@ -9,8 +9,8 @@ from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.database import EXTENDED
 from vegrip.transport.mapped.plan import open_plan
+from vegrip.transport.maps.database import EXTENDED
 
 MS = 1_000_000
 TAXELS = "".join(f' SG_ T{n} : {8 * n}|8@1+ (1,0) [0|0] "" X\n' for n in range(4))

@@ -9,9 +9,10 @@ import pytest
 from hands import seeded
 
 from vegrip.errors import ConfigError
-from vegrip.transport.mapped.link_endpoint import PacketStream
-from vegrip.transport.mapped.packets import MOST_BYTES, packet_database, read_packets
-from vegrip.transport.mapped.schema import parse_map
+from vegrip.transport.hands.link_endpoint import PacketStream
+from vegrip.transport.maps.packet_database import packet_database
+from vegrip.transport.maps.packets import MOST_BYTES, read_packets
+from vegrip.transport.maps.schema import parse_map
 
 NOW = 1_000_000
 

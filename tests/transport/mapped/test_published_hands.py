@@ -11,8 +11,8 @@ import pytest
 from vegrip.clock import NS
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import Frame
+from vegrip.transport.hands.endpoints import MappedCanEndpoint
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.endpoints import MappedCanEndpoint
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.price import price
 

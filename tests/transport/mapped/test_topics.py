@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand, Reason
-from vegrip.transport.mapped.bodies import getter, parse_path, put
+from vegrip.transport.mapped.body_paths import getter, parse_path, put
 from vegrip.transport.mapped.codec import TopicCodec
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.open import Hand, open_endpoint

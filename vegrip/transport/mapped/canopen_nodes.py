@@ -20,12 +20,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from vegrip.clock import NS
+from vegrip.clock import NOT_YET, NS
 from vegrip.errors import ConfigError
 from vegrip.text_encoding import decoded
 from vegrip.transport.codec import Frame
-from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
-from vegrip.transport.mapped.plan import NOT_YET
+from vegrip.transport.maps.database import Database
+from vegrip.transport.maps.signals import ForeignMessage, Signal
 
 PDOS: Final = {"TPDO": (0x1800, 0x1A00, 0x180), "RPDO": (0x1400, 0x1600, 0x200)}
 """First index of communication and of mapping, and the usual identifier of the first; then 0x100 further."""

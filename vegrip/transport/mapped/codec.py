@@ -6,22 +6,23 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
-from vegrip.clock import NS
+from vegrip.clock import NOT_YET, NS
 from vegrip.errors import ConfigError
 from vegrip.messages import DeviceReport, FingertipState, ForceCommand, Message
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.codec.sequence import Sequence as Counted
 from vegrip.transport.mapped import compiled
-from vegrip.transport.mapped.bodies import bodies_of, parse_path
+from vegrip.transport.mapped.bodies import bodies_of
+from vegrip.transport.mapped.body_paths import parse_path
 from vegrip.transport.mapped.canopen_nodes import CanopenNodes
-from vegrip.transport.mapped.checksums import protection
 from vegrip.transport.mapped.commands import Commands, FrameCommands, TopicCommands
 from vegrip.transport.mapped.compiled import reading
-from vegrip.transport.mapped.database import ForeignMessage
-from vegrip.transport.mapped.dialogue import Dialogue, Step
-from vegrip.transport.mapped.plan import NOT_YET, ChannelPlan, FingerPlan, Plan, Slot
-from vegrip.transport.mapped.schema import REPORTED, MessageMap
+from vegrip.transport.mapped.plan import ChannelPlan, FingerPlan, Plan, Slot
+from vegrip.transport.maps.checksums import protection
+from vegrip.transport.maps.dialogue import Dialogue, Step
+from vegrip.transport.maps.schema import REPORTED, MessageMap
+from vegrip.transport.maps.signals import ForeignMessage
 
 MAX_MESSAGE_BYTES: Final = 65_536  # [bytes] on a network
 MODULUS: Final = 1 << 32

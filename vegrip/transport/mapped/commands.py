@@ -13,17 +13,18 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from vegrip.clock import NS
+from vegrip.clock import NOT_YET, NS
 from vegrip.errors import ConfigError, suggestion
 from vegrip.messages import ForceCommand, make_row
 from vegrip.transport.codec import Frame
-from vegrip.transport.mapped.bodies import Bodies, parse_path
-from vegrip.transport.mapped.checksums import Protection, protection
+from vegrip.transport.mapped.bodies import Bodies
+from vegrip.transport.mapped.body_paths import parse_path
 from vegrip.transport.mapped.compiled import made, packing
-from vegrip.transport.mapped.database import ForeignMessage, Signal
-from vegrip.transport.mapped.plan import NOT_YET, Plan, find_signal
-from vegrip.transport.mapped.schema import CommandMap
-from vegrip.transport.mapped.units import conversion, product, quantity, worth
+from vegrip.transport.mapped.plan import Plan, find_signal
+from vegrip.transport.maps.checksums import Protection, protection
+from vegrip.transport.maps.schema import CommandMap
+from vegrip.transport.maps.signals import ForeignMessage, Signal
+from vegrip.transport.maps.units import conversion, product, quantity, worth
 
 StateOf = Callable[[str], tuple[float, float]]
 """The last normal force [N] and the position in the unit of their signal, by finger."""

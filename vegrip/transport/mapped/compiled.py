@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from vegrip.messages import FingertipState, make_row
-from vegrip.transport.mapped.database import ForeignMessage, Signal
 from vegrip.transport.mapped.plan import UNITY, VECTORS, ChannelPlan, FingerPlan, Slot
-from vegrip.transport.mapped.schema import POLAR, REPORTED
+from vegrip.transport.maps.schema import POLAR, REPORTED
+from vegrip.transport.maps.signals import ForeignMessage, Signal
 
 Slots = list[float]
 Read = Callable[[bytes, Slots], tuple[int, ...]]

@@ -12,9 +12,9 @@ from typing import Final
 
 from vegrip.grip.safety import USUAL_LIMITS, WatchdogSettings
 from vegrip.transport.mapped.commands import ON_STATE, Law, law_of
-from vegrip.transport.mapped.database import Signal
 from vegrip.transport.mapped.plan import FingerPlan, Plan, find_signal
-from vegrip.transport.mapped.schema import CommandMap
+from vegrip.transport.maps.schema import CommandMap
+from vegrip.transport.maps.signals import Signal
 
 USUAL_N: Final = USUAL_LIMITS.max_force  # where nothing is known of a hand
 BELIEVED_N: Final = WatchdogSettings().ranges.normal_force[1]  # more counts as a fault of the sensor

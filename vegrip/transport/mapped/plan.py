@@ -14,13 +14,13 @@ from typing import Final
 
 from vegrip.errors import ConfigError, suggestion
 from vegrip.identification.recording.channels import CHANNELS as MEASURED
-from vegrip.transport.mapped import schema
-from vegrip.transport.mapped.database import Database, ForeignMessage, Signal, expanded, read_dbc
-from vegrip.transport.mapped.packets import packet_database
-from vegrip.transport.mapped.units import SI, conversion, in_si, worth
+from vegrip.transport.maps import schema
+from vegrip.transport.maps.database import Database, read_dbc
+from vegrip.transport.maps.packet_database import packet_database
+from vegrip.transport.maps.signals import ForeignMessage, Signal, expanded
+from vegrip.transport.maps.units import SI, conversion, in_si, worth
 
 UNITY: Final = 1e-12
-NOT_YET: Final = -(1 << 62)  # [ns] before all that comes or is sent
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from vegrip.identification.sensors import lacking
 from vegrip.transport.mapped.commands import FrameCommands
 from vegrip.transport.mapped.largest_force import describe_limit, largest_force
 from vegrip.transport.mapped.plan import VECTORS, FingerPlan, Plan
-from vegrip.transport.mapped.schema import HandMap, MessageMap
+from vegrip.transport.maps.schema import HandMap, MessageMap
 
 WATCHDOG: Final = WatchdogSettings()  # unless the hand is slower, or coarser, than that
 LONGEST_WAIT: Final = 3600.0  # [s] for a sensor of which the noise moves nothing

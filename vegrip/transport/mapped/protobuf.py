@@ -15,9 +15,7 @@ from google.protobuf.message import DecodeError
 from google.protobuf.message_factory import GetMessageClass
 
 from vegrip.errors import ConfigError, suggestion
-from vegrip.transport.mapped.bodies import Step
-
-Steps = tuple[Step, ...]
+from vegrip.transport.mapped.body_paths import Step, Steps
 
 MAKE_ONE: Final = "make it with protoc --include_imports --descriptor_set_out=hand.desc hand.proto"
 WHOLE: Final = {

@@ -12,12 +12,13 @@ from typing import Final
 
 import numpy as np
 
+from vegrip.connect import drafts
+from vegrip.connect.proposal import Proposal, option_of, signals_of
+from vegrip.connect.traffic import Trace, rate_of
 from vegrip.errors import InputError
-from vegrip.transport.mapped import drafts
-from vegrip.transport.mapped.database import Database
-from vegrip.transport.mapped.proposal import Proposal, option_of, signals_of
-from vegrip.transport.mapped.traffic import Trace, rate_of
-from vegrip.transport.mapped.units import SI
+from vegrip.transport.maps.database import Database
+from vegrip.transport.maps.map_text import Setting
+from vegrip.transport.maps.units import SI
 from vegrip.types import Floats
 
 Window = tuple[float, float]
@@ -39,7 +40,7 @@ def learn(
     heard: Mapping[str, Trace],
     windows: Mapping[str, Window],
     database: Database,
-    settings: Sequence[drafts.Setting] = (),
+    settings: Sequence[Setting] = (),
 ) -> None:
     """Set zeros, signs and noise in ``proposal`` where ``settings`` do not, and say what was found."""
     fingers = [_Finger(name, f, heard, windows, database, proposal) for name, f in proposal.fingers.items()]

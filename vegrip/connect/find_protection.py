@@ -5,13 +5,14 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import Any, Final
 
 from vegrip.config import build
+from vegrip.connect.drafts import Draft
+from vegrip.connect.guess import Guess
+from vegrip.connect.traffic import Traffic
 from vegrip.errors import ConfigError
-from vegrip.transport.mapped.checksums import ChecksumMap, protection
 from vegrip.transport.mapped.compiled import compile_raw
-from vegrip.transport.mapped.database import Database, ForeignMessage
-from vegrip.transport.mapped.drafts import Draft
-from vegrip.transport.mapped.guess import Guess
-from vegrip.transport.mapped.traffic import Traffic
+from vegrip.transport.maps.checksums import ChecksumMap, protection
+from vegrip.transport.maps.database import Database
+from vegrip.transport.maps.signals import ForeignMessage
 
 MOST_REPEATS: Final = 0.02  # of the frames: a frame repeated now and then is what a counter is for
 MIN_TURNS: Final = 3  # that a counter must have made before its end is known

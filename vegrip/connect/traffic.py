@@ -9,6 +9,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 
 from vegrip.clock import NS
+from vegrip.connect.guess import guesses
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.report import WARNED_SHARE, LoadReport, gaps_of
@@ -16,10 +17,10 @@ from vegrip.messages import FingertipState
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.compiled import Read, compile_reader, groups_of
-from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
-from vegrip.transport.mapped.guess import guesses
 from vegrip.transport.mapped.plan import Plan, Slot
-from vegrip.transport.mapped.units import SI
+from vegrip.transport.maps.database import Database
+from vegrip.transport.maps.signals import ForeignMessage, Signal
+from vegrip.transport.maps.units import SI
 from vegrip.types import Floats
 
 MIN_PRESS_STATES: Final = 20  # below which a press does not show the sign of an indentation

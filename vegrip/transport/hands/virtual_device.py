@@ -16,14 +16,14 @@ from vegrip.clock import NS
 from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import Frame
-from vegrip.transport.mapped.checksums import protection
 from vegrip.transport.mapped.commands import FrameCommands, Outgoing, Target, rounding
 from vegrip.transport.mapped.compiled import Group, compile_raw, groups_of, made, packing
-from vegrip.transport.mapped.database import ForeignMessage, Signal
-from vegrip.transport.mapped.dialogue import Dialogue, Step
-from vegrip.transport.mapped.packets import Index, Packet, PacketMap, read_field
 from vegrip.transport.mapped.plan import VECTORS, ChannelPlan, FingerPlan, Plan
-from vegrip.transport.mapped.schema import POLAR, MessageMap
+from vegrip.transport.maps.checksums import protection
+from vegrip.transport.maps.dialogue import Dialogue, Step
+from vegrip.transport.maps.packets import Index, Packet, PacketMap, read_field
+from vegrip.transport.maps.schema import POLAR, MessageMap
+from vegrip.transport.maps.signals import ForeignMessage, Signal
 
 USUAL_RATE: Final = 100.0  # [Hz] of a device that sends by itself and whose map states none
 TURN: Final = 2.0 * math.pi  # [rad]

@@ -35,9 +35,10 @@ from typing import Any, Final
 
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError, suggestion
-from vegrip.transport.mapped.checksums import ChecksumMap, Protection, protection
-from vegrip.transport.mapped.database import EXTENDED, Database, ForeignMessage, Signal, expanded
-from vegrip.transport.mapped.units import conversion
+from vegrip.transport.codec.frame import EXTENDED
+from vegrip.transport.maps.checksums import ChecksumMap, Protection, protection
+from vegrip.transport.maps.signals import ForeignMessage, Signal, expanded
+from vegrip.transport.maps.units import conversion
 
 MOST_BYTES: Final = 8192  # [bytes] of a packet, unless it says less
 FIELD: Final = re.compile(
@@ -130,7 +131,7 @@ class Packet:
     ) -> None:
         self.name, self.number, self.device, self.where = name, number, spec.device, where
         self.checksum, self.checked = spec.checksum, checked
-        self.start, self.reach = _pattern(spec.start, where)  # pattern and [bytes] of the start
+        self.start, self.reach = start_pattern(spec.start, where)  # pattern and [bytes] of the start
         self.end = bytes(one or 0 for one in pattern_bytes(spec.end, f"{where}: 'end'"))
         self.least, self.most = max(least, self.reach + len(self.end)), MOST_BYTES  # [bytes] of all
         self.size: Read | None = None  # None: all of a datagram, or up to its end
@@ -198,50 +199,6 @@ def _table(tables: Mapping[str, Any], name: str, where: str) -> Mapping[str, Any
     return table
 
 
-def packet_database(maps: Mapping[str, PacketMap], where: str, offset: int = 0) -> Database:
-    """Return the messages and signals that ``maps`` declare, with what a stream needs to find them.
-
-    ``offset`` is added to identifiers on CAN.
-    """
-    messages: dict[str, ForeignMessage] = {}
-    packets: dict[str, Packet] = {}
-    records: list[tuple[str, int, Record]] = []
-    for number, (name, each) in enumerate(maps.items()):
-        place = f"{where} [packets.{name}]"
-        signals, checked = _signals(each, place)
-        on_can = each.identifier >= 0
-        identifier = on_bus(each.identifier + offset) if on_can else number
-        least = max((signal.start + signal.length for signal in _as_little(signals)), default=0) + 7 >> 3
-        if each.of:
-            if each.of not in maps or not maps[each.of].index or each.record < 0:
-                raise ConfigError(
-                    f"{place}: 'of' is {each.of!r}; it must name a packet with an 'index', beside 'record'"
-                )
-            pattern, reach = _pattern(each.start, place)
-            records.append((each.of, each.record, Record(identifier, pattern, max(least, reach))))
-        else:
-            packets[name] = Packet(name, identifier, each, signals, checked, least, place)
-        length = max(each.length if isinstance(each.length, int) and not each.of else least, least)
-        messages[name] = ForeignMessage(
-            name,
-            identifier,
-            length,
-            on_can and length > 8,
-            signals,
-            checked=not on_can,
-            template=_template(each, length, place),
-            has_validity=bool(each.valid),
-        )
-    on_wire = {name: one for name, one in packets.items() if maps[name].identifier < 0}
-    if on_wire and len(on_wire) < len(packets):
-        raise ConfigError(
-            f"{where}: some [packets] have an 'identifier' (CAN) and some none; all must or none"
-        )
-    for of, kind, record in records:
-        packets[of].records[kind] = record
-    return Database("the map", messages, packets=tuple(on_wire.values()))
-
-
 def pattern_bytes(text: str, where: str) -> list[int | None]:
     """Return the bytes in hexadecimal ``text``, None where it has two dots."""
     if re.fullmatch(r"\s*((\.\.|[0-9a-fA-F]{2})\s*)*", text) is None:
@@ -249,7 +206,7 @@ def pattern_bytes(text: str, where: str) -> list[int | None]:
     return [None if word == ".." else int(word, 16) for word in re.findall(r"\S\S", text)]
 
 
-def _pattern(text: str, where: str) -> tuple[re.Pattern[bytes], int]:
+def start_pattern(text: str, where: str) -> tuple[re.Pattern[bytes], int]:
     found = pattern_bytes(text, f"{where}: 'start'")
     return re.compile(
         b"".join(b"." if one is None else re.escape(bytes([one])) for one in found), re.DOTALL
@@ -261,12 +218,12 @@ def on_bus(identifier: int) -> int:
     return identifier | (EXTENDED if identifier > 0x7FF else 0)
 
 
-def _template(each: PacketMap, length: int, where: str) -> bytes:
+def template_of(each: PacketMap, length: int, where: str) -> bytes:
     start, end = (bytes(one or 0 for one in pattern_bytes(text, where)) for text in (each.start, each.end))
     return start if each.of or not end else start.ljust(length - len(end), b"\0") + end
 
 
-def _as_little(signals: Mapping[str, Signal]) -> list[Signal]:
+def as_little(signals: Mapping[str, Signal]) -> list[Signal]:
     """Return ``signals`` as if all were little-endian, for where they end."""
     return [
         replace(signal, start=8 * (signal.start // 8)) if signal.is_big_endian else signal
@@ -274,7 +231,7 @@ def _as_little(signals: Mapping[str, Signal]) -> list[Signal]:
     ]
 
 
-def _signals(each: PacketMap, where: str) -> tuple[dict[str, Signal], Signal | None]:
+def signals_of(each: PacketMap, where: str) -> tuple[dict[str, Signal], Signal | None]:
     signals: dict[str, Signal] = {}
     checked = None
     for name, text in each.fields.items():

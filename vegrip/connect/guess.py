@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from vegrip.errors import ConfigError
-from vegrip.transport.mapped.database import Database, Signal, folded
-from vegrip.transport.mapped.units import conversion
+from vegrip.transport.maps.database import Database
+from vegrip.transport.maps.signals import Signal, folded
+from vegrip.transport.maps.units import conversion
 
 FINGER_WORDS: Final = {
     "thumb": ("thumb", "daumen", "th", "thb"),

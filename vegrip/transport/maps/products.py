@@ -6,10 +6,10 @@ from typing import Any, Final
 
 from vegrip.config import parse_toml, read_toml
 from vegrip.errors import ConfigError, InputError, suggestion
-from vegrip.transport.mapped.schema import ALL, POLAR, REPORTED, UNKNOWN
-from vegrip.transport.mapped.writer import changed_text
+from vegrip.transport.maps.map_text import changed_text
+from vegrip.transport.maps.schema import ALL, POLAR, REPORTED, UNKNOWN
 
-FOLDER: Final = Path(__file__).parent / "maps"
+FOLDER: Final = Path(__file__).parent / "box"
 DRIVE: Final = 0x7E0
 """Identifier of the first command packet that a virtual device without commands is given."""
 

@@ -24,7 +24,7 @@ from vegrip.clock import NS
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
 from vegrip.transport.codec import Frame
-from vegrip.transport.mapped.packets import on_bus
+from vegrip.transport.maps.packets import on_bus
 
 MOST_HEARD: Final = 512  # [bytes] in which an answer is looked for
 PATIENCE: Final = 0.1  # [s] for what a poll expects, unless it says

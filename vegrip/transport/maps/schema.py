@@ -22,8 +22,8 @@
     [fingers."*"]                            # what holds for all fingers, with {finger} and {number} in it
 
 The keys of a channel are those of :class:`SourceMap`, of a command those of :class:`CommandMap`. Instead of
-``database``, ``[packets]`` describes the bytes of a device (:mod:`vegrip.transport.mapped.packets`), and
-``[device]`` says what it is told (:mod:`vegrip.transport.mapped.dialogue`).
+``database``, ``[packets]`` describes the bytes of a device (:mod:`vegrip.transport.maps.packets`), and
+``[device]`` says what it is told (:mod:`vegrip.transport.maps.dialogue`).
 """
 
 import itertools
@@ -36,11 +36,11 @@ import numpy as np
 
 from vegrip.config import build, parameter, read_toml
 from vegrip.errors import ConfigError, suggestion
-from vegrip.transport.mapped.checksums import ChecksumMap
-from vegrip.transport.mapped.database import expanded
-from vegrip.transport.mapped.dialogue import DeviceMap
-from vegrip.transport.mapped.packets import PacketMap, read_packets
-from vegrip.transport.mapped.units import SI
+from vegrip.transport.maps.checksums import ChecksumMap
+from vegrip.transport.maps.dialogue import DeviceMap
+from vegrip.transport.maps.packets import PacketMap, read_packets
+from vegrip.transport.maps.signals import expanded
+from vegrip.transport.maps.units import SI
 
 MAPPED_CHANNELS: Final = tuple(SI)
 FORMATS: Final = ("json", "msgpack", "protobuf")
@@ -208,7 +208,7 @@ class HandKeys:
     friction: dict[str, Any] = parameter({}, doc="how friction is learned: parameters of grasp_force")
     sensors: dict[str, Any] = parameter({}, doc="gains of the sensors: parameters of grasp_force")
     limits: dict[str, Any] = parameter({}, doc="bounds of its grip: parameters of grasp_force")
-    packets: dict[str, Any] = parameter({}, doc="bytes of a device: see vegrip.transport.mapped.packets")
+    packets: dict[str, Any] = parameter({}, doc="bytes of a device: see vegrip.transport.maps.packets")
     device: DeviceMap = field(default_factory=DeviceMap)
     product: dict[str, Any] = parameter({}, doc="what it is, for vegrip connect --list")
 

@@ -16,10 +16,10 @@ from vegrip.transport.byte_link import LINK_KINDS, Link, Open, opener, remedy
 from vegrip.transport.codec import Frame
 from vegrip.transport.endpoint import Endpoint, losses
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.dialogue import Dialogue
-from vegrip.transport.mapped.packets import Index, Packet, on_streams
 from vegrip.transport.mapped.plan import Plan, open_plan
 from vegrip.transport.mapped.price import price
+from vegrip.transport.maps.dialogue import Dialogue
+from vegrip.transport.maps.packets import Index, Packet, on_streams
 from vegrip.transport.open import Hand
 from vegrip.transport.sender_clock import ClockEstimate, SenderClock
 
@@ -335,8 +335,8 @@ class MappedLinkEndpoint(Endpoint):
     """Packets of a foreign hand in and out.
 
     After opening nothing raises. Besides the names of the codec ``rejected`` has those of
-    :class:`~vegrip.transport.mapped.link_endpoint.PacketStream`, of
-    :class:`~vegrip.transport.mapped.dialogue.Dialogue`, ``link_lost``, ``unsent``, ``silent``, and
+    :class:`~vegrip.transport.hands.link_endpoint.PacketStream`, of
+    :class:`~vegrip.transport.maps.dialogue.Dialogue`, ``link_lost``, ``unsent``, ``silent``, and
     ``command_held`` (commands repeated after their lifetime).
     """
 

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
-from vegrip.transport.mapped.database import ForeignMessage, Signal
+from vegrip.transport.maps.signals import ForeignMessage, Signal
 
 WIDTHS: Final = {"crc8": 8, "crc16": 16, "crc32": 32}
 PROFILES: Final = {"p01": 2, "p02": 2, "p04": 12, "p05": 3, "p06": 5, "p07": 20, "p11": 2}

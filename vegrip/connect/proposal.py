@@ -8,22 +8,16 @@ from typing import Any, Final
 
 import numpy as np
 
+from vegrip.connect.drafts import Draft, FingerDraft, apply_settings, is_complete, is_of_unknown_unit
+from vegrip.connect.find_protection import find_protection
+from vegrip.connect.guess import Guess, all_signals, guesses, quantity_of, words_of
+from vegrip.connect.traffic import Trace, Traffic, rate_of
 from vegrip.errors import InputError
 from vegrip.identification.recording.report import LEAST_REFUSED, REFUSED_SHARE, WARNED_SHARE
-from vegrip.transport.mapped.database import Database
-from vegrip.transport.mapped.drafts import (
-    Draft,
-    FingerDraft,
-    Setting,
-    apply_settings,
-    is_complete,
-    is_of_unknown_unit,
-)
-from vegrip.transport.mapped.find_protection import find_protection
-from vegrip.transport.mapped.guess import Guess, all_signals, guesses, quantity_of, words_of
-from vegrip.transport.mapped.schema import MAPPED_CHANNELS
-from vegrip.transport.mapped.traffic import Trace, Traffic, rate_of
-from vegrip.transport.mapped.units import SI, is_force
+from vegrip.transport.maps.database import Database
+from vegrip.transport.maps.map_text import Setting
+from vegrip.transport.maps.schema import MAPPED_CHANNELS
+from vegrip.transport.maps.units import SI, is_force
 
 USUAL: Final = ("thumb", "index", "middle", "ring", "little")
 FEW_TAXELS: Final = 4

@@ -26,8 +26,8 @@ from vegrip.transport.can_port import CanPort, open_port
 from vegrip.transport.canbus.frame_time import FD_SIZES
 from vegrip.transport.codec import Frame
 from vegrip.transport.endpoint import Endpoint
+from vegrip.transport.hands.virtual_device import VirtualDevice
 from vegrip.transport.mapped.plan import open_plan
-from vegrip.transport.mapped.virtual_device import VirtualDevice
 from vegrip.transport.open import CanSettings, Hand, open_bus
 
 CHUNK: Final = 4096  # [bytes] read at once

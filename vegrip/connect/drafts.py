@@ -4,14 +4,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from vegrip.connect.guess import Guess
 from vegrip.errors import ConfigError
-from vegrip.transport.mapped.database import expanded
-from vegrip.transport.mapped.guess import Guess
-from vegrip.transport.mapped.schema import MAPPED_CHANNELS
-from vegrip.transport.mapped.units import SI, worth
-
-Setting = tuple[list[str], Any]
-"""A key of the map, as its tables and its name, and its value."""
+from vegrip.transport.maps.map_text import Setting
+from vegrip.transport.maps.schema import MAPPED_CHANNELS
+from vegrip.transport.maps.signals import expanded
+from vegrip.transport.maps.units import SI, worth
 
 BY_USER: Final = "said by --set"
 EVERY: Final = "*"

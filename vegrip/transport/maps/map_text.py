@@ -1,0 +1,48 @@
+"""The text of a map: keys are set in it without another line changing."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from vegrip.config import toml_key, toml_value
+
+Setting = tuple[list[str], Any]
+"""Path of a key, and what is set there."""
+
+
+def key_line(key: str, value: Any, note: str) -> str:
+    text = f"{toml_key(key)} = {toml_value(value)}"
+    return f"{text:<44} # {note}" if note else text
+
+
+def changed_text(text: str, settings: Sequence[Setting]) -> str:
+    """Return the text of a map with some keys set; only lines of those tables change."""
+    for path, value in settings:
+        text = _changed(text, path, value)
+    return text
+
+
+def _changed(text: str, path: list[str], value: Any) -> str:
+    *tables, key = path
+    lines = text.split("\n")
+    header = f"[{'.'.join(toml_key(name) for name in tables)}]" if tables else ""
+    line = key_line(key, value, "said by --set")
+    inline = f"{toml_key(key)} ="
+    nested = f"[{'.'.join(toml_key(name) for name in path)}]"
+    if nested in lines:  # a table is replaced by what was said of it
+        first = lines.index(nested)
+        last = next(
+            (n for n in range(first + 1, len(lines)) if lines[n].startswith("[") or not lines[n]), len(lines)
+        )
+        del lines[first:last]
+    if header and header not in lines:
+        return "\n".join([*lines, header, line, ""])
+    first = lines.index(header) + 1 if header else 0
+    last = next((n for n in range(first, len(lines)) if lines[n].startswith("[")), len(lines))
+    for number in range(first, last):
+        if lines[number].startswith(inline):
+            lines[number] = line
+            return "\n".join(lines)
+    if not header:
+        first = next((n for n, each in enumerate(lines) if each.startswith("database")), 0)
+    lines.insert(first, line)
+    return "\n".join(lines)
