@@ -34,6 +34,7 @@ BEFORE_ANY_WORK = {
     "experiment": ["absent"],
     "fleet": ["absent"],
     "new-effect": ["lateral_give"],
+    "changed": ["absent", "other"],
     "paper": [],
     "connect": ["theirs.dbc"],
     "report": ["absent"],
@@ -104,6 +105,7 @@ PRINTING = {
     "diagnose": ["press"],
     "refine": ["press"],
     "fleet": ["fleet", "-j", "1"],
+    "changed": ["absent", "other"],
     "paper": [],
 }
 

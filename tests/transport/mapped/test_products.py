@@ -10,10 +10,11 @@ from devices import CAN_DEVICES, DEVICES, NORMAL, TORQUE, Hex, Inspire, Papillar
 from vegrip.clock import NS
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.messages import DeviceReport, FingertipState, ForceCommand, Reason
+from vegrip.transport.hands import link_endpoint
 from vegrip.transport.hands.endpoints import MappedCanEndpoint
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import open_plan
-from vegrip.transport.maps import dialogue, link_endpoint
+from vegrip.transport.maps import dialogue
 from vegrip.transport.maps.map_text import changed_text
 from vegrip.transport.maps.products import about, map_of, names
 from vegrip.transport.open import Hand, open_endpoint

@@ -21,11 +21,12 @@ from vegrip.errors import ConfigError, DeviceError, InputError
 from vegrip.messages import DeviceReport, FingertipState, ForceCommand, Reason
 from vegrip.transport.byte_link import Link
 from vegrip.transport.codec import Frame
+from vegrip.transport.hands import link_endpoint
 from vegrip.transport.hands.link_endpoint import MappedLinkEndpoint
 from vegrip.transport.hands.virtual_device import VirtualDevice
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import open_plan
-from vegrip.transport.maps import dialogue, link_endpoint
+from vegrip.transport.maps import dialogue
 from vegrip.transport.maps.products import names
 from vegrip.transport.open import Hand, open_endpoint
 from vegrip.trials import candidates
