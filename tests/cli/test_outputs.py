@@ -42,7 +42,7 @@ BEFORE_ANY_WORK = {
     "export c": ["model.toml"],
     "export learned": ["absent.toml", "absent.txt"],
 }
-ENDINGS = {"controllers": ".png", "draft": ".py"}  # that the name of an output must have
+ENDINGS = {"changed": ".png", "controllers": ".png", "draft": ".py"}  # that the name of an output must have
 GROWS = {"check"}  # its output is a folder that the next run goes on with
 
 
@@ -105,7 +105,7 @@ PRINTING = {
     "diagnose": ["press"],
     "refine": ["press"],
     "fleet": ["fleet", "-j", "1"],
-    "changed": ["absent", "other"],
+    "changed": ["press", "press"],
     "paper": [],
 }
 
