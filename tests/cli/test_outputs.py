@@ -119,7 +119,7 @@ def test_what_cannot_be_written_is_a_sentence_and_the_result_is_printed_all_the_
     if name == "fleet":
         monkeypatch.chdir(tmp_path)
         shutil.copytree(bench / "press", tmp_path / "fleet" / "a")
-    output = str(tmp_path / "file" / "result")
+    output = str(tmp_path / "file" / f"result{ENDINGS.get(name, '')}")
     code = main([name, *PRINTING[name], "-o", output, "--json"])
     told = capsys.readouterr()
     assert code == 3
