@@ -130,10 +130,8 @@ class Diagnosis(Result):
 
         It pays for its place; another size of a jump that was taken off does not.
         """
-        for step in self.search.steps if self.verdict != "adequate" else ():
+        for step in self.search.steps:
             gain = step.taken.verdict.gain if step.taken is not None else 0.0
-            if step.taken is None and self.verdict != "unexplained":
-                continue
             rest = left(step.base) if step.taken is None else 0.0
             least = gain + self.search.within(gain) + thresholds.MOST_OF_LEFT_SHARE * rest
             if (jump := find_jump(step.base, least)) is None:
