@@ -76,7 +76,7 @@ class Laws:
             force *= math.expm1(x / e["length"]) / (x / e["length"])
         if e := self.of("layer_over_core"):
             X = math.sqrt(tip.radius * x) / e["thickness"]
-            force *= 1.0 + 1.133 * X + 1.283 * X**2 + 0.769 * X**3 + 0.0975 * X**4
+            force *= 1.0 + X * (1.133 + X * (e["second"] + X * (e["third"] + X * e["fourth"])))
             force += e.get("core", 0.0) * max(1e3 * (x - e.get("at", 1.0)), 0.0) ** 1.5
         if e := self.of("second_contact"):
             force += e["force"] * max(1e3 * (x - e["at"]), 0.0) ** e["exponent"]
@@ -354,13 +354,11 @@ class Setting:
         return float(np.exp(self.rng.uniform(np.log(low), np.log(high))))
 
 
+BONDED = (1.283, 0.769, 0.0975), (1.497, 1.469, 0.755)
+"""Coefficients of a bonded layer: Dimitriadis et al. (2002), and Garcia and Garcia (2018)."""
 Amounts = Callable[[Setting], Mapping[str, float]]
 AMOUNTS: Mapping[str, Amounts] = {
-    "layer_over_core": lambda s: {
-        "thickness": s.between(0.8, 1.6) * s.tip.radius / s.size,
-        "core": (s.rng.random() < 0.5) * 0.3 * s.size * s.force / (1e3 * 0.4 * s.depth) ** 1.5,
-        "at": 0.6 * s.depth,
-    },
+    "layer_over_core": lambda s: _layer(s),
     "exponential_stiffness": lambda s: {"length": s.between(0.8, 1.6) * s.depth / s.size},
     "second_contact": lambda s: {
         "force": 0.12 * s.size * s.force / (1e3 * 0.4 * s.depth) ** 1.0,
@@ -380,6 +378,16 @@ AMOUNTS: Mapping[str, Amounts] = {
     "zero_jump": lambda s: {"size": s.between(1.0, 4.0) * s.noise * float(s.rng.choice([-1.0, 1.0])), "when": float(s.rng.uniform(0.25, 0.75))},
     "zero_jump_displacement": lambda s: {"size": s.between(0.003, 0.02) * s.depth * float(s.rng.choice([-1.0, 1.0])), "when": float(s.rng.uniform(0.25, 0.75))},
 }  # fmt: skip
+
+
+def _layer(s: Setting) -> dict[str, float]:
+    """A bonded layer, a core that is met at a depth, or both."""
+    kind = str(s.rng.choice(["layer", "core", "both"]))
+    thin = s.between(0.8, 1.6) * s.tip.radius / s.size if kind != "core" else math.inf
+    law = dict(zip(("second", "third", "fourth"), BONDED[int(s.rng.integers(2))], strict=True))
+    at = s.between(0.2, 0.7) * s.depth
+    core = s.between(0.1, 0.4) * s.size * s.force / (1e3 * (s.depth - at)) ** 1.5
+    return law | {"thickness": thin, "core": core if kind != "layer" else 0.0, "at": at}
 
 
 def _width(s: Setting) -> dict[str, float]:

@@ -254,7 +254,8 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
     """Refit what resembles ``one`` in its place; return all that was tried, ``one`` first, and the better.
 
     Each from the optimum without it, and where it is not far behind from the values that the others have
-    beside it, where the rival has to make up for what it explains.
+    beside it, where the rival has to make up for what it explains. What is known to be confounded is judged by
+    the latter whatever the screen expects of it, for that knows a kink only at the depths that it tries.
     """
     step = next(step for step in found.steps if step.taken is one)
     fits: dict[str, CandidateFit] = {}
@@ -268,7 +269,8 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
         )
         seen = {h.candidate.name for s in found.steps for h in s.hints if h.gain >= thresholds.MIN_GAIN_NATS}
         seen = seen - {each.candidate.name for each in found.accepted} | {one.candidate.name}
-        possible = [c for c in candidates(problem.model, problem.measured)[0] if c.name in seen]
+        every = candidates(problem.model, problem.measured)[0]
+        possible = [c for c in every if c.name in seen or are_kin(c, one.candidate)]
         hints = screen_candidates(problem, rest.optimum, possible, threads)
     gain, dropped = last.evidence - rest.evidence, found.dropped  # what was dropped stays away
     hints = resembling(one.candidate, gain, [h for h in hints if h.candidate.name not in dropped])
@@ -278,11 +280,18 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
             best = fits.get(hint.candidate.name, new)
             fits[hint.candidate.name] = max(best, new, key=lambda each: each.evidence)
 
-    refit(rest, [hint for hint in hints if hint.candidate.name not in fits])
+    told_by_screen = [hint for hint in hints if hint.gain >= thresholds.MIN_GAIN_NATS]
+    refit(rest, [hint for hint in told_by_screen if hint.candidate.name not in fits])
     least = rest.evidence + thresholds.SECOND_START_SHARE * gain
-    near = [hint.candidate for hint in hints if fits[hint.candidate.name].evidence >= least]
+    near = [
+        hint.candidate
+        for hint in hints
+        if are_kin(hint.candidate, one.candidate) or fits[hint.candidate.name].evidence >= least
+    ]
     nulled = _at(rest, _shared(last, rest.problem))
-    refit(nulled, screen_candidates(rest.problem, nulled.optimum, near, threads))
+    second = screen_candidates(rest.problem, nulled.optimum, near, threads)
+    refit(nulled, second)
+    hints = [hint for hint in hints if hint.candidate.name in fits]
     misfit = found.misfit(rest)
 
     def told(candidate: Candidate, new: CandidateFit) -> Tried:
@@ -341,22 +350,33 @@ def _at(fitted: CandidateFit, u: Floats) -> CandidateFit:
     return dataclasses.replace(fitted, optimum=Optimum(u, r, problem.jacobian(u, r), cost))
 
 
+def are_kin(one: Candidate, other: Candidate) -> bool:
+    """Whether two effects are known to resemble each other."""
+
+    def names(of: Candidate, another: Candidate) -> bool:
+        return another.name in (*of.effect.companions, *of.effect.confounded)
+
+    is_group = bool(one.effect.group) and one.effect.group == other.effect.group
+    return one.name != other.name and (is_group or names(one, other) or names(other, one))
+
+
 def resembling(own: Candidate, gain: float, hints: list[Hint]) -> list[Hint]:
     """Return the hints that may take the place of ``own``, which gains so much [nats] there.
 
-    Those that explain as much, have a signature like its own, or are known to resemble it.
+    Those that are known to resemble it, explain as much, or have a signature like its own.
     """
-    kin = {*own.effect.companions, *own.effect.confounded}
     signature = next((hint.signature for hint in hints if hint.candidate.name == own.name), np.zeros(0))
 
     def resembles(hint: Hint) -> bool:
-        other = hint.candidate
-        is_kin = other.name in kin or (bool(own.effect.group) and own.effect.group == other.effect.group)
         alike = abs(float(signature @ hint.signature)) if signature.size else 0.0
-        return is_kin or hint.gain >= thresholds.PLACE_SHARE * gain or alike >= thresholds.PLACE_COSINE
+        return hint.gain >= thresholds.MIN_GAIN_NATS and (
+            hint.gain >= thresholds.PLACE_SHARE * gain or alike >= thresholds.PLACE_COSINE
+        )
 
-    told = [h for h in hints if h.candidate.name != own.name and h.gain >= thresholds.MIN_GAIN_NATS]
-    return [hint for hint in told if resembles(hint)][: thresholds.MAX_REFITS]
+    others = [h for h in hints if h.candidate.name != own.name]
+    kin = [h for h in others if are_kin(h.candidate, own)]
+    more = [h for h in others if not are_kin(h.candidate, own) and resembles(h)]
+    return kin + more[: max(thresholds.MAX_REFITS - len(kin), 0)]
 
 
 def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, report: Report) -> Step:
