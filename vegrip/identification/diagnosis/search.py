@@ -72,8 +72,8 @@ class EvidenceThreshold:
             asked = min(asked, max(thresholds.MIN_LATER_GAIN_NATS, share * self.gained))
         if self.left < thresholds.LITTLE_LEFT_SHARE * self.gained:
             asked = max(asked, thresholds.MIN_SHARE_OF_LEFT * self.left)
-        if candidate.shifts_time and any(one.shifts_time for one in self.accepted):
-            asked = max(asked, thresholds.MIN_TIMING_SHARE_OF_GAIN * self.gained)
+        if any(are_kin(candidate, one) for one in self.accepted):
+            asked = max(asked, thresholds.MIN_KIN_SHARE_OF_GAIN * self.gained)
         return asked
 
 
@@ -270,7 +270,7 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
         seen = {h.candidate.name for s in found.steps for h in s.hints if h.gain >= thresholds.MIN_GAIN_NATS}
         seen = seen - {each.candidate.name for each in found.accepted} | {one.candidate.name}
         every = candidates(problem.model, problem.measured)[0]
-        possible = [c for c in every if c.name in seen or are_kin(c, one.candidate)]
+        possible = [c for c in every if c.name in seen or are_kin(c.effect, one.candidate.effect)]
         hints = screen_candidates(problem, rest.optimum, possible, threads)
     gain, dropped = last.evidence - rest.evidence, found.dropped  # what was dropped stays away
     hints = resembling(one.candidate, gain, [h for h in hints if h.candidate.name not in dropped])
@@ -286,7 +286,7 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
     near = [
         hint.candidate
         for hint in hints
-        if are_kin(hint.candidate, one.candidate) or fits[hint.candidate.name].evidence >= least
+        if are_kin(hint.candidate.effect, one.candidate.effect) or fits[hint.candidate.name].evidence >= least
     ]
     nulled = _at(rest, _shared(last, rest.problem))
     second = screen_candidates(rest.problem, nulled.optimum, near, threads)
@@ -350,14 +350,15 @@ def _at(fitted: CandidateFit, u: Floats) -> CandidateFit:
     return dataclasses.replace(fitted, optimum=Optimum(u, r, problem.jacobian(u, r), cost))
 
 
-def are_kin(one: Candidate, other: Candidate) -> bool:
+def are_kin(one: Effect, other: Effect) -> bool:
     """Whether two effects are known to resemble each other."""
 
-    def names(of: Candidate, another: Candidate) -> bool:
-        return another.name in (*of.effect.companions, *of.effect.confounded)
+    def names(of: Effect, another: Effect) -> bool:
+        return another.name in (*of.companions, *of.confounded)
 
-    is_group = bool(one.effect.group) and one.effect.group == other.effect.group
-    return one.name != other.name and (is_group or names(one, other) or names(other, one))
+    is_group = bool(one.group) and one.group == other.group
+    is_shift = one.shifts_time and other.shifts_time
+    return one.name != other.name and (is_group or is_shift or names(one, other) or names(other, one))
 
 
 def resembling(own: Candidate, gain: float, hints: list[Hint]) -> list[Hint]:
@@ -374,8 +375,8 @@ def resembling(own: Candidate, gain: float, hints: list[Hint]) -> list[Hint]:
         )
 
     others = [h for h in hints if h.candidate.name != own.name]
-    kin = [h for h in others if are_kin(h.candidate, own)]
-    more = [h for h in others if not are_kin(h.candidate, own) and resembles(h)]
+    kin = [h for h in others if are_kin(h.candidate.effect, own.effect)]
+    more = [h for h in others if h not in kin and resembles(h)]
     return kin + more[: max(thresholds.MAX_REFITS - len(kin), 0)]
 
 
