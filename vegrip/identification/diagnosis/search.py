@@ -15,7 +15,12 @@ import numpy as np
 
 from vegrip.effects import Effect
 from vegrip.identification.diagnosis import thresholds
-from vegrip.identification.diagnosis.acceptance import Verdict, judge_candidate, misfit_by_regime
+from vegrip.identification.diagnosis.acceptance import (
+    Verdict,
+    form_directions,
+    judge_candidate,
+    misfit_by_regime,
+)
 from vegrip.identification.diagnosis.candidate_fit import (
     EVALUATIONS,
     CandidateFit,
@@ -394,12 +399,15 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
     report("refits " + (", ".join(hint.candidate.name for hint in chosen) or "none"))
     misfit = found.misfit(base)
     first = found.steps[0].base if found.steps else base
-    asked = required_evidence(first, base, misfit, [one.candidate.effect for one in found.accepted])
+    accepted = [one.candidate.effect for one in found.accepted]
+    asked = required_evidence(first, base, misfit, accepted)
+    form = form_directions(accepted, base) if accepted else None
 
     def told(hint: Hint, new: CandidateFit) -> Tried:
         change = base.whitened(new) - base.optimum.residual
         pays = asked.of(hint.candidate.effect, change, is_exact=found.leaves_noise(new))
-        verdict = judge_candidate(hint.candidate, base, new, (misfit, found.misfit(new)), pays, asked.left)
+        regimes = misfit, found.misfit(new)
+        verdict = judge_candidate(hint.candidate, base, new, regimes, pays, asked.left, form)
         return Tried(hint.candidate, new, verdict, change)
 
     fits = _refitted(base, chosen, groups, threads)
