@@ -9,7 +9,7 @@ from scipy.stats import multivariate_normal
 
 from vegrip.effects import BUILT_IN, Effect, effect
 from vegrip.identification.diagnosis import candidate_fit, diagnose, discrepancy, score_tests, search
-from vegrip.identification.diagnosis.acceptance import Verdict, amount_std, is_resolved, misfit_by_regime
+from vegrip.identification.diagnosis.acceptance import Verdict, amount_covariance, is_resolved, misfit_by_regime
 from vegrip.identification.diagnosis.candidate_fit import HELD_OUT, CandidateFit, _is_astray, scores
 from vegrip.identification.diagnosis.diagnosis import doubt_timing
 from vegrip.identification.diagnosis.discrepancy import (
@@ -357,13 +357,33 @@ def test_an_effect_is_resolved_where_an_amount_is_three_standard_errors_from_not
         value=values.__getitem__,
     )  # fmt: skip
     candidate = Candidate(one, null(one), ())
-    assert amount_std(candidate, fit)[names.index("pull")] == pytest.approx(std)
+    at = names.index("pull")
+    assert amount_covariance(candidate, fit)[at, at] == pytest.approx(std**2)
     assert is_resolved(candidate, fit) == resolved
     # nor is it where it is below what it must be at least, by itself or in noises of the displacement
     for more in ({"min_amounts": {"pull": pull}}, {"min_displacement_noises": {"pull": 1e3 * pull}}):
         assert not is_resolved(Candidate(dataclasses.replace(one, **more), null(one), ()), fit)
     less = {"min_amounts": {"pull": 0.9 * pull}, "min_displacement_noises": {"pull": 900.0 * pull}}
     assert is_resolved(Candidate(dataclasses.replace(one, **less), null(one), ()), fit) == resolved
+
+
+@pytest.mark.parametrize(("along", "resolved"), [(4.0, True), (2.0, False)])
+def test_amounts_that_stand_for_each_other_are_resolved_together(along, resolved) -> None:
+    """A layer and its core: their sum is known to a tenth, their difference not at all."""
+    one = effect("layer_over_core")
+    names = [p.symbol for p in one.parameters]
+    values = {"R_H": 0.05 * along, "K_c": 0.05 * along, "x_c": 1.0}
+    J = np.array([[10.0, 10.0, 0.0], [0.1, -0.1, 0.0], [0.0, 0.0, 1.0]])
+    fit = SimpleNamespace(
+        problem=SimpleNamespace(
+            unknowns=SimpleNamespace(names=names, std=np.full(3, 1e9)),
+            depth=1e-3,
+            measured=SimpleNamespace(noise=SimpleNamespace(displacement=1e-6)),
+        ),
+        optimum=SimpleNamespace(u=np.array([values[name] for name in names]), jacobian=J),
+        value=values.__getitem__,
+    )
+    assert is_resolved(Candidate(one, null(one), ()), fit) == resolved
 
 
 @pytest.mark.parametrize(

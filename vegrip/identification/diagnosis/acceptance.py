@@ -157,29 +157,34 @@ def _at_bounds(fitted: CandidateFit, within: float) -> set[str]:
 
 
 def is_resolved(candidate: Candidate, new: CandidateFit) -> bool:
-    """Whether any amount of the effect is more than the sensors resolve, and it is no simpler effect."""
+    """Whether any amount of the effect is more than the sensors resolve, and it is no simpler effect.
+
+    Amounts that stand for each other, as those of a layer and of its core, are no more than together resolved.
+    """
     least_count, exceeding = candidate.effect.beyond_simpler
     if sum(new.value(symbol) > value for symbol, value in exceeding) < least_count:
         return False
     problem, noise = new.problem, new.problem.measured.noise
-    std = amount_std(candidate, new)
     amounts, noises = dict(candidate.effect.min_amounts), dict(candidate.effect.min_displacement_noises)
+    places, away = [], []
     for p in candidate.effect.parameters:
         if p.null is None:
             continue
         j = problem.unknowns.names.index(p.symbol)
-        start = np.log(p.null) if p.transform == "log" else p.null
-        amount = abs(float(new.optimum.u[j]) - float(start))
         least = amounts.get(p.symbol, 0.0)
         if p.symbol in noises:
             least = noises[p.symbol] * noise.displacement / problem.depth
-        if amount > thresholds.MIN_STANDARD_ERRORS * std[j] and abs(new.value(p.symbol) - p.null) > least:
-            return True
-    return False
+        if abs(new.value(p.symbol) - p.null) > least:
+            places.append(j)
+            away.append(float(new.optimum.u[j]) - (math.log(p.null) if p.transform == "log" else p.null))
+    if not places:
+        return False
+    covariance, amount = amount_covariance(candidate, new)[np.ix_(places, places)], np.array(away)
+    return float(amount @ np.linalg.solve(covariance, amount)) > thresholds.MIN_STANDARD_ERRORS**2
 
 
-def amount_std(candidate: Candidate, new: CandidateFit) -> Floats:
-    """Return the standard errors of the coordinates, what only shapes the effect held.
+def amount_covariance(candidate: Candidate, new: CandidateFit) -> Floats:
+    """Return the covariance of the coordinates, what only shapes the effect held.
 
     A rate and an amplitude of which only the product is known have no standard errors of their own, but the
     effect is there.
@@ -188,8 +193,8 @@ def amount_std(candidate: Candidate, new: CandidateFit) -> Floats:
     shapes = {p.symbol for p in candidate.effect.parameters if p.null is None}
     free = [j for j, name in enumerate(names) if name not in shapes]
     J, s = new.optimum.jacobian[:, free], new.problem.unknowns.std[free]
-    out = np.zeros(len(names))
-    out[free] = np.sqrt(np.maximum(np.diag(np.linalg.inv(J.T @ J + np.diag(s**-2.0))), 0.0))
+    out = np.zeros((len(names), len(names)))
+    out[np.ix_(free, free)] = np.linalg.inv(J.T @ J + np.diag(s**-2.0))
     return out
 
 
