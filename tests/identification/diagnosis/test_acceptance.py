@@ -9,7 +9,13 @@ from scipy.stats import multivariate_normal
 
 from vegrip.effects import BUILT_IN, Effect, effect
 from vegrip.identification.diagnosis import candidate_fit, diagnose, discrepancy, score_tests, search
-from vegrip.identification.diagnosis.acceptance import Verdict, amount_covariance, is_resolved, misfit_by_regime
+from vegrip.identification.diagnosis.acceptance import (
+    Verdict,
+    amount_covariance,
+    gain_beside,
+    is_resolved,
+    misfit_by_regime,
+)
 from vegrip.identification.diagnosis.candidate_fit import HELD_OUT, CandidateFit, _is_astray, scores
 from vegrip.identification.diagnosis.diagnosis import doubt_timing
 from vegrip.identification.diagnosis.discrepancy import (
@@ -798,3 +804,16 @@ def test_a_lag_that_gains_too_little_to_be_named_is_said(gain, failed, says) -> 
     ]
     doubts = doubt_timing(SimpleNamespace(steps=[None, SimpleNamespace(tried=tried)]))
     assert [("12 ms late" in one.text, one.is_grave) for one in doubts] == [(True, False)] * says
+
+
+def test_what_another_form_of_an_accepted_effect_gains_is_no_gain(linear) -> None:
+    """A change along a direction that accepted effects may have anyhow leaves nothing to be gained."""
+    y = 3.0 * X[:, 2]
+    problem = linear(y, X[:, :2], PRIOR[:2])
+    base = SimpleNamespace(optimum=problem.solved())
+    new = SimpleNamespace(optimum=SimpleNamespace(residual=base.optimum.residual - 3.0 * X[:, 2]))
+    base.whitened = lambda other: other.optimum.residual
+    alone = gain_beside(base, new, np.zeros((60, 0)))
+    basis, _ = np.linalg.qr(X[:, :2])
+    assert alone == pytest.approx(0.5 * np.sum((y - basis @ (basis.T @ y)) ** 2), rel=1e-2)
+    assert gain_beside(base, new, X[:, 2:3]) == pytest.approx(0.0, abs=1e-6)
