@@ -1,4 +1,4 @@
-"""``python -m validation.diagnosis_trials.pairs``: what is said where one of two that resemble each other is there.
+"""``python -m validation.diagnosis_trials.pairs``: of two look-alikes one is hidden; which is named
 
 For every ordered pair of effects that show in the same regime one recording is made, with the first hidden.
 Right is its name, or a set that holds it; the other named for sure is what must not happen. Where the second
@@ -55,7 +55,11 @@ REGIMES: Mapping[str, tuple[str, ...]] = {
 
 EFFECTS = tuple(dict.fromkeys(name for some in REGIMES.values() for name in some))
 PAIRS = tuple(pair for some in REGIMES.values() for pair in permutations(some, 2))
-STYLES = {"bench": "laboratory", "short": "short", "use": "use"}  # of the second bench, and of the virtual one
+STYLES = {
+    "bench": "laboratory",
+    "short": "short",
+    "use": "use",
+}  # of the second bench, and of the virtual one
 NOTHING = "nothing named"
 KEPT = "pairs that are done stay in the file of -o, and the same command goes on with the others"
 
@@ -198,7 +202,10 @@ def trial(
         if name not in STYLES:
             raise UsageError(f"there is no style {name!r}; {suggestion(name, STYLES)}")
     wanted = [
-        pair for name, some in REGIMES.items() if not regime or name in regime for pair in permutations(some, 2)
+        pair
+        for name, some in REGIMES.items()
+        if not regime or name in regime
+        for pair in permutations(some, 2)
     ]
     wanted = [pair for pair in wanted if not effect or pair[0] in effect]
     turn = style or ["use"]
@@ -252,7 +259,9 @@ def _print(answer: dict[str, Any], every: Sequence[Said]) -> None:
             row = len(mine), named, right - named, len(mine) - right - false, false
             table.add_row(name, *map(str, row))
     console.print(table)
-    console.print(f"{answer['right']} of {answer['pairs']} named or in a set, {len(answer['falsely'])} falsely")
+    console.print(
+        f"{answer['right']} of {answer['pairs']} named or in a set, {len(answer['falsely'])} falsely"
+    )
     for key, said in answer["falsely"].items():
         console.print(f"  {key} -> {', '.join(said)}")
 

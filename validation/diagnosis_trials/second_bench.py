@@ -1,14 +1,14 @@
 """A second bench: recordings of a simulator that shares no code with the model or with the virtual bench.
 
-One fingertip in small explicit steps: a power law or what is hidden of it, one relaxing branch with a free
-surface, the paper's coupling of pressure and radius, and Coulomb friction that is rigid until it slides, pulled
-or twisted, never both. The laws that may be hidden are those of the catalogue, written anew from the equations.
+One fingertip in small steps: a power law or what is hidden of it, one relaxing branch with a free surface,
+the paper's coupling of pressure and radius, and Coulomb friction that is rigid until it slides, pulled or
+twisted, never both. The laws that may be hidden are those of the catalogue, written anew from the equations.
 What comes out is what sensors show: columns in SI.
 """
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
@@ -17,11 +17,14 @@ from scipy.special import beta, gammaln
 Array = np.ndarray
 STEP_S = 1e-3  # [s] of the simulation
 PAUSE_S = 12.0  # [s] between episodes
-STIFF = 40.0  # tangential stiffness [load at slip / mm]: rigid until slip, but for what is seen of the load
+RISE_S = 0.1  # [s] to a force that is held
+STIFF = 40.0  # [load at slip / mm] tangential: rigid until slip, but for a rise of the load that is seen
+RIM_SHARE = 0.67  # of the radius, at which a twist slides
+LEAST_LOAD_N = 1e-9  # for what divides by the largest load
 PROFILES = np.linspace(1.5, 30.0, 400)  # of the pressure exponent
 
 
-def peak_of(k: Array | float) -> Array:
+def peak_of(k: Array) -> Array:
     """Return C_k, the pressure in the middle over the mean."""
     out: Array = np.exp(gammaln(1.0 + 3.0 / k) - gammaln(1.0 + 1.0 / k) - gammaln(1.0 + 2.0 / k))
     return out
@@ -29,7 +32,11 @@ def peak_of(k: Array | float) -> Array:
 
 def twist_of(k: Array) -> Array:
     """Return the torque at slip over mu N a."""
-    return 2.0 * peak_of(k) / k * beta(3.0 / k, 1.0 + 1.0 / k)
+    out: Array = 2.0 * peak_of(k) / k * beta(3.0 / k, 1.0 + 1.0 / k)
+    return out
+
+
+PEAKS, TWISTS = peak_of(PROFILES), twist_of(PROFILES)
 
 
 @dataclass(frozen=True)
@@ -46,14 +53,14 @@ class Tip:
 
 @dataclass(frozen=True)
 class Move:
-    """One stretch of an episode: to a depth [m], or a held force [N]; a sine on it; a pull [m/s], a twist [rad/s]."""
+    """One stretch of an episode: to a depth [m] or a held force [N], with a sine, a pull or a twist."""
 
     seconds: float
     depth: float | None = None
     force: float | None = None
     wave: tuple[float, float] = (0.0, 0.0)  # [m], [Hz]
-    pull: float = 0.0
-    spin: float = 0.0
+    pull: float = 0.0  # [m/s]
+    spin: float = 0.0  # [rad/s]
 
 
 @dataclass
@@ -62,7 +69,6 @@ class Laws:
 
     hidden: Mapping[str, Mapping[str, float]]
     deepest: float = 0.0
-    memory: dict[str, float] = field(default_factory=dict)
 
     def of(self, name: str) -> Mapping[str, float] | None:
         return self.hidden.get(name)
@@ -85,7 +91,7 @@ class Laws:
                 top = max(self.deepest, x)
                 near = math.tanh((top - x) / e["width"]) if "width" in e else 1.0 - x / top
                 force *= 1.0 - e["loss"] * near
-        return force
+        return float(force)
 
     def close(self, x: float, dt: float) -> None:
         """Remember a step of ``dt`` [s] at ``x`` [m], or a pause."""
@@ -94,6 +100,7 @@ class Laws:
             self.deepest *= math.exp(-e["rate"] * dt)
 
     def friction(self, tip: Tip, load: float, speed: float, age: float) -> float:
+        """Return mu at the load [N], slip speed [m/s] and age of the contact [s]."""
         mu = tip.friction
         if e := self.of("load_dependent_friction"):
             mu *= (max(load, 1e-3) / e["at"]) ** -e["exponent"]
@@ -105,118 +112,134 @@ class Laws:
         return mu
 
 
-@dataclass
-class Taken:
-    """What the simulation went through, step by step."""
-
-    rows: list[tuple[float, ...]] = field(default_factory=list)
+ROWS = ("t", "episode", "x", "N", "a", "f", "q", "slip", "speed")
+"""What is true in each step; f [N] and q [N m] are what the contact carries."""
 
 
-def simulate(tip: Tip, laws: Laws, episodes: Sequence[Sequence[Move]], dt: float = STEP_S) -> dict[str, Array]:
-    """Return what was true, one row a step: t, episode, x, N, a, f, q, slip, speed."""
-    table_k, table_c = PROFILES[::-1], peak_of(PROFILES)[::-1]
-    twist = twist_of(PROFILES)
+class Contact:
+    """A fingertip and what its contact remembers, in steps of ``dt`` [s]."""
+
+    def __init__(self, tip: Tip, laws: Laws, dt: float) -> None:
+        self.tip, self.laws, self.dt = tip, laws, dt
+        self.renewal = (laws.of("friction_ageing") or {}).get("distance", 1e-5)  # [m]
+        self.recover()
+
+    def recover(self) -> None:
+        """Begin an episode: what relaxes and ages is as new."""
+        self.x = self.elastic = self.branch = self.load = self.age = 0.0
+        self.largest = LEAST_LOAD_N
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin a move: nothing is slid yet."""
+        self.way = self.angle = 0.0
+        self.is_sliding = False
+
+    def depth_at(self, want: float) -> float:
+        """Return the indentation [m] at which the load is ``want`` [N] at the end of this step."""
+
+        def over(x: float) -> float:
+            elastic = self.laws.elastic(self.tip, x)
+            return elastic - self.tip.share * self._relaxed(elastic) - want
+
+        high = max(2.0 * self.x, 2e-4)
+        while over(high) < 0.0 and high < self.tip.radius:
+            high *= 1.5
+        return float(brentq(over, 0.0, high, xtol=1e-10)) if over(0.0) < 0.0 < over(high) else self.x
+
+    def press(self, x: float) -> None:
+        """Go to the indentation ``x`` [m]."""
+        self.x, c = x, self.tip.share
+        elastic = self.laws.elastic(self.tip, x)
+        branch = self._relaxed(elastic)
+        self.load = elastic - c * branch
+        if self.load < 0.0:  # a free surface, whose elastic force is what the branch holds
+            branch = self.branch * math.exp(-self.tip.rate * (1.0 - c) * self.dt)
+            elastic, self.load = c * branch, 0.0
+        self.elastic, self.branch = elastic, branch
+        self.laws.close(x if self.load > 0.0 else min(x, 0.0), self.dt)
+        self.largest = max(self.largest, self.load) if self.load > 0.0 else LEAST_LOAD_N
+        self.age = self.age + self.dt if self.load > 0.0 else 0.0
+
+    def _relaxed(self, elastic: float) -> float:
+        """Return the branch after a step that ends at ``elastic`` [N], by the trapezoid."""
+        h = 0.5 * self.tip.rate * self.dt
+        return (self.branch * (1.0 - h) + h * (self.elastic + elastic)) / (1.0 + h)
+
+    @property
+    def radius(self) -> float:
+        return math.sqrt(2.0 * self.tip.radius * self.x) if self.load > 0.0 else 0.0
+
+    @property
+    def arm(self) -> float:
+        """Torque at slip over mu N [m], of the profile that creep has flattened."""
+        alone = 1e-3 * (self.largest / self.tip.force) ** (1.0 / self.tip.exponent)  # what is hidden left out
+        k = np.interp(max(1.5 / max(self.x / alone, 1.0), PEAKS[-1]), PEAKS[::-1], PROFILES[::-1])
+        return float(np.interp(k, PROFILES, TWISTS)) * self.radius
+
+    def drag(self, pull: float, spin: float) -> tuple[float, float, float, float]:
+        """Pull [m/s] or spin [rad/s] for a step; return the last four of :data:`ROWS`."""
+        if not (pull or spin) or self.load <= 0.0:
+            return 0.0, 0.0, 0.0, 0.0
+        self.way += abs(pull) * self.dt
+        self.angle += abs(spin) * self.dt
+        rim = RIM_SHARE * self.radius
+        moved, v = (self.way, abs(pull)) if pull else (self.angle * rim, abs(spin) * rim)
+        limit = self.load * self.laws.friction(self.tip, self.load, v if self.is_sliding else 0.0, self.age)
+        carried, is_felt, is_whole = self._share(moved)
+        if is_whole:
+            self.is_sliding = True
+            self.age *= math.exp(-v * self.dt / self.renewal)
+        held = carried * limit
+        return (held if pull else 0.0), (0.0 if pull else held * self.arm), float(is_felt), v * is_whole
+
+    def _share(self, moved: float) -> tuple[float, bool, bool]:
+        """Return the share of the limit that is carried, whether slip is felt, and whether all slides."""
+        kick = self.laws.of("presliding")
+        if kick is None:
+            carried = min(moved * 1e3 * STIFF, 1.0)
+            return carried, carried >= 1.0, carried >= 1.0
+        slipped = min(moved / kick["distance"], 1.0)  # of the area: 1 - (c / a)^2
+        is_felt = slipped >= kick["felt"]
+        is_whole = slipped >= 1.0 or (kick["speed_at_once"] > 0.0 and is_felt)
+        return 1.0 - (1.0 - slipped) ** 1.5, is_felt, is_whole
+
+
+def simulate(
+    tip: Tip, laws: Laws, episodes: Sequence[Sequence[Move]], dt: float = STEP_S
+) -> dict[str, Array]:
+    """Return what was true, one row a step, by the names of :data:`ROWS`."""
+    contact, t = Contact(tip, laws, dt), 0.0
     rows: list[tuple[float, ...]] = []
-    t = 0.0
-    c, nu = tip.share, tip.rate
-    kick = laws.of("presliding")
-    renewal = (laws.of("friction_ageing") or {}).get("distance", 1e-5)
     for number, moves in enumerate(episodes):
-        x = elastic = z = age = way = angle = 0.0
-        reference = 1e-9
-        slipping = False
+        contact.recover()
         for move in moves:
-            begin, count = x, max(1, round(move.seconds / dt))
-            way = angle = 0.0
-            is_loaded = bool(move.pull or move.spin)
-            slipping = False
-            held = 0.0
+            contact.begin()
+            begin, count = contact.x, max(1, round(move.seconds / dt))
+            end = begin if move.depth is None else move.depth
+            size, hertz = move.wave
             for i in range(1, count + 1):
                 s = i * dt
-                if move.force is not None:
-                    start = 0.0 if i == 1 else x
-                    want = move.force * min(s / 0.1, 1.0)
-
-                    def over(at: float, want: float = want, z: float = z, before: float = elastic) -> float:
-                        e = laws.elastic(tip, at)
-                        return e - c * relaxed(z, before, e, nu, dt) - want
-
-                    low, high = 0.0, max(2.0 * start, 2e-4)
-                    while over(high) < 0.0 and high < tip.radius:
-                        high *= 1.5
-                    x = float(brentq(over, low, high, xtol=1e-10)) if over(low) < 0.0 < over(high) else x
+                if move.force is None:
+                    wave = size * math.sin(2.0 * math.pi * hertz * s)
+                    contact.press(begin + (end - begin) * i / count + wave)
                 else:
-                    end = begin if move.depth is None else move.depth
-                    x = begin + (end - begin) * i / count + move.wave[0] * math.sin(2 * math.pi * move.wave[1] * s)
-                e = laws.elastic(tip, x)
-                new = relaxed(z, elastic, e, nu, dt)
-                load = e - c * new
-                if load < 0.0:  # a surface that is free: the elastic force that leaves no load
-                    e = c * (z + (elastic - z) * 0.0)
-                    new = z * math.exp(-nu * (1.0 - c) * dt)
-                    e, load = c * new, 0.0
-                elastic, z = e, new
-                laws.close(x if load > 0.0 else min(x, 0.0), dt)
-                a = f = q = speed = 0.0
-                if load > 0.0:
-                    reference = max(reference, load)
-                    alone = inverse(laws, tip, reference)
-                    H = max(x / alone, 1.0) if alone > 0.0 else 1.0
-                    k = float(np.interp(max(1.5 / H, table_c[0]), table_c, table_k))
-                    a = math.sqrt(2.0 * tip.radius * x)
-                    age += dt
-                    if is_loaded:
-                        way += abs(move.pull) * dt
-                        angle += abs(move.spin) * dt
-                        arm = float(np.interp(k, PROFILES, twist)) * a
-                        moved = way if move.pull else angle * 0.67 * a
-                        v = abs(move.pull) if move.pull else abs(move.spin) * 0.67 * a
-                        limit = laws.friction(tip, load, v if slipping else 0.0, age) * load
-                        flag = moved * 1e3 * STIFF >= 1.0
-                        carried = min(moved * 1e3 * STIFF, 1.0)
-                        if kick:
-                            u = min(moved / kick["distance"], 1.0)
-                            carried = 1.0 - (1.0 - u) ** 1.5
-                            flag = 1.0 - (1.0 - u) >= kick["felt"]  # share of the area: 1 - (c / a)^2 = u
-                            is_whole = u >= 1.0 or (kick["speed_at_once"] > 0.0 and flag)
-                        else:
-                            is_whole = flag
-                        held = carried * limit
-                        if is_whole:
-                            slipping = True
-                            speed = v
-                            age = age * math.exp(-v * dt / renewal)
-                        f, q = (held, 0.0) if move.pull else (0.0, held * arm)
-                        rows.append((t + s, number, x, load, a, f, q, float(flag), speed if is_whole else 0.0))
-                        continue
-                else:
-                    age, reference = 0.0, 1e-9
-                rows.append((t + s, number, x, load, a, f, q, 0.0, 0.0))
+                    contact.press(contact.depth_at(move.force * min(s / RISE_S, 1.0)))
+                dragged = contact.drag(move.pull, move.spin)
+                rows.append((t + s, number, contact.x, contact.load, contact.radius, *dragged))
             t += count * dt
         laws.close(-1.0, PAUSE_S)
         t += PAUSE_S
-    names = ("t", "episode", "x", "N", "a", "f", "q", "slip", "speed")
-    return dict(zip(names, np.array(rows).T, strict=True))
-
-
-def relaxed(z: float, before: float, now: float, nu: float, dt: float) -> float:
-    """Return the branch after a step, by the trapezoid."""
-    h = 0.5 * nu * dt
-    return (z * (1.0 - h) + h * (before + now)) / (1.0 + h)
-
-
-def inverse(laws: Laws, tip: Tip, load: float) -> float:
-    """Return the depth [m] at which the plain power law has this elastic force, what is hidden left out."""
-    return 1e-3 * (load / tip.force) ** (1.0 / tip.exponent)
+    return dict(zip(ROWS, np.array(rows).T, strict=True))
 
 
 def sensed(
     true: Mapping[str, Array], rate: float, noise: Mapping[str, float], rng: np.random.Generator,
     *, delay: float = 0.0, lag: float = 0.0, sees: bool = False,
 ) -> dict[str, Array]:  # fmt: skip
-    """Return what the sensors show at ``rate`` [Hz] with white noise; the force late by ``delay`` [s] or a lag."""
+    """Return what sensors show at ``rate`` [Hz] with white ``noise``; ``delay`` and ``lag`` [s]."""
     t, force = true["t"], true["N"].copy()
-    starts = np.flatnonzero(np.r_[True, np.diff(true["episode"]) != 0])
+    starts = np.flatnonzero(np.r_[True, np.diff(true["episode"]) != 0]).tolist()
     shown = np.empty_like(force)
     for begin, end in zip(starts, [*starts[1:], t.size], strict=True):
         here = slice(begin, end)
@@ -292,7 +315,7 @@ def bench(tip: Tip, depth: float, rng: np.random.Generator) -> list[list[Move]]:
     return [[clear, *inside[i], away, Move(0.5)] for i in order]
 
 
-def short(tip: Tip, depth: float, rng: np.random.Generator) -> list[list[Move]]:
+def short(_: Tip, depth: float, rng: np.random.Generator) -> list[list[Move]]:
     """Return five presses and five slips."""
     clear = Move(0.3, depth=-0.1 * depth)
     presses = [
@@ -300,7 +323,7 @@ def short(tip: Tip, depth: float, rng: np.random.Generator) -> list[list[Move]]:
         for part in rng.uniform(0.3, 1.0, 5)
     ]
     slips = []
-    for _ in range(5):
+    for _slip in range(5):
         v = 0.4 * depth * float(rng.uniform(0.5, 3.0))
         turns = rng.random() < 0.2
         pulled = Move(0.8, pull=0.0 if turns else v, spin=0.6 if turns else 0.0)
@@ -310,7 +333,7 @@ def short(tip: Tip, depth: float, rng: np.random.Generator) -> list[list[Move]]:
     return [[clear, *one, Move(0.2, depth=-0.1 * depth), Move(0.3)] for one in (*presses, *slips)]
 
 
-def use(tip: Tip, depth: float, rng: np.random.Generator) -> list[list[Move]]:
+def use(_: Tip, depth: float, rng: np.random.Generator) -> list[list[Move]]:
     """Return a dozen grasps at any speed, whose grip changes, half of them with a slide."""
     clear = Move(0.3, depth=-0.1 * depth)
 
@@ -338,7 +361,7 @@ PROTOCOLS: Mapping[str, Callable[[Tip, float, np.random.Generator], list[list[Mo
 
 @dataclass(frozen=True)
 class Setting:
-    """What amounts are measured by: tip, greatest depth [m], force there [N], noise of it [N], size, draws."""
+    """What amounts are measured by: tip, greatest depth [m], noise of the force [N], size, draws."""
 
     tip: Tip
     depth: float
@@ -348,7 +371,7 @@ class Setting:
 
     @property
     def force(self) -> float:
-        return self.tip.force * (1e3 * self.depth) ** self.tip.exponent
+        return float(self.tip.force * (1e3 * self.depth) ** self.tip.exponent)
 
     def between(self, low: float, high: float) -> float:
         return float(np.exp(self.rng.uniform(np.log(low), np.log(high))))
@@ -356,28 +379,6 @@ class Setting:
 
 BONDED = (1.283, 0.769, 0.0975), (1.497, 1.469, 0.755)
 """Coefficients of a bonded layer: Dimitriadis et al. (2002), and Garcia and Garcia (2018)."""
-Amounts = Callable[[Setting], Mapping[str, float]]
-AMOUNTS: Mapping[str, Amounts] = {
-    "layer_over_core": lambda s: _layer(s),
-    "exponential_stiffness": lambda s: {"length": s.between(0.8, 1.6) * s.depth / s.size},
-    "second_contact": lambda s: {
-        "force": 0.12 * s.size * s.force / (1e3 * 0.4 * s.depth) ** 1.0,
-        "at": s.between(0.4, 0.7) * s.depth,
-        "exponent": float(s.rng.choice([1.0, 1.5])),
-    },
-    "mullins_softening": lambda s: {"loss": 0.15 * s.size} | _width(s),
-    "healing_softening": lambda s: {"loss": 0.15 * s.size, "rate": s.between(5e-3, 0.15)} | _width(s),
-    "rate_dependent_friction": lambda s: {
-        "kinetic": 1.0 - 0.2 * s.size, "growth": 0.03 * s.size, "stribeck": 0.5 * s.depth, "slow": 0.05 * s.depth,
-    },
-    "friction_ageing": lambda s: {"growth": s.between(0.03, 0.08) * s.size, "time": 0.1, "distance": s.between(5e-6, 5e-5)},
-    "presliding": lambda s: {"distance": s.between(0.03, 0.2) * s.depth, "felt": float(s.rng.uniform(0.3, 0.7)), "speed_at_once": float(s.rng.random() < 0.5)},
-    "load_dependent_friction": lambda s: {"exponent": 0.15 * s.size, "at": 0.4 * s.force},
-    "sensor_delay": lambda s: {"time": s.between(4e-3, 12e-3)},
-    "sensor_lag": lambda s: {"time": s.between(4e-3, 12e-3)},
-    "zero_jump": lambda s: {"size": s.between(1.0, 4.0) * s.noise * float(s.rng.choice([-1.0, 1.0])), "when": float(s.rng.uniform(0.25, 0.75))},
-    "zero_jump_displacement": lambda s: {"size": s.between(0.003, 0.02) * s.depth * float(s.rng.choice([-1.0, 1.0])), "when": float(s.rng.uniform(0.25, 0.75))},
-}  # fmt: skip
 
 
 def _layer(s: Setting) -> dict[str, float]:
@@ -394,6 +395,46 @@ def _width(s: Setting) -> dict[str, float]:
     return {"width": s.between(0.2, 0.6) * s.depth} if s.rng.random() < 0.7 else {}
 
 
+def _jump(s: Setting, size: float) -> dict[str, float]:
+    return {"size": size * float(s.rng.choice([-1.0, 1.0])), "when": float(s.rng.uniform(0.25, 0.75))}
+
+
+Amounts = Callable[[Setting], Mapping[str, float]]
+AMOUNTS: Mapping[str, Amounts] = {
+    "layer_over_core": _layer,
+    "exponential_stiffness": lambda s: {"length": s.between(0.8, 1.6) * s.depth / s.size},
+    "second_contact": lambda s: {
+        "force": 0.3 * s.size * s.force / (1e3 * s.depth),
+        "at": s.between(0.4, 0.7) * s.depth,
+        "exponent": float(s.rng.choice([1.0, 1.5])),
+    },
+    "mullins_softening": lambda s: {"loss": 0.15 * s.size, **_width(s)},
+    "healing_softening": lambda s: {"loss": 0.15 * s.size, "rate": s.between(5e-3, 0.15), **_width(s)},
+    "rate_dependent_friction": lambda s: {
+        "kinetic": 1.0 - 0.2 * s.size,
+        "growth": 0.03 * s.size,
+        "stribeck": 0.5 * s.depth,
+        "slow": 0.05 * s.depth,
+    },
+    "friction_ageing": lambda s: {
+        "growth": s.between(0.03, 0.08) * s.size,
+        "time": 0.1,
+        "distance": s.between(5e-6, 5e-5),
+    },
+    "presliding": lambda s: {
+        "distance": s.between(0.03, 0.2) * s.depth,
+        "felt": float(s.rng.uniform(0.3, 0.7)),
+        "speed_at_once": float(s.rng.random() < 0.5),
+    },
+    "load_dependent_friction": lambda s: {"exponent": 0.15 * s.size, "at": 0.4 * s.force},
+    "sensor_delay": lambda s: {"time": s.between(4e-3, 12e-3)},
+    "sensor_lag": lambda s: {"time": s.between(4e-3, 12e-3)},
+    "zero_jump": lambda s: _jump(s, s.between(1.0, 4.0) * s.noise),
+    "zero_jump_displacement": lambda s: _jump(s, s.between(0.003, 0.02) * s.depth),
+}
+"""By the names of the catalogue; and a zero of force or displacement that jumps, which is no effect."""
+
+
 @dataclass(frozen=True)
 class Made:
     """A recording and what is hidden in it."""
@@ -405,7 +446,7 @@ class Made:
 
 
 def make(names: Sequence[str], style: str, seed: int, size: float = 1.0) -> Made:
-    """Return the recording of one of the :data:`PROTOCOLS` with these laws hidden, all else drawn by the seed."""
+    """Return the recording of a protocol (``style``) with these laws hidden, all else drawn by the seed."""
     rng = np.random.default_rng([seed, 71])
     tip = draw_tip(rng)
     depth = float(rng.uniform(0.12, 0.2)) * tip.radius

@@ -12,7 +12,7 @@ DEPTH = 1e-3
 
 
 def simulated(moves, dt=1e-3, **hidden):
-    laws = Laws({name: given for name, given in hidden.items()})
+    laws = Laws(hidden)
     return second_bench.simulate(TIP, laws, [[Move(0.01, depth=0.0), *moves]], dt)
 
 
@@ -34,7 +34,9 @@ def test_a_surface_that_is_left_recovers_before_it_is_touched_again() -> None:
 
 
 def test_a_hertzian_contact_is_twisted_at_three_sixteenths_of_pi() -> None:
-    assert second_bench.twist_of(np.array([2.0, 3.0])) == pytest.approx([3 * np.pi / 16, 0.620245007], rel=1e-8)
+    assert second_bench.twist_of(np.array([2.0, 3.0])) == pytest.approx(
+        [3 * np.pi / 16, 0.620245007], rel=1e-8
+    )
     true = simulated([Move(1e-3, depth=DEPTH), Move(0.3, spin=5.0)])
     q, N, a = (true[name][true["slip"] > 0.0] for name in ("q", "N", "a"))
     arm = q / N / a / TIP.friction
@@ -43,9 +45,7 @@ def test_a_hertzian_contact_is_twisted_at_three_sixteenths_of_pi() -> None:
 
 def test_static_friction_grows_with_the_rest_and_is_gone_after_its_distance() -> None:
     ageing = {"growth": 0.05, "time": 0.1, "distance": 1e-5}
-    true = simulated(
-        [Move(1e-3, depth=DEPTH), Move(3.0), Move(0.5, pull=1e-3)], friction_ageing=ageing
-    )
+    true = simulated([Move(1e-3, depth=DEPTH), Move(3.0), Move(0.5, pull=1e-3)], friction_ageing=ageing)
     mu = (true["f"] / np.maximum(true["N"], 1e-9))[true["slip"] > 0.0]
     assert mu[0] == pytest.approx(0.7 * (1.0 + 0.05 * np.log1p(3.0 / 0.1)), rel=5e-3)
     assert mu[-1] == pytest.approx(0.7 * (1.0 + 0.05 * np.log1p(0.01 / 0.1)), rel=5e-3)
@@ -96,7 +96,9 @@ def test_every_pair_is_there_in_both_directions() -> None:
 
 def test_a_matrix_has_the_shares_of_each_answer() -> None:
     both = ("adhesion", "jkr_adhesion")
-    rows, columns, shares = pairs.matrix_of([said(("adhesion",)), said((), (both,)), said(hidden="jkr_adhesion")])
+    rows, columns, shares = pairs.matrix_of(
+        [said(("adhesion",)), said((), (both,)), said(hidden="jkr_adhesion")]
+    )
     assert rows == ["adhesion", "jkr_adhesion"]
     assert columns == [*rows, pairs.NOTHING]
     assert shares == pytest.approx(np.array([[0.75, 0.25, 0.0], [0.0, 0.0, 1.0]]))

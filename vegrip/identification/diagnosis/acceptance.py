@@ -9,7 +9,7 @@
    and it is not an effect with fewer parameters, as a softening that heals in hours,
 5. it drives no parameter of the base model onto a bound that it was not near before,
 6. what acts in the air too is seen there: in contact alone it would be a law of the contact,
-7. beside accepted effects it gains what another form of those, in the channels that did not tell them, does not.
+7. it gains what another form of the accepted effects, in channels that did not tell them, does not gain.
 """
 
 import math
@@ -84,7 +84,7 @@ def judge_candidate(
 
 
 def form_directions(accepted: Iterable[Effect], fitted: CandidateFit) -> Floats:
-    """Return what ``accepted`` effects may do in channels that did not tell them, (rows, directions), whitened.
+    """Return what ``accepted`` effects may do in channels that did not tell them (rows, directions), white.
 
     An effect is known by its name in the channel that shows it. How it spreads to pulls, to twists and to the
     radius is the form of a law: as much per share of the force, or of the friction, that it changes.
@@ -120,7 +120,7 @@ def form_directions(accepted: Iterable[Effect], fitted: CandidateFit) -> Floats:
 
 
 def gain_beside(base: CandidateFit, new: CandidateFit, form: Floats) -> float:
-    """Return what the change that ``new`` makes gains [nats] beside ``base`` and ``form`` (rows, directions)."""
+    """Return what the change that ``new`` makes gains [nats] beside ``base`` and ``form`` (rows, k)."""
     basis, _ = np.linalg.qr(np.hstack([base.optimum.jacobian, form]))
     left, change = (
         one - basis @ (basis.T @ one)
@@ -159,7 +159,7 @@ def _at_bounds(fitted: CandidateFit, within: float) -> set[str]:
 def is_resolved(candidate: Candidate, new: CandidateFit) -> bool:
     """Whether any amount of the effect is more than the sensors resolve, and it is no simpler effect.
 
-    Amounts that stand for each other, as those of a layer and of its core, are no more than together resolved.
+    Amounts that stand for each other, as those of a layer and of its core, are resolved together.
     """
     least_count, exceeding = candidate.effect.beyond_simpler
     if sum(new.value(symbol) > value for symbol, value in exceeding) < least_count:

@@ -259,8 +259,8 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
     """Refit what resembles ``one`` in its place; return all that was tried, ``one`` first, and the better.
 
     Each from the optimum without it, and where it is not far behind from the values that the others have
-    beside it, where the rival has to make up for what it explains. What is known to be confounded is judged by
-    the latter whatever the screen expects of it, for that knows a kink only at the depths that it tries.
+    beside it, where the rival has to make up for what it explains. What is known to be confounded is refitted
+    whatever the screen expects of it, for that knows a kink only at the depths that it tries.
     """
     step = next(step for step in found.steps if step.taken is one)
     fits: dict[str, CandidateFit] = {}

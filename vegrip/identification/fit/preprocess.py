@@ -271,8 +271,10 @@ def _creeping(recording: Recording, slips: Mask) -> Mask:
     speed = np.nan_to_num(recording.columns.get("slip_speed", np.zeros(len(recording))))
     if not np.any(slips & (speed > 0.0)):
         return np.zeros(len(recording), dtype=bool)
-    is_still = slips & (speed == 0.0)
-    return np.r_[False, is_still[1:] & is_still[:-1]]
+    out: Mask = slips & (speed == 0.0)
+    out[1:] &= out[:-1].copy()
+    out[0] = False
+    return out
 
 
 def _seen(recording: Recording, noise: Noise) -> NDArray[np.int64]:
