@@ -1,4 +1,4 @@
-"""``python -m validation.diagnosis_trials.pairs``: of two look-alikes one is hidden; which is named
+"""``python -m validation.diagnosis_trials.pairs``: of two look-alikes one is hidden; which is named.
 
 For every ordered pair of effects that show in the same regime one recording is made, with the first hidden.
 Right is its name, or a set that holds it; the other named for sure is what must not happen. Where the second
