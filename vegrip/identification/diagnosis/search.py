@@ -7,7 +7,7 @@ and takes it where it is better. An effect that the others have made superfluous
 
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
@@ -136,6 +136,8 @@ class Search:
     # an effect that explains as much as all of these, which are cases of it
     general: dict[str, list[str]] = field(default_factory=dict)
     is_given_up: bool = False
+    is_stopped: bool = False  # by an interrupt, before its end
+    refitted: dict[str, CandidateFit] = field(default_factory=dict)  # in the last round
 
     @property
     def first(self) -> CandidateFit:
@@ -200,21 +202,36 @@ def search_effects(
     threads: int = 2,
     report: Report = lambda _: None,
     is_repeat: bool = False,
+    can_stop: bool = False,
 ) -> Search:
     """Look for what ``problem``'s model lacks, from its optimum.
 
     ``is_repeat``: the answer counts only if it explains the recording, and is given up when it cannot.
+    ``can_stop``: an interrupt gives what was found until then.
     """
     groups = held_out_groups(problem)
     found = Search(regimes=regime_map(problem, optimum.u))
-    found.steps = [_step(evaluate_candidate(problem, optimum, groups), groups, found, threads, report)]
+    found.steps = [Step(evaluate_candidate(problem, optimum, groups), [], [])]
+    try:
+        _search(found, groups, most, threads, report, is_repeat=is_repeat)
+    except KeyboardInterrupt:
+        if not can_stop:
+            raise
+        found.is_stopped = True
+    return found
+
+
+def _search(
+    found: Search, groups: Floats, most: int, threads: int, report: Report, *, is_repeat: bool
+) -> None:
+    found.steps = [_step(found.first, groups, found, threads, report)]
     while True:
         step = found.steps[-1]
         passed = [one for one in step.tried if one.verdict.is_passed]
         is_taking = bool(passed) and len(found.accepted) < most and not found.is_within_tolerance
         is_done = not is_taking and (found.contests or not found.accepted or found.is_patchwork)
         if is_done and not take_general(found, groups, threads, report):
-            return found
+            return
         if is_taking:
             step.taken = max(passed, key=lambda one: one.verdict.gain)
             report(f"takes {step.taken.candidate.name}")
@@ -225,7 +242,7 @@ def search_effects(
         best = max((one.verdict.gain for one in step.tried), default=0.0)
         found.is_given_up = is_repeat and found.leaves_too_much(more * best)
         if found.is_given_up:
-            return found
+            return
         # the rivals of the first effect were refitted in its place just now
         if (not is_taking or len(found.accepted) > 1) and not found.is_patchwork:
             hold_contests(found, groups, threads, report)
@@ -410,19 +427,41 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
         verdict = judge_candidate(hint.candidate, base, new, regimes, pays, asked.left, form)
         return Tried(hint.candidate, new, verdict, change)
 
-    fits = _refitted(base, chosen, groups, threads)
+    found.refitted = {}
+    fits = _refitted(base, chosen, groups, threads, report, found.refitted)
     tried = [told(hint, new) for hint, new in zip(chosen, fits, strict=True)]
     return Step(base, hints, sorted(tried, key=lambda one: -one.verdict.gain))
 
 
-def _refitted(base: CandidateFit, chosen: list[Hint], groups: Floats, threads: int) -> list[CandidateFit]:
+def _refitted(
+    base: CandidateFit,
+    chosen: list[Hint],
+    groups: Floats,
+    threads: int,
+    report: Report = lambda _: None,
+    done: dict[str, CandidateFit] | None = None,
+) -> list[CandidateFit]:
+    done = {} if done is None else done
+
+    def refit(hint: Hint) -> CandidateFit:
+        new = done[hint.candidate.name] = extend_problem(base, hint, groups)
+        left = ", ".join(h.candidate.name for h in chosen if h.candidate.name not in done) or "none"
+        report(f"error {base.error:.3g}, {best_of(done)}; left: {left}")
+        return new
+
     with ThreadPoolExecutor(threads) as pool:
-        fits = list(pool.map(lambda hint: extend_problem(base, hint, groups), chosen))
+        fits = list(pool.map(refit, chosen))
         gained = max((one.evidence - base.evidence for one in fits), default=0.0)
         least = base.evidence + thresholds.CONTENDER_SHARE * gained
         return list(
             pool.map(lambda one: finish_fit(base, one, groups) if one.evidence >= least else one, fits)
         )
+
+
+def best_of(refitted: Mapping[str, CandidateFit]) -> str:
+    """Return in words which of ``refitted`` candidates explains most."""
+    name = max(refitted, key=lambda one: refitted[one].evidence)
+    return f"best so far {refitted[name].error:.3g} with {name}"
 
 
 def shortlist(hints: list[Hint]) -> list[Hint]:
