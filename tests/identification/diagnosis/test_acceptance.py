@@ -418,12 +418,15 @@ def test_only_what_contends_is_fitted_to_the_end(monkeypatch) -> None:
     """From four tenths of what the best one gains; the others stay as they are."""
     gains = {"a": 100.0, "b": 40.1, "c": 39.9, "d": -5.0}
     monkeypatch.setattr(
-        search, "extend_problem", lambda _, hint, __: SimpleNamespace(evidence=gains[hint] - 7.0)
+        search,
+        "extend_problem",
+        lambda _, hint, __: SimpleNamespace(evidence=gains[hint.candidate.name] - 7.0, error=1.0),
     )
     monkeypatch.setattr(
         search, "finish_fit", lambda _, rough, __: SimpleNamespace(evidence=rough.evidence + 1e3)
     )
-    fits = search._refitted(SimpleNamespace(evidence=-7.0), list(gains), None, 1)
+    hints = [SimpleNamespace(candidate=SimpleNamespace(name=name)) for name in gains]
+    fits = search._refitted(SimpleNamespace(evidence=-7.0, error=2.0), hints, None, 1)
     assert [one.evidence for one in fits] == pytest.approx([1093.0, 1033.1, 32.9, -12.0])
 
 

@@ -415,8 +415,8 @@ def diagnose(
     named together, ``threads`` how many candidates are fitted at a time. Where nothing explains the
     recording, each episode is tried with zeros of its own, and with laws of its own, as several places or
     specimens may have been pressed; the laws are more, and are believed where zeros explain less. Neither is
-    tried of more episodes than memory holds. ``can_stop``: an interrupt (Ctrl-C) once the model is fitted gives
-    what was found until then, said to be unfinished and never named for sure.
+    tried of more episodes than memory holds. ``can_stop``: an interrupt (Ctrl-C) once the model is fitted
+    gives what was found until then, said to be unfinished; nothing is named for sure.
     """
 
     def started(zeros: Zeros, laws: Zeros, radius: float | None = None) -> Fit:
@@ -446,9 +446,7 @@ def diagnose(
                 break
             report("tries a jump of a zero")
             before = recording, jumps
-            at = jump.channel, jump.row
-            size = jump.size + (jumps[at].size if at in jumps else 0.0)
-            recording, jumps = jump.removed(recording), {**jumps, at: replace(jump, size=size)}
+            recording, jumps = jump.removed(recording), _with_jump(jumps, jump)
             own = diagnosed(started(zeros, laws))
             if own.verdict == "unexplained":
                 recording, jumps = before
@@ -468,13 +466,13 @@ def diagnose(
             by_law = started(zeros, "episode")
         except TooManyUnknownsError:
             return found
-        gain, least = gain_of(by_law), thresholds.MOST_OF_LEFT_SHARE * left(found.search.last)
-        least = max(thresholds.MIN_LATER_GAIN_NATS, least)
+        most_of_left = thresholds.MOST_OF_LEFT_SHARE * left(found.search.last)
+        gain, least = gain_of(by_law), max(thresholds.MIN_LATER_GAIN_NATS, most_of_left)
         if zeros == "recording" and gain_of(by_zero := started("episode", laws)) > least:
             report("tries zeros of each episode")
             own = diagnosed(by_zero)
-            more = own.search.last.evidence - found.search.first.evidence
-            if own.verdict != "unexplained" and more > gain:
+            evidence = own.search.last.evidence - found.search.first.evidence
+            if own.verdict != "unexplained" and evidence > gain:
                 return replace(own, doubts=[*own.doubts, Doubt(by_zero.zeros_note)])
         if gain < least:
             return found
@@ -483,12 +481,19 @@ def diagnose(
 
     try:
         found = without_faults(found)
-        may_differ = laws == "recording" and start.problem.episodes.any()
-        return by_episode(found) if may_differ and found.verdict == "unexplained" else found
+        if laws == "recording" and start.problem.episodes.any() and found.verdict == "unexplained":
+            return by_episode(found)
+        return found
     except KeyboardInterrupt:
         if not can_stop:
             raise
         return replace(found, doubts=[*found.doubts, Doubt(UNFINISHED)])
+
+
+def _with_jump(jumps: Jumps, jump: Jump) -> Jumps:
+    at = jump.channel, jump.row
+    size = jump.size + (jumps[at].size if at in jumps else 0.0)
+    return {**jumps, at: replace(jump, size=size)}
 
 
 def doubt_timing(found: Search) -> list[Doubt]:
