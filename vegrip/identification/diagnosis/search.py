@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vegrip.effects import Effect
+from vegrip.effects import Effect, effect, names
 from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.acceptance import (
     Verdict,
@@ -77,7 +77,7 @@ class EvidenceThreshold:
             asked = min(asked, max(thresholds.MIN_LATER_GAIN_NATS, share * self.gained))
         if self.left < thresholds.LITTLE_LEFT_SHARE * self.gained:
             asked = max(asked, thresholds.MIN_SHARE_OF_LEFT * self.left)
-        if any(are_kin(candidate, one) for one in self.accepted):
+        if any(are_kin(candidate, one) and not have_general(candidate, one) for one in self.accepted):
             asked = max(asked, thresholds.MIN_KIN_SHARE_OF_GAIN * self.gained)
         return asked
 
@@ -381,6 +381,11 @@ def are_kin(one: Effect, other: Effect) -> bool:
     is_group = bool(one.group) and one.group == other.group
     is_shift = one.shifts_time and other.shifts_time
     return one.name != other.name and (is_group or is_shift or names(one, other) or names(other, one))
+
+
+def have_general(one: Effect, other: Effect) -> bool:
+    """Whether an effect holds both as cases, which judges whether it is one law of another form."""
+    return any({one.name, other.name} <= set(effect(name).generalises) for name in names())
 
 
 def resembling(own: Candidate, gain: float, hints: list[Hint]) -> list[Hint]:
