@@ -101,7 +101,7 @@ def test_saturation_is_tried_below_the_greatest_force_that_was_measured() -> Non
 
 @pytest.mark.parametrize(
     ("name", "symbol", "depths"),
-    [("layer_over_core", "x_c", [2.0, 3.0]), ("second_contact", "x_2", [1.2, 2.2, 3.2])],
+    [("layer_over_core", "x_c", [2.0, 3.0, 1.2, 2.2, 3.2]), ("second_contact", "x_2", [1.2, 2.2, 3.2])],
 )
 def test_what_is_touched_at_a_depth_is_tried_within_that_of_the_greatest_force(name, symbol, depths) -> None:
     trials_at = effect(name).trials_at

@@ -26,18 +26,29 @@ def test_onset_follows_the_force_law_of_the_contact(p) -> None:
     assert mu / 0.7 == pytest.approx((whole - inner) / whole, rel=1e-4)
 
 
-def test_full_sliding_is_at_the_coulomb_limit() -> None:
+def loads(slip_speed):
     columns = {
         "t": T,
         "displacement": DEPTH,
         "tangential_force_x": np.full_like(T, 0.1),
-        "slip_speed": 0.0 * T,
+        "slip": np.ones_like(T),
+        "slip_speed": slip_speed,
     }
-    onset, sliding = (
-        predict(
-            MODEL, {**columns, "slip": np.full_like(T, slip), "slip_speed": slip * 1e-3 + 0.0 * T}, plain=True
-        )
-        for slip in (0.0, 1.0)
-    )
-    assert sliding["tangential_force"] == pytest.approx(0.7 * sliding["contact_force"])
-    assert onset["tangential_force"] == pytest.approx(0.875 * sliding["tangential_force"], rel=1e-4)
+    table = predict(MODEL, columns, plain=True)
+    return table["tangential_force"] / table["contact_force"] / 0.7
+
+
+def test_full_sliding_is_at_the_coulomb_limit() -> None:
+    assert loads(np.where(T > 0.1, 1e-3, 0.0))[-1] == pytest.approx(1.0)
+
+
+def test_from_onset_on_the_share_that_slips_grows_with_the_way() -> None:
+    """u_s = 0.01 x_ref = 8 um at this radius: 1 um of way more of it every 10 ms."""
+    way = np.cumsum(np.where(T > 0.1, 1e-4 * 1e-2, 0.0)) / (0.01 * MODEL.reference_depth)
+    told = loads(np.where(T > 0.1, 1e-4, 0.0))
+    assert told == pytest.approx(1.0 - np.maximum(0.25 - way, 0.0) ** 1.5, rel=1e-4)
+    assert told[0] == pytest.approx(0.875, rel=1e-4)
+
+
+def test_where_it_sticks_again_nothing_is_left_of_the_way() -> None:
+    assert loads(np.where((T > 0.1) & (T < 0.2), 1e-3, 0.0))[-1] == pytest.approx(0.875, rel=1e-4)

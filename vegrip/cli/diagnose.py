@@ -46,6 +46,7 @@ def diagnose(
 
     Example: vegrip sample press && vegrip diagnose press -o found
     """
+    from vegrip.cli import INTERRUPTED
     from vegrip.cli.fit import error_options, judged, opened
     from vegrip.display.diagnosis import told as told_of
     from vegrip.identification.diagnosis import diagnose as diagnose_model
@@ -57,7 +58,7 @@ def diagnose(
         measured, start = opened(recording, model, hold_back=hold_back)
         with _terminal.progress("diagnose") as report:
             same = judged(measured, tolerance, zeros_each_episode, laws_each_episode)
-            found = diagnose_model(measured, start, **same, report=report)
+            found = diagnose_model(measured, start, **same, report=report, can_stop=True)
         if is_alone:
             outputs.write(output, partial(write_model, found.model))
         else:
@@ -75,6 +76,8 @@ def diagnose(
                     else []
                 )
                 _terminal.print_next("vegrip", *words, *options)
+        if found.is_unfinished:
+            raise typer.Exit(INTERRUPTED)
 
 
 def _next(found: "Diagnosis", recording: Path, model: Path | None) -> list[object]:
@@ -83,7 +86,12 @@ def _next(found: "Diagnosis", recording: Path, model: Path | None) -> list[objec
     None where the recording itself is doubted or shows one motion alone, or episodes have laws of their own,
     which no other knows.
     """
-    if found.start.laws or found.unproven or any(doubt.is_grave for doubt in found.doubts):
+    if (
+        found.start.laws
+        or found.unproven
+        or found.is_unfinished
+        or any(doubt.is_grave for doubt in found.doubts)
+    ):
         return []
     name = recording.resolve().name
     base = ["--model", model] if model is not None else []

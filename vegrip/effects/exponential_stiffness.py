@@ -27,6 +27,6 @@ EFFECT = Effect(
     cites=("TiezziKao2007", "Fung1993"),
     parameters=(Parameter("b_x", "1", 0.8, 0.7, 0.0, 20.0, "growth of ln stiffness per x_ref", null=0.0),),
     hooks=(hook(elastic),),
-    confounded=("layer_over_core", "power_law_stiffness"),
+    confounded=("layer_over_core", "second_contact", "power_law_stiffness"),
     experiment="slow ramp over the full range of depth",
 )

@@ -36,6 +36,8 @@ def elastic(
 def _trials(values: Mapping[str, float], greatest: float) -> Iterator[dict[str, float]]:
     for depth in depths(values, greatest, 0.5, 0.75):
         yield {"R_H": 1.0, "K_c": 0.5, "x_c": depth}
+    for depth in depths(values, greatest, 0.3, 0.55, 0.8):  # the core alone, as a second contact
+        yield {"R_H": 0.0, "K_c": 0.5, "x_c": depth}
 
 
 EFFECT = Effect(

@@ -9,7 +9,13 @@ from scipy.stats import multivariate_normal
 
 from vegrip.effects import BUILT_IN, Effect, effect
 from vegrip.identification.diagnosis import candidate_fit, diagnose, discrepancy, score_tests, search
-from vegrip.identification.diagnosis.acceptance import Verdict, amount_std, is_resolved, misfit_by_regime
+from vegrip.identification.diagnosis.acceptance import (
+    Verdict,
+    amount_covariance,
+    gain_beside,
+    is_resolved,
+    misfit_by_regime,
+)
 from vegrip.identification.diagnosis.candidate_fit import HELD_OUT, CandidateFit, _is_astray, scores
 from vegrip.identification.diagnosis.diagnosis import doubt_timing
 from vegrip.identification.diagnosis.discrepancy import (
@@ -357,13 +363,33 @@ def test_an_effect_is_resolved_where_an_amount_is_three_standard_errors_from_not
         value=values.__getitem__,
     )  # fmt: skip
     candidate = Candidate(one, null(one), ())
-    assert amount_std(candidate, fit)[names.index("pull")] == pytest.approx(std)
+    at = names.index("pull")
+    assert amount_covariance(candidate, fit)[at, at] == pytest.approx(std**2)
     assert is_resolved(candidate, fit) == resolved
     # nor is it where it is below what it must be at least, by itself or in noises of the displacement
     for more in ({"min_amounts": {"pull": pull}}, {"min_displacement_noises": {"pull": 1e3 * pull}}):
         assert not is_resolved(Candidate(dataclasses.replace(one, **more), null(one), ()), fit)
     less = {"min_amounts": {"pull": 0.9 * pull}, "min_displacement_noises": {"pull": 900.0 * pull}}
     assert is_resolved(Candidate(dataclasses.replace(one, **less), null(one), ()), fit) == resolved
+
+
+@pytest.mark.parametrize(("along", "resolved"), [(4.0, True), (2.0, False)])
+def test_amounts_that_stand_for_each_other_are_resolved_together(along, resolved) -> None:
+    """A layer and its core: their sum is known to a tenth, their difference not at all."""
+    one = effect("layer_over_core")
+    names = [p.symbol for p in one.parameters]
+    values = {"R_H": 0.05 * along, "K_c": 0.05 * along, "x_c": 1.0}
+    J = np.array([[10.0, 10.0, 0.0], [0.1, -0.1, 0.0], [0.0, 0.0, 1.0]])
+    fit = SimpleNamespace(
+        problem=SimpleNamespace(
+            unknowns=SimpleNamespace(names=names, std=np.full(3, 1e9)),
+            depth=1e-3,
+            measured=SimpleNamespace(noise=SimpleNamespace(displacement=1e-6)),
+        ),
+        optimum=SimpleNamespace(u=np.array([values[name] for name in names]), jacobian=J),
+        value=values.__getitem__,
+    )
+    assert is_resolved(Candidate(one, null(one), ()), fit) == resolved
 
 
 @pytest.mark.parametrize(
@@ -392,12 +418,15 @@ def test_only_what_contends_is_fitted_to_the_end(monkeypatch) -> None:
     """From four tenths of what the best one gains; the others stay as they are."""
     gains = {"a": 100.0, "b": 40.1, "c": 39.9, "d": -5.0}
     monkeypatch.setattr(
-        search, "extend_problem", lambda _, hint, __: SimpleNamespace(evidence=gains[hint] - 7.0)
+        search,
+        "extend_problem",
+        lambda _, hint, __: SimpleNamespace(evidence=gains[hint.candidate.name] - 7.0, error=1.0),
     )
     monkeypatch.setattr(
         search, "finish_fit", lambda _, rough, __: SimpleNamespace(evidence=rough.evidence + 1e3)
     )
-    fits = search._refitted(SimpleNamespace(evidence=-7.0), list(gains), None, 1)
+    hints = [SimpleNamespace(candidate=SimpleNamespace(name=name)) for name in gains]
+    fits = search._refitted(SimpleNamespace(evidence=-7.0, error=2.0), hints, None, 1)
     assert [one.evidence for one in fits] == pytest.approx([1093.0, 1033.1, 32.9, -12.0])
 
 
@@ -778,3 +807,16 @@ def test_a_lag_that_gains_too_little_to_be_named_is_said(gain, failed, says) -> 
     ]
     doubts = doubt_timing(SimpleNamespace(steps=[None, SimpleNamespace(tried=tried)]))
     assert [("12 ms late" in one.text, one.is_grave) for one in doubts] == [(True, False)] * says
+
+
+def test_what_another_form_of_an_accepted_effect_gains_is_no_gain(linear) -> None:
+    """A change along a direction that accepted effects may have anyhow leaves nothing to be gained."""
+    y = 3.0 * X[:, 2]
+    problem = linear(y, X[:, :2], PRIOR[:2])
+    base = SimpleNamespace(optimum=problem.solved())
+    new = SimpleNamespace(optimum=SimpleNamespace(residual=base.optimum.residual - 3.0 * X[:, 2]))
+    base.whitened = lambda other: other.optimum.residual
+    alone = gain_beside(base, new, np.zeros((60, 0)))
+    basis, _ = np.linalg.qr(X[:, :2])
+    assert alone == pytest.approx(0.5 * np.sum((y - basis @ (basis.T @ y)) ** 2), rel=1e-2)
+    assert gain_beside(base, new, X[:, 2:3]) == pytest.approx(0.0, abs=1e-6)

@@ -119,7 +119,7 @@ class Found:
     """Stands for a search: its figures are given."""
 
     def __init__(self, steps, *, misfit=1.0, error=1.0, first_error=2.0, gained=100.0, is_given_up=False):
-        self.is_given_up = is_given_up
+        self.is_given_up, self.is_stopped = is_given_up, False
         self.steps, self.dropped, self.general = steps, [], {}
         self.contests = {one.taken.candidate.name: one for one in steps if one.taken is not None}
         self.first = SimpleNamespace(error=first_error, evidence=0.0)
@@ -365,6 +365,7 @@ def test_clocks_are_looked_at_where_something_is_left_or_named_and_a_doubtful_re
     monkeypatch.setattr(diagnosis, "unproven", lambda *_, **__: "")
     monkeypatch.setattr(diagnosis, "find_discrepancy", lambda _: None)
     monkeypatch.setattr(diagnosis, "find_jump", lambda *_: None)
+    monkeypatch.setattr(diagnosis, "left", lambda _: 0.0)
     monkeypatch.setattr(diagnosis, "check_clocks", lambda _, best: seen.append(best) or [])
     found = diagnosis.diagnose.__wrapped__([])
     is_grave = True in doubts

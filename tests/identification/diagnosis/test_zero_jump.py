@@ -44,7 +44,7 @@ def test_a_jump_is_found_with_its_row_and_size_and_taken_off(tip, channel: str, 
     ("is_jump", "size", "named", "sets"),
     [
         (True, 0.06, [], []),
-        (True, 0.01, [], [["force_drift", "zero_jump"]]),  # of one noise
+        (True, 0.01, [], []),  # of one noise
         (False, 0.01, ["force_drift"], []),
     ],
 )

@@ -26,22 +26,40 @@ def cut(t, rows, begins=(0,)):
     return middle.tolist(), count.tolist()
 
 
-def test_stretches_have_twenty_rows_at_most() -> None:
-    t = 1e-4 * np.arange(60)
-    assert cut(t, np.arange(5, 50)) == ([15, 35, 47], [20, 20, 5])
+def test_a_slide_begins_with_one_row_and_no_stretch_is_longer_than_all_before_it_or_than_twenty() -> None:
+    middle, count = cut(1e-4 * np.arange(90), np.arange(5, 80))
+    assert count == [1, 1, 2, 4, 8, 16, 20, 20, 3]
+    assert middle == [5, 6, 8, 11, 17, 29, 47, 67, 78]
 
 
 def test_stretches_end_where_rows_are_missing_or_an_episode_begins() -> None:
     t = 1e-4 * np.arange(60)
-    assert cut(t, [3, 4, 5, 8, 9, 20]) == ([4, 9, 20], [3, 2, 1])
-    assert cut(t, np.arange(4, 12), begins=(0, 7)) == ([5, 9], [3, 5])
+    assert cut(t, [3, 4, 5, 8, 9, 20]) == ([3, 4, 5, 8, 9, 20], [1] * 6)
+    assert cut(t, np.arange(4, 12), begins=(0, 7)) == ([4, 5, 6, 7, 8, 10, 11], [1, 1, 1, 1, 1, 2, 1])
 
 
 def test_stretches_are_shorter_than_a_tenth_of_a_second() -> None:
-    t = np.arange(20) / 64.0
-    middle, count = cut(t, np.arange(20))
-    assert count == [7, 7, 6]
-    assert middle == [3, 10, 17]
+    _, count = cut(np.arange(40) / 64.0, np.arange(40))
+    assert count == [1, 1, 2, 4, 7, 7, 7, 7, 4]
+
+
+def test_between_the_first_slip_and_the_slide_of_the_whole_contact_a_load_is_no_limit() -> None:
+    n = 12
+    slip = np.r_[np.zeros(3), np.ones(9)]
+    speed = np.r_[np.zeros(7), np.full(5, 1e-3)]
+    columns = {
+        "normal_force": np.ones(n),
+        "tangential_force_x": np.ones(n),
+        "slip": slip,
+        "slip_speed": speed,
+    }
+    noise = Noise(0.01, 1e-6)
+
+    def rows(columns):
+        return _sliding(Recording("r", np.arange(float(n)), np.zeros(n, int), columns), noise).tolist()
+
+    assert rows(columns) == [3, 7, 8, 9, 10, 11]
+    assert rows(columns | {"slip_speed": 0.0 * speed}) == list(range(3, n))  # no speed is told
 
 
 def test_no_sliding_row_is_no_stretch() -> None:

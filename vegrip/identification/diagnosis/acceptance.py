@@ -8,17 +8,21 @@
    standard deviations of the displacement for a backlash, a third of a millisecond for a lag,
    and it is not an effect with fewer parameters, as a softening that heals in hours,
 5. it drives no parameter of the base model onto a bound that it was not near before,
-6. what acts in the air too is seen there: in contact alone it would be a law of the contact.
+6. what acts in the air too is seen there: in contact alone it would be a law of the contact,
+7. it gains what another form of the accepted effects, in channels that did not tell them, does not gain.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
+from vegrip.effects import Effect
 from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.diagnosis.score_tests import Candidate
+from vegrip.identification.fit.problem import AT, FIRM
 from vegrip.model import BASE
 from vegrip.types import Floats
 
@@ -43,11 +47,12 @@ def judge_candidate(
     regimes: tuple[float, float],
     pays: float = thresholds.MIN_GAIN_NATS,
     left: float = math.inf,
+    form: Floats | None = None,
 ) -> Verdict:
     """Judge a candidate.
 
     ``regimes`` are the chi-squares per regime of the misfit before and after, ``pays`` and ``left`` [nats]
-    what it has to gain and what there is to be gained.
+    what it has to gain and what there is to be gained, ``form`` that of accepted effects in other channels.
     """
     gain = new.evidence - base.evidence
     change = new.heldout - base.heldout
@@ -73,7 +78,56 @@ def judge_candidate(
         failed.append("bounds")
     if candidate.effect.in_air and not gain_in_air(base, new) > thresholds.CHANCE_NATS:
         failed.append("air")
+    if form is not None and form.size and gain_beside(base, new, form) < thresholds.MIN_LATER_GAIN_NATS:
+        failed.append("form of what is accepted")
     return Verdict(gain, float(change.sum()), tuple(failed))
+
+
+def form_directions(accepted: Iterable[Effect], fitted: CandidateFit) -> Floats:
+    """Return what ``accepted`` effects may do in channels that did not tell them (rows, directions), white.
+
+    An effect is known by its name in the channel that shows it. How it spreads to pulls, to twists and to the
+    radius is the form of a law: as much per share of the force, or of the friction, that it changes.
+    """
+    problem, u = fitted.problem, fitted.optimum.u
+    m, n = problem.measured, len(problem.measured.recording)
+    there = problem.table(u)
+    load = np.maximum(there[:, AT["contact_force"]], FIRM * m.noise.normal_force)
+    limits = there[:, (AT["limit_force"], AT["limit_torque"])]
+    pulls, twists = (
+        np.nan_to_num(there[:, AT[name]] / np.maximum(limits[:, i], 1e-300))[m.sliding] ** 2
+        for i, name in enumerate(("tangential_force", "torque_z"))
+    )
+    twist = twists / np.maximum(pulls + twists, 1e-300)
+    blocks = slice(n, n + m.sliding.size), slice(n + m.sliding.size, None)
+    out: list[Floats] = []
+    for one in accepted:
+        absent = {p.symbol: p.null for p in one.parameters if p.null is not None}
+        apart = there - problem.table(u, absent)
+        force = apart[:, AT["normal_force"]] / load
+        friction = np.nan_to_num(apart[:, AT["friction_coefficient"]] / there[:, AT["friction_coefficient"]])
+        for block, values, std in (
+            (blocks[0], force[m.sliding] * (1.0 - twist), problem.slip_std),
+            (blocks[0], force[m.sliding] * twist, problem.slip_std),
+            (blocks[0], friction[m.sliding] * twist, problem.slip_std),
+            (blocks[1], force[m.seen] * there[m.seen, AT["contact_radius"]], problem.radius_std),
+        ):
+            column = np.zeros(fitted.optimum.residual.size)
+            column[block] = np.nan_to_num(values) / std
+            if column.any():
+                out.append(column)
+    return np.stack(out, axis=1) if out else np.zeros((fitted.optimum.residual.size, 0))
+
+
+def gain_beside(base: CandidateFit, new: CandidateFit, form: Floats) -> float:
+    """Return what the change that ``new`` makes gains [nats] beside ``base`` and ``form`` (rows, k)."""
+    basis, _ = np.linalg.qr(np.hstack([base.optimum.jacobian, form]))
+    left, change = (
+        one - basis @ (basis.T @ one)
+        for one in (base.optimum.residual, base.whitened(new) - base.optimum.residual)
+    )
+    along = -float(change @ left)
+    return max(along, 0.0) ** 2 / (2.0 * max(float(change @ change), 1e-300))
 
 
 def gain_in_air(base: CandidateFit, new: CandidateFit) -> float:
@@ -103,29 +157,34 @@ def _at_bounds(fitted: CandidateFit, within: float) -> set[str]:
 
 
 def is_resolved(candidate: Candidate, new: CandidateFit) -> bool:
-    """Whether any amount of the effect is more than the sensors resolve, and it is no simpler effect."""
+    """Whether any amount of the effect is more than the sensors resolve, and it is no simpler effect.
+
+    Amounts that stand for each other, as those of a layer and of its core, are resolved together.
+    """
     least_count, exceeding = candidate.effect.beyond_simpler
     if sum(new.value(symbol) > value for symbol, value in exceeding) < least_count:
         return False
     problem, noise = new.problem, new.problem.measured.noise
-    std = amount_std(candidate, new)
     amounts, noises = dict(candidate.effect.min_amounts), dict(candidate.effect.min_displacement_noises)
+    places, away = [], []
     for p in candidate.effect.parameters:
         if p.null is None:
             continue
         j = problem.unknowns.names.index(p.symbol)
-        start = np.log(p.null) if p.transform == "log" else p.null
-        amount = abs(float(new.optimum.u[j]) - float(start))
         least = amounts.get(p.symbol, 0.0)
         if p.symbol in noises:
             least = noises[p.symbol] * noise.displacement / problem.depth
-        if amount > thresholds.MIN_STANDARD_ERRORS * std[j] and abs(new.value(p.symbol) - p.null) > least:
-            return True
-    return False
+        if abs(new.value(p.symbol) - p.null) > least:
+            places.append(j)
+            away.append(float(new.optimum.u[j]) - (math.log(p.null) if p.transform == "log" else p.null))
+    if not places:
+        return False
+    covariance, amount = amount_covariance(candidate, new)[np.ix_(places, places)], np.array(away)
+    return float(amount @ np.linalg.solve(covariance, amount)) > thresholds.MIN_STANDARD_ERRORS**2
 
 
-def amount_std(candidate: Candidate, new: CandidateFit) -> Floats:
-    """Return the standard errors of the coordinates, what only shapes the effect held.
+def amount_covariance(candidate: Candidate, new: CandidateFit) -> Floats:
+    """Return the covariance of the coordinates, what only shapes the effect held.
 
     A rate and an amplitude of which only the product is known have no standard errors of their own, but the
     effect is there.
@@ -134,8 +193,8 @@ def amount_std(candidate: Candidate, new: CandidateFit) -> Floats:
     shapes = {p.symbol for p in candidate.effect.parameters if p.null is None}
     free = [j for j, name in enumerate(names) if name not in shapes]
     J, s = new.optimum.jacobian[:, free], new.problem.unknowns.std[free]
-    out = np.zeros(len(names))
-    out[free] = np.sqrt(np.maximum(np.diag(np.linalg.inv(J.T @ J + np.diag(s**-2.0))), 0.0))
+    out = np.zeros((len(names), len(names)))
+    out[np.ix_(free, free)] = np.linalg.inv(J.T @ J + np.diag(s**-2.0))
     return out
 
 

@@ -29,7 +29,7 @@ from vegrip.identification.diagnosis.data_checks import (
 )
 from vegrip.identification.diagnosis.discrepancy import OUTER, Discrepancy, find_discrepancy, friction_trend
 from vegrip.identification.diagnosis.motions import ONE_MOTION, unproven
-from vegrip.identification.diagnosis.search import Search, Step, Tried, left, search_effects
+from vegrip.identification.diagnosis.search import Search, Step, Tried, best_of, left, search_effects
 from vegrip.identification.diagnosis.zero_jump import NEAR, Jump, find_jump
 from vegrip.identification.fit.fitting import fit, on_one_thread, used_of
 from vegrip.identification.fit.given import on_recording
@@ -46,6 +46,7 @@ TIMING = "timing"  # the group of effects of a force that is late
 TAKEN_OFF = "{}, which is no effect of the pad; what is said holds with the jump taken off"
 AS_WELL = "instead of {} it may be that {}: record air before and after every trial"
 CHANGED = "instead of {} it may be that the friction changed with time: repeat the slips in another order"
+UNFINISHED = "the diagnosis was stopped before its end: this is what had been found until then"
 Jumps = Mapping[tuple[str, int], Jump]  # by channel and row
 
 
@@ -113,6 +114,11 @@ class Diagnosis(Result):
     # accepted effect -> the jump that fits better in its place, beside all others
     rival_jumps: Mapping[str, Jump] = field(default_factory=dict)
 
+    @property
+    def is_unfinished(self) -> bool:
+        """Whether an interrupt ended it before its end."""
+        return any(one.startswith(UNFINISHED) for one in (self.unproven, *(d.text for d in self.doubts)))
+
     def or_by_episode(self, own: "Diagnosis") -> "Diagnosis":
         """Return ``own``, in which each episode has its law, where it names what explains this recording.
 
@@ -130,10 +136,8 @@ class Diagnosis(Result):
 
         It pays for its place; another size of a jump that was taken off does not.
         """
-        for step in self.search.steps if self.verdict != "adequate" else ():
+        for step in self.search.steps:
             gain = step.taken.verdict.gain if step.taken is not None else 0.0
-            if step.taken is None and self.verdict != "unexplained":
-                continue
             rest = left(step.base) if step.taken is None else 0.0
             least = gain + self.search.within(gain) + thresholds.MOST_OF_LEFT_SHARE * rest
             if (jump := find_jump(step.base, least)) is None:
@@ -403,6 +407,7 @@ def diagnose(
     most: int = 4,
     threads: int = 2,
     report: Report = lambda _: None,
+    can_stop: bool = False,
 ) -> Diagnosis:
     """Say what ``model`` (the paper's when not given) lacks to explain ``recording``.
 
@@ -410,7 +415,8 @@ def diagnose(
     named together, ``threads`` how many candidates are fitted at a time. Where nothing explains the
     recording, each episode is tried with zeros of its own, and with laws of its own, as several places or
     specimens may have been pressed; the laws are more, and are believed where zeros explain less. Neither is
-    tried of more episodes than memory holds.
+    tried of more episodes than memory holds. ``can_stop``: an interrupt (Ctrl-C) once the model is fitted
+    gives what was found until then, said to be unfinished; nothing is named for sure.
     """
 
     def started(zeros: Zeros, laws: Zeros, radius: float | None = None) -> Fit:
@@ -423,55 +429,71 @@ def diagnose(
     jumps: Jumps = {}
 
     def diagnosed(start: Fit, *, is_repeat: bool = True) -> Diagnosis:
-        return _diagnosed(start, most, threads, report, jumps, is_repeat=is_repeat)
+        may_stop = can_stop and not is_repeat
+        return _diagnosed(start, most, threads, report, jumps, is_repeat=is_repeat, can_stop=may_stop)
 
     recording = used_of(recording, zeros, laws)
     start = started(zeros, laws)
     refuse_unusable(recording, start.problem.measured)
     found = diagnosed(start, is_repeat=False)
-    if any(doubt.is_grave for doubt in found.doubts):
-        return found
-    for _ in range(thresholds.MAX_JUMPS):
-        if (jump := found.jump) is None:
-            break
-        report("tries a jump of a zero")
-        before = recording, jumps
-        at = jump.channel, jump.row
-        size = jump.size + (jumps[at].size if at in jumps else 0.0)
-        recording, jumps = jump.removed(recording), {**jumps, at: replace(jump, size=size)}
-        own = diagnosed(started(zeros, laws))
-        if own.verdict == "unexplained":
-            recording, jumps = before
-            break
-        found = own
-    if found.other_radius is not None:
-        report("tries another radius of the tip")
-        own = diagnosed(started(zeros, laws, found.other_radius))
-        found = found.or_of_radius(own)
-    may_differ = laws == "recording" and start.problem.episodes.any()
-    if not may_differ or found.verdict != "unexplained":
+    if found.search.is_stopped or any(doubt.is_grave for doubt in found.doubts):
         return found
 
-    def gain_of(own: Fit) -> float:
-        return (
-            evaluate_candidate(own.problem, own.optimum, found.groups).evidence - found.search.first.evidence
-        )
+    def without_faults(found: Diagnosis) -> Diagnosis:
+        nonlocal recording, jumps
+        for _ in range(thresholds.MAX_JUMPS):
+            if (jump := found.jump) is None:
+                break
+            report("tries a jump of a zero")
+            before = recording, jumps
+            recording, jumps = jump.removed(recording), _with_jump(jumps, jump)
+            own = diagnosed(started(zeros, laws))
+            if own.verdict == "unexplained":
+                recording, jumps = before
+                break
+            found = own
+        if found.other_radius is not None:
+            report("tries another radius of the tip")
+            found = found.or_of_radius(diagnosed(started(zeros, laws, found.other_radius)))
+        return found
+
+    def by_episode(found: Diagnosis) -> Diagnosis:
+        def gain_of(own: Fit) -> float:
+            with_it = evaluate_candidate(own.problem, own.optimum, found.groups)
+            return with_it.evidence - found.search.first.evidence
+
+        try:
+            by_law = started(zeros, "episode")
+        except TooManyUnknownsError:
+            return found
+        most_of_left = thresholds.MOST_OF_LEFT_SHARE * left(found.search.last)
+        gain, least = gain_of(by_law), max(thresholds.MIN_LATER_GAIN_NATS, most_of_left)
+        if zeros == "recording" and gain_of(by_zero := started("episode", laws)) > least:
+            report("tries zeros of each episode")
+            own = diagnosed(by_zero)
+            evidence = own.search.last.evidence - found.search.first.evidence
+            if own.verdict != "unexplained" and evidence > gain:
+                return replace(own, doubts=[*own.doubts, Doubt(by_zero.zeros_note)])
+        if gain < least:
+            return found
+        report("tries a law of each episode")
+        return found.or_by_episode(diagnosed(by_law))
 
     try:
-        by_law = started(zeros, "episode")
-    except TooManyUnknownsError:
+        found = without_faults(found)
+        if laws == "recording" and start.problem.episodes.any() and found.verdict == "unexplained":
+            return by_episode(found)
         return found
-    gain, least = gain_of(by_law), thresholds.MOST_OF_LEFT_SHARE * left(found.search.last)
-    least = max(thresholds.MIN_LATER_GAIN_NATS, least)
-    if zeros == "recording" and gain_of(by_zero := started("episode", laws)) > least:
-        report("tries zeros of each episode")
-        own = diagnosed(by_zero)
-        if own.verdict != "unexplained" and own.search.last.evidence - found.search.first.evidence > gain:
-            return replace(own, doubts=[*own.doubts, Doubt(by_zero.zeros_note)])
-    if gain < least:
-        return found
-    report("tries a law of each episode")
-    return found.or_by_episode(diagnosed(by_law))
+    except KeyboardInterrupt:
+        if not can_stop:
+            raise
+        return replace(found, doubts=[*found.doubts, Doubt(UNFINISHED)])
+
+
+def _with_jump(jumps: Jumps, jump: Jump) -> Jumps:
+    at = jump.channel, jump.row
+    size = jump.size + (jumps[at].size if at in jumps else 0.0)
+    return {**jumps, at: replace(jump, size=size)}
 
 
 def doubt_timing(found: Search) -> list[Doubt]:
@@ -491,15 +513,33 @@ def doubt_timing(found: Search) -> list[Doubt]:
 
 
 def _diagnosed(
-    start: Fit, most: int, threads: int, report: Report, jumps: Jumps, *, is_repeat: bool
+    start: Fit,
+    most: int,
+    threads: int,
+    report: Report,
+    jumps: Jumps,
+    *,
+    is_repeat: bool,
+    can_stop: bool,
 ) -> Diagnosis:
     start.problem.threads = threads
     doubts = [*check_before_search(start.problem), *(Doubt(TAKEN_OFF.format(one)) for one in jumps.values())]
     is_unreliable = any(doubt.is_grave for doubt in doubts)
     asked = 0 if is_unreliable else most
     found = search_effects(
-        start.problem, start.optimum, most=asked, threads=threads, report=report, is_repeat=is_repeat
+        start.problem,
+        start.optimum,
+        most=asked,
+        threads=threads,
+        report=report,
+        is_repeat=is_repeat,
+        can_stop=can_stop,
     )
+    if found.is_stopped:
+        why = UNFINISHED if found.accepted else ""
+        best = f"; {best_of(found.refitted)}, uncontested" if found.refitted else ""
+        more = [] if why else [Doubt(UNFINISHED + best)]
+        return Diagnosis(start, found, [*doubts, *more], unproven=why, jumps=jumps)
     if found.is_given_up:
         return Diagnosis(start, found, doubts)
     if not is_unreliable and (found.accepted or found.misfit(found.first) > thresholds.MAX_NOISE_CHI2):

@@ -7,15 +7,20 @@ and takes it where it is better. An effect that the others have made superfluous
 
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from vegrip.effects import Effect
+from vegrip.effects import Effect, effect, names
 from vegrip.identification.diagnosis import thresholds
-from vegrip.identification.diagnosis.acceptance import Verdict, judge_candidate, misfit_by_regime
+from vegrip.identification.diagnosis.acceptance import (
+    Verdict,
+    form_directions,
+    judge_candidate,
+    misfit_by_regime,
+)
 from vegrip.identification.diagnosis.candidate_fit import (
     EVALUATIONS,
     CandidateFit,
@@ -72,8 +77,8 @@ class EvidenceThreshold:
             asked = min(asked, max(thresholds.MIN_LATER_GAIN_NATS, share * self.gained))
         if self.left < thresholds.LITTLE_LEFT_SHARE * self.gained:
             asked = max(asked, thresholds.MIN_SHARE_OF_LEFT * self.left)
-        if candidate.shifts_time and any(one.shifts_time for one in self.accepted):
-            asked = max(asked, thresholds.MIN_TIMING_SHARE_OF_GAIN * self.gained)
+        if any(are_kin(candidate, one) and not have_general(candidate, one) for one in self.accepted):
+            asked = max(asked, thresholds.MIN_KIN_SHARE_OF_GAIN * self.gained)
         return asked
 
 
@@ -131,6 +136,8 @@ class Search:
     # an effect that explains as much as all of these, which are cases of it
     general: dict[str, list[str]] = field(default_factory=dict)
     is_given_up: bool = False
+    is_stopped: bool = False  # by an interrupt, before its end
+    refitted: dict[str, CandidateFit] = field(default_factory=dict)  # in the last round
 
     @property
     def first(self) -> CandidateFit:
@@ -195,21 +202,36 @@ def search_effects(
     threads: int = 2,
     report: Report = lambda _: None,
     is_repeat: bool = False,
+    can_stop: bool = False,
 ) -> Search:
     """Look for what ``problem``'s model lacks, from its optimum.
 
     ``is_repeat``: the answer counts only if it explains the recording, and is given up when it cannot.
+    ``can_stop``: an interrupt gives what was found until then.
     """
     groups = held_out_groups(problem)
     found = Search(regimes=regime_map(problem, optimum.u))
-    found.steps = [_step(evaluate_candidate(problem, optimum, groups), groups, found, threads, report)]
+    found.steps = [Step(evaluate_candidate(problem, optimum, groups), [], [])]
+    try:
+        _search(found, groups, most, threads, report, is_repeat=is_repeat)
+    except KeyboardInterrupt:
+        if not can_stop:
+            raise
+        found.is_stopped = True
+    return found
+
+
+def _search(
+    found: Search, groups: Floats, most: int, threads: int, report: Report, *, is_repeat: bool
+) -> None:
+    found.steps = [_step(found.first, groups, found, threads, report)]
     while True:
         step = found.steps[-1]
         passed = [one for one in step.tried if one.verdict.is_passed]
         is_taking = bool(passed) and len(found.accepted) < most and not found.is_within_tolerance
         is_done = not is_taking and (found.contests or not found.accepted or found.is_patchwork)
         if is_done and not take_general(found, groups, threads, report):
-            return found
+            return
         if is_taking:
             step.taken = max(passed, key=lambda one: one.verdict.gain)
             report(f"takes {step.taken.candidate.name}")
@@ -220,7 +242,7 @@ def search_effects(
         best = max((one.verdict.gain for one in step.tried), default=0.0)
         found.is_given_up = is_repeat and found.leaves_too_much(more * best)
         if found.is_given_up:
-            return found
+            return
         # the rivals of the first effect were refitted in its place just now
         if (not is_taking or len(found.accepted) > 1) and not found.is_patchwork:
             hold_contests(found, groups, threads, report)
@@ -254,7 +276,8 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
     """Refit what resembles ``one`` in its place; return all that was tried, ``one`` first, and the better.
 
     Each from the optimum without it, and where it is not far behind from the values that the others have
-    beside it, where the rival has to make up for what it explains.
+    beside it, where the rival has to make up for what it explains. What is known to be confounded is refitted
+    whatever the screen expects of it, for that knows a kink only at the depths that it tries.
     """
     step = next(step for step in found.steps if step.taken is one)
     fits: dict[str, CandidateFit] = {}
@@ -268,7 +291,8 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
         )
         seen = {h.candidate.name for s in found.steps for h in s.hints if h.gain >= thresholds.MIN_GAIN_NATS}
         seen = seen - {each.candidate.name for each in found.accepted} | {one.candidate.name}
-        possible = [c for c in candidates(problem.model, problem.measured)[0] if c.name in seen]
+        every = candidates(problem.model, problem.measured)[0]
+        possible = [c for c in every if c.name in seen or are_kin(c.effect, one.candidate.effect)]
         hints = screen_candidates(problem, rest.optimum, possible, threads)
     gain, dropped = last.evidence - rest.evidence, found.dropped  # what was dropped stays away
     hints = resembling(one.candidate, gain, [h for h in hints if h.candidate.name not in dropped])
@@ -278,11 +302,18 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
             best = fits.get(hint.candidate.name, new)
             fits[hint.candidate.name] = max(best, new, key=lambda each: each.evidence)
 
-    refit(rest, [hint for hint in hints if hint.candidate.name not in fits])
+    told_by_screen = [hint for hint in hints if hint.gain >= thresholds.MIN_GAIN_NATS]
+    refit(rest, [hint for hint in told_by_screen if hint.candidate.name not in fits])
     least = rest.evidence + thresholds.SECOND_START_SHARE * gain
-    near = [hint.candidate for hint in hints if fits[hint.candidate.name].evidence >= least]
+    near = [
+        hint.candidate
+        for hint in hints
+        if are_kin(hint.candidate.effect, one.candidate.effect) or fits[hint.candidate.name].evidence >= least
+    ]
     nulled = _at(rest, _shared(last, rest.problem))
-    refit(nulled, screen_candidates(rest.problem, nulled.optimum, near, threads))
+    second = screen_candidates(rest.problem, nulled.optimum, near, threads)
+    refit(nulled, second)
+    hints = [hint for hint in hints if hint.candidate.name in fits]
     misfit = found.misfit(rest)
 
     def told(candidate: Candidate, new: CandidateFit) -> Tried:
@@ -341,22 +372,39 @@ def _at(fitted: CandidateFit, u: Floats) -> CandidateFit:
     return dataclasses.replace(fitted, optimum=Optimum(u, r, problem.jacobian(u, r), cost))
 
 
+def are_kin(one: Effect, other: Effect) -> bool:
+    """Whether two effects are known to resemble each other."""
+
+    def names(of: Effect, another: Effect) -> bool:
+        return another.name in (*of.companions, *of.confounded)
+
+    is_group = bool(one.group) and one.group == other.group
+    is_shift = one.shifts_time and other.shifts_time
+    return one.name != other.name and (is_group or is_shift or names(one, other) or names(other, one))
+
+
+def have_general(one: Effect, other: Effect) -> bool:
+    """Whether an effect holds both as cases, which judges whether it is one law of another form."""
+    return any({one.name, other.name} <= set(effect(name).generalises) for name in names())
+
+
 def resembling(own: Candidate, gain: float, hints: list[Hint]) -> list[Hint]:
     """Return the hints that may take the place of ``own``, which gains so much [nats] there.
 
-    Those that explain as much, have a signature like its own, or are known to resemble it.
+    Those that are known to resemble it, explain as much, or have a signature like its own.
     """
-    kin = {*own.effect.companions, *own.effect.confounded}
     signature = next((hint.signature for hint in hints if hint.candidate.name == own.name), np.zeros(0))
 
     def resembles(hint: Hint) -> bool:
-        other = hint.candidate
-        is_kin = other.name in kin or (bool(own.effect.group) and own.effect.group == other.effect.group)
         alike = abs(float(signature @ hint.signature)) if signature.size else 0.0
-        return is_kin or hint.gain >= thresholds.PLACE_SHARE * gain or alike >= thresholds.PLACE_COSINE
+        return hint.gain >= thresholds.MIN_GAIN_NATS and (
+            hint.gain >= thresholds.PLACE_SHARE * gain or alike >= thresholds.PLACE_COSINE
+        )
 
-    told = [h for h in hints if h.candidate.name != own.name and h.gain >= thresholds.MIN_GAIN_NATS]
-    return [hint for hint in told if resembles(hint)][: thresholds.MAX_REFITS]
+    others = [h for h in hints if h.candidate.name != own.name]
+    kin = [h for h in others if are_kin(h.candidate.effect, own.effect)]
+    more = [h for h in others if h not in kin and resembles(h)]
+    return kin + more[: max(thresholds.MAX_REFITS - len(kin), 0)]
 
 
 def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, report: Report) -> Step:
@@ -373,27 +421,52 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
     report("refits " + (", ".join(hint.candidate.name for hint in chosen) or "none"))
     misfit = found.misfit(base)
     first = found.steps[0].base if found.steps else base
-    asked = required_evidence(first, base, misfit, [one.candidate.effect for one in found.accepted])
+    accepted = [one.candidate.effect for one in found.accepted]
+    asked = required_evidence(first, base, misfit, accepted)
+    form = form_directions(accepted, base) if accepted else None
 
     def told(hint: Hint, new: CandidateFit) -> Tried:
         change = base.whitened(new) - base.optimum.residual
         pays = asked.of(hint.candidate.effect, change, is_exact=found.leaves_noise(new))
-        verdict = judge_candidate(hint.candidate, base, new, (misfit, found.misfit(new)), pays, asked.left)
+        regimes = misfit, found.misfit(new)
+        verdict = judge_candidate(hint.candidate, base, new, regimes, pays, asked.left, form)
         return Tried(hint.candidate, new, verdict, change)
 
-    fits = _refitted(base, chosen, groups, threads)
+    found.refitted = {}
+    fits = _refitted(base, chosen, groups, threads, report, found.refitted)
     tried = [told(hint, new) for hint, new in zip(chosen, fits, strict=True)]
     return Step(base, hints, sorted(tried, key=lambda one: -one.verdict.gain))
 
 
-def _refitted(base: CandidateFit, chosen: list[Hint], groups: Floats, threads: int) -> list[CandidateFit]:
+def _refitted(
+    base: CandidateFit,
+    chosen: list[Hint],
+    groups: Floats,
+    threads: int,
+    report: Report = lambda _: None,
+    done: dict[str, CandidateFit] | None = None,
+) -> list[CandidateFit]:
+    done = {} if done is None else done
+
+    def refit(hint: Hint) -> CandidateFit:
+        new = done[hint.candidate.name] = extend_problem(base, hint, groups)
+        left = ", ".join(h.candidate.name for h in chosen if h.candidate.name not in done) or "none"
+        report(f"error {base.error:.3g}, {best_of(done)}; left: {left}")
+        return new
+
     with ThreadPoolExecutor(threads) as pool:
-        fits = list(pool.map(lambda hint: extend_problem(base, hint, groups), chosen))
+        fits = list(pool.map(refit, chosen))
         gained = max((one.evidence - base.evidence for one in fits), default=0.0)
         least = base.evidence + thresholds.CONTENDER_SHARE * gained
         return list(
             pool.map(lambda one: finish_fit(base, one, groups) if one.evidence >= least else one, fits)
         )
+
+
+def best_of(refitted: Mapping[str, CandidateFit]) -> str:
+    """Return in words which of ``refitted`` candidates explains most."""
+    name = max(refitted, key=lambda one: refitted[one].evidence)
+    return f"best so far {refitted[name].error:.3g} with {name}"
 
 
 def shortlist(hints: list[Hint]) -> list[Hint]:

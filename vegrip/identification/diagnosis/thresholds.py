@@ -29,8 +29,8 @@ MIN_SHARE_OF_LEFT = 0.15
 """Of what is left, that a further effect has to gain where little is left (origin: trials)."""
 LITTLE_LEFT_SHARE = 0.15
 """Of what was gained, below which what is left is little (origin: trials)."""
-MIN_TIMING_SHARE_OF_GAIN = 0.1
-"""Of what was gained, that an effect in time has to gain beside another one (origin: trials)."""
+MIN_KIN_SHARE_OF_GAIN = 0.1
+"""Of what was gained, that an effect has to gain beside one that it resembles (origin: trials)."""
 SURELY_LEFT_STD = 2.0
 """Standard deviations of the noise's sum of squares, which do not count as left (origin: rule)."""
 

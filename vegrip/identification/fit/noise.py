@@ -27,6 +27,7 @@ LOG_LOW, LOG_HIGH = (
     (-5.0, -7.0, -7.0),
     (5.0, 3.0, 7.0),
 )  # ln of white and slow over the guess, of the time [s]
+MAX_ZERO_NOISES = 100.0  # times the white noise, that a zero may drift or jump by
 MAX_ROWS = 40_000  # from which a noise is estimated, to half a percent
 START_TIMES_S = (0.3, 1.0, 3.0, 10.0)  # [s] where the search begins
 # times the noise that the motions of a pair may differ by (rms), beside a constant, and
@@ -56,6 +57,7 @@ class OuNoise:
     time: float
     gain: float  # [nats] of the slow part
     beyond: bool = False
+    cost: float = math.inf  # [nats] less the logarithm of the likelihood
 
 
 def estimate_ou_noise(
@@ -111,15 +113,15 @@ def estimate_ou_noise(
     white = rough * float(np.exp(plain.x[0]))
     starts = [[plain.x[0], -0.7, float(np.log(time))] for time in START_TIMES_S if time < longest]
     if not starts:
-        return OuNoise(white, 0.0, 2.0, 0.0)
+        return OuNoise(white, 0.0, 2.0, 0.0, cost=float(plain.fun))
     best = min(starts, key=lambda p: both(np.array(p)))
     found = _least(both, np.array(best))
     gain = float(plain.fun - found.fun)
     if gain < MIN_SLOW_GAIN_NATS:
-        return OuNoise(white, 0.0, 2.0, max(gain, 0.0))
+        return OuNoise(white, 0.0, 2.0, max(gain, 0.0), cost=float(plain.fun))
     if found.x[1] > LOG_HIGH[1] - 0.1:
-        return OuNoise(rough, 0.0, 2.0, gain, beyond=True)
-    return OuNoise(*of(found.x), gain)
+        return OuNoise(rough, 0.0, 2.0, gain, beyond=True, cost=float(found.fun))
+    return OuNoise(*of(found.x), gain, cost=float(found.fun))
 
 
 def spread_rows(first: Floats, most: int = MAX_ROWS) -> NDArray[np.int64]:
@@ -418,9 +420,43 @@ def _seen(recording: Recording, known: Mapping[str, float]) -> tuple[OuNoise | N
     t = recording.t
     y = np.where(rest, recording.columns["normal_force"], np.nan)
     first = np.r_[1.0, np.zeros(t.size - 1)]
-    drift = (t - t.mean()) / max(t[-1] - t[0], 1e-300)
     guess = rough(recording.columns["normal_force"][rest], recording.episode[rest])
-    return estimate_ou_noise(t, first, y, np.column_stack([np.ones(t.size), drift]), guess), "scatter in air"
+    return estimate_wandering(t, first, y, guess), "scatter in air"
+
+
+def estimate_wandering(t: Floats, first: Floats, y: Floats, rough: float) -> OuNoise:
+    """Estimate the noise as :func:`estimate_ou_noise` beside a constant and a drift, a step of it, or both.
+
+    A zero that jumps once would pass for wandering, which then hides it. Each pays for its size, and the step
+    for the choice of its place, the one that leaves the least squares.
+    """
+    constant, drift = np.ones(t.size), rough * (t - t.mean()) / max(t[-1] - t[0], 1e-300)
+    best = estimate_ou_noise(t, first, y, np.column_stack([constant, drift]), rough)
+    if not best.slow and not best.beyond:
+        return best
+    rows = np.flatnonzero(np.isfinite(y))
+    cost = best.cost
+    for beside in ([constant], [constant, drift]):
+        at = _step(y[rows], np.column_stack(beside)[rows])
+        step = np.where(np.arange(t.size) >= rows[at], rough, 0.0)
+        one = estimate_ou_noise(t, first, y, np.column_stack([*beside, step]), rough)
+        pays = math.log(rows.size) + (len(beside) - 1) * math.log(MAX_ZERO_NOISES)
+        if one.cost + pays < cost:
+            best, cost = one, one.cost + pays
+    return best
+
+
+def _step(y: Floats, X: Floats) -> int:
+    """Return the row from which on a step beside ``X`` leaves the least squares of ``y``."""
+    basis, _ = np.linalg.qr(X)
+    r = y - basis @ (basis.T @ y)
+
+    def later(values: Floats) -> Floats:
+        return np.cumsum(values[::-1], axis=0)[::-1]
+
+    power = np.arange(y.size, 0, -1.0) - np.sum(later(basis) ** 2, axis=1)
+    inside = slice(LEAST_AIR // 2, -(LEAST_AIR // 2))
+    return LEAST_AIR // 2 + int(np.argmax((later(r) ** 2 / np.maximum(power, 1.0))[inside]))
 
 
 def at_rest(recording: Recording, rows: np.ndarray, noise: float) -> np.ndarray:

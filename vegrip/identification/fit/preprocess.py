@@ -221,16 +221,23 @@ def find_spikes(values: Floats, noise: float, first: Floats) -> Mask:
 def stretches(
     t: Floats, rows: NDArray[np.int64], first: Floats
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Cut sliding ``rows`` into short stretches; return the row in the middle of each, and its length."""
+    """Cut sliding ``rows`` into short stretches; return the row in the middle of each, and its length.
+
+    A slide begins with a stretch of one row, and each is at most as long as all before it: a break-away is
+    over in a few rows, and is one event however long the slide is.
+    """
     middle, count = [], []
-    i = 0
+    i = begin = 0
     while i < rows.size:
+        if i and (rows[i] > rows[i - 1] + 1 or first[rows[i]] > 0.0):
+            begin = i
+        longest = min(max(i - begin, 1), LONGEST_STRETCH)
         j = i + 1
         while (
             j < rows.size
             and rows[j] == rows[j - 1] + 1
             and first[rows[j]] == 0.0
-            and j - i < LONGEST_STRETCH
+            and j - i < longest
             and t[rows[j]] - t[rows[i]] < SLIP_LOAD_WINDOW_S
         ):
             j += 1
@@ -251,8 +258,23 @@ def _sliding(recording: Recording, noise: Noise) -> NDArray[np.int64]:
     if not LOADS_AT_SLIP & set(columns):
         return np.zeros(0, dtype=np.int64)
     slips = columns.get("slip", np.zeros(len(recording))) == 1.0
+    slips &= ~_creeping(recording, slips)
     known = np.logical_and.reduce([np.isfinite(columns[name]) for name in LOADS_AT_SLIP & set(columns)])
     return np.flatnonzero(slips & pressed & known)
+
+
+def _creeping(recording: Recording, slips: Mask) -> Mask:
+    """Return the rows after slip was felt and before the whole contact slides, whose load is no limit.
+
+    Where a recording tells the speed of slides, it is nothing there.
+    """
+    speed = np.nan_to_num(recording.columns.get("slip_speed", np.zeros(len(recording))))
+    if not np.any(slips & (speed > 0.0)):
+        return np.zeros(len(recording), dtype=bool)
+    out: Mask = slips & (speed == 0.0)
+    out[1:] &= out[:-1].copy()
+    out[0] = False
+    return out
 
 
 def _seen(recording: Recording, noise: Noise) -> NDArray[np.int64]:
