@@ -154,7 +154,7 @@ OWN = {
 
 OTHER_WORDS = {
     ("model/writer.py", "adhesion"): "a quantity of the recursion",
-    ("transport/mapped/guess.py", "rolling"): "a rolling counter of frames",
+    ("connect/guess.py", "rolling"): "a rolling counter of frames",
     ("identification/recording/import_csv.py", "relaxation"): "what is measured of a material",
 }
 """Texts that mean something else."""

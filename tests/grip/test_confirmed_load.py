@@ -121,8 +121,7 @@ def test_a_load_that_is_there_is_answered_from_its_second_sample_on() -> None:
         values = {"tangential_force_x": 1.0} if number >= 990 else {}
         hand.step(states(number, values), number * PERIOD)
         needed.append(hand.fingers["thumb"].memory["GRIP_REQUIRED"])
-    assert (
-        needed[990] < 1.25 ** (1.0 / (1.0 - 0.15)) * needed[989] * 1.02
-    )  # the need grows faster than the load
+    # the need grows faster than the load, and its uncertainty with the distance from where friction is stated
+    assert needed[990] < 1.25 ** (1.0 / (1.0 - 0.15)) * needed[989] * 1.03
     assert needed[991] > 1.5 * needed[989]
     assert needed[991] == pytest.approx(needed[999], rel=0.01)

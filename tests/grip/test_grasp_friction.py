@@ -72,7 +72,7 @@ def held() -> Bench:
 def test_before_anything_is_felt_friction_is_what_is_published_of_soft_tips_at_this_load(held: Bench) -> None:
     for name in NAMES:
         mean, std = held.hand.friction.belief(name)
-        assert math.exp(mean) == pytest.approx(0.5 * (2.0 / 5.0) ** -0.15, rel=0.02)
+        assert math.exp(mean) == pytest.approx(0.92 * 0.5 * (2.0 / 5.0) ** -0.15, rel=0.02)
         assert std == pytest.approx(math.hypot(0.35, 0.1, 0.12 * math.log(5.0 / 2.0)), abs=0.01)
 
 
@@ -96,7 +96,7 @@ def test_fingers_that_do_not_share_learn_alone() -> None:
     bench = Bench(controller(FrictionSettings()))
     bench.run(1.0, 0.6)
     bench.run(0.04, 0.6, {"index": 1.0}, speed=2e-3)
-    assert bench.hand.contact("thumb").friction_coefficient.value == pytest.approx(0.573, rel=0.05)
+    assert bench.hand.contact("thumb").friction_coefficient.value == pytest.approx(0.92 * 0.573, rel=0.05)
     assert bench.hand.contact("index").friction_coefficient.value < 0.4
 
 

@@ -186,7 +186,7 @@ def test_a_fault_of_the_node_itself_is_ridden_out_without_its_estimators(
 ) -> None:
     node = make_node()
     held = feed(node, state(1)).normal_force
-    del node.fingers["index"]._estimator, node.fingers["index"]._own
+    del node.fingers["index"].numbers.estimator, node.fingers["index"].numbers.own
     forces = [c.normal_force for i in range(2, 600) for c in commands(node.on_fault(i * PERIOD))]
     assert forces[0] == held
     assert forces == sorted(forces)

@@ -23,7 +23,8 @@ CHANNELS = {f"SLIP_{name}" for name in ("SOUND", "SILENT", "SAYS", "HEARD", "RAT
 def test_there_is_one_of_a_thing_for_the_grasp_or_some_for_each_finger() -> None:
     several = {name: length for name, _, length in BLOCKS if length not in (1, MOST)}
     assert several == {
-        "BELIEF_MEAN": ROW, "BELIEF_ALONG": ROW, "BELIEF_P": ROW * ROW, "DRIVE_STATE": 3 * MOST,
+        "BELIEF_MEAN": ROW, "BELIEF_ALONG": ROW, "BELIEF_P": ROW * ROW, "BELIEF_SAFE_MEAN": ROW,
+        "BELIEF_SAFE_P": ROW * ROW, "DRIVE_STATE": 3 * MOST,
         "DRIVE_P": 9 * MOST, "LEAD_AHEAD": 3 * MOST, "LEAD_FAST": 3 * MOST, "LEAD_SLOW": 3 * MOST,
         **dict.fromkeys(CHANNELS, 2 * MOST),
     }  # fmt: skip
@@ -67,7 +68,7 @@ class Grasp:
     def places_of(self, name: str, start: int, length: int, finger: int) -> list[int]:
         """Return where a thing of a finger stands."""
         i, each = self.places[finger], length // MOST
-        if name == "BELIEF_P":
+        if name in {"BELIEF_P", "BELIEF_SAFE_P"}:
             return [start + i * ROW + j for j in (*self.places, len(self.places))]
         if name in CHANNELS:
             return [start + i, start + MOST + i]

@@ -69,7 +69,19 @@ def prior_belief(model: ContactModel, symbol: str, prior: FrictionPrior) -> Fric
     has_own_law = any(effect.friction_over_load for effect in model.effects)
     exponent, spread = (0.0, 0.0) if has_own_law else (prior.load_exponent, prior.load_exponent_std)
     variance = std * std + prior.tangential_gain_std**2
-    return FrictionBelief(math.log(value * prior.tangential_gain), variance, exponent, spread * spread)
+    gain = 1.0 if is_fitted(model, symbol, prior) else prior.tangential_gain
+    return FrictionBelief(math.log(value * gain), variance, exponent, spread * spread)
+
+
+def is_fitted(model: ContactModel, symbol: str, prior: FrictionPrior) -> bool:
+    """Return whether friction is that of a fitted model: apparent already, as the channels show it."""
+    return not (prior.coefficient or prior.as_modelled or is_guess(model, symbol))
+
+
+def is_guess(model: ContactModel, symbol: str) -> bool:
+    """Return whether the friction of ``model`` is the default of the catalogue, which states no material."""
+    (_, declared), believed = model.parameters[symbol], model.values[symbol]
+    return (believed.value, believed.std) == (declared.default, declared.std)
 
 
 def stated_friction(model: ContactModel, symbol: str, prior: FrictionPrior) -> tuple[float, float]:
@@ -77,8 +89,7 @@ def stated_friction(model: ContactModel, symbol: str, prior: FrictionPrior) -> t
 
     The default of the catalogue states no material.
     """
-    (_, declared), believed = model.parameters[symbol], model.values[symbol]
-    is_guess = (believed.value, believed.std) == (declared.default, declared.std)
-    is_stated = prior.as_modelled or not is_guess
+    believed = model.values[symbol]
+    is_stated = prior.as_modelled or not is_guess(model, symbol)
     value, std = (believed.value, believed.std) if is_stated else (PUBLISHED_COEFFICIENT, PUBLISHED_SPREAD)
     return prior.coefficient or value, prior.coefficient_std or std

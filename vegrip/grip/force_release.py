@@ -162,10 +162,10 @@ def note_slide(g: GraspMemory, i: int, unsure: float) -> None:
     if g.belief.doubted[i] > 0.0 and is_named(g, teacher):
         void_slides(g)
     if g.slip.slides[i] < SURE:
-        if g.slip.slides[i] < UNSURE and g.slip.taught[i] > 0.0:
+        if g.slip.slides[i] < UNSURE:
             g.slip.taught[i] = 0.0
-            if g.slip.sound[teacher] >= SURE:
-                clear_doubts(g)
+        if g.release.pause <= 0.0 and g.slip.sound[teacher] >= SURE:
+            g.belief.doubted[i] = 0.0
         return
     if g.slip.taught[i] > 0.0 or unsure > SCATTER or not g.slip.top[i] > -math.inf:
         return
