@@ -159,13 +159,15 @@ def stated_std(std: float) -> float:
 def note_slide(g: GraspMemory, i: int, unsure: float) -> None:
     """Learn from a slide of finger ``i``; at its end the next one is another."""
     teacher = int(g.slip.teacher[i])
-    if g.belief.doubted[i] > 0.0 and is_named(g, teacher):
-        void_slides(g)
+    if g.belief.doubted[i] > 0.0:
+        is_over = g.slip.heard[teacher] >= PAUSE
+        if is_over and g.slip.sound[teacher] >= SURE:
+            g.belief.doubted[i] = 0.0
+        elif is_over or is_named(g, teacher):
+            void_slides(g)
     if g.slip.slides[i] < SURE:
         if g.slip.slides[i] < UNSURE:
             g.slip.taught[i] = 0.0
-        if g.release.pause <= 0.0 and g.slip.sound[teacher] >= SURE:
-            g.belief.doubted[i] = 0.0
         return
     if g.slip.taught[i] > 0.0 or unsure > SCATTER or not g.slip.top[i] > -math.inf:
         return
