@@ -145,7 +145,7 @@ def let_go(g: GraspMemory, i: int, dt: float, margin: float, touching: bool) -> 
         ratio = 2.5066282746310002 * upper_tail(z) * math.exp(0.5 * z * z) if z < 6.0 else 1.0 / z
         most = mean + CREDIBLE * std
         rate = min(worth / (COST * g.belief.fingers) * std * ratio, QUICK)
-    elif p < USUAL - RARE or rise_needed(g, dt) > BLIND:
+    elif p < USUAL - RARE or rise_needed(g, dt) > BLIND or has_liar(g):
         return
     most = min(most, ln_u + rate * LEAD) - math.log(1.0 - margin) - counted
     g.release.shift[i] = max(g.release.shift[i], min(g.release.shift[i] + rate * dt, most))

@@ -250,6 +250,14 @@ def is_named(g: GraspMemory, at: int) -> bool:
     return g.slip.sound[at] < NAMED_AT
 
 
+def has_liar(g: GraspMemory) -> bool:
+    """Return whether some channel of the grasp is surely not sound."""
+    least = 1.0
+    for i in range(int(g.belief.fingers)):
+        least = min(least, min(g.slip.sound[i], g.slip.sound[BELIEF_MOST + i]))
+    return least < NAMED_AT
+
+
 def teller(g: GraspMemory, i: int) -> int:
     """Return the channel by which it is believed that finger ``i`` slides."""
     return i if g.slip.shows[i] >= g.slip.shows[BELIEF_MOST + i] else BELIEF_MOST + i
