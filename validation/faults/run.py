@@ -86,7 +86,7 @@ def _run(case: Case, folder: Path) -> Outcome:
         worst_at=at,
         least=min(min(force) for force in course.force[_sample(FAULT_BEGIN_S) :]),
         most=max(max(force) for force in course.force[_sample(FAULT_BEGIN_S) :]),
-        worst_surplus=_surplus(course, reference),
+        worst_surplus=_surplus(course, reference, FAIL_SAFE * (1.0 + case.anew)),
         slips=scene.hand_node.hand.slips,
         dropped=scene.hand_node.hand.dropped,
         counted=counted.get(case.counted_as, 0),
@@ -114,7 +114,7 @@ def floor(course: Course, reference: Course, i: int, finger: int, relaxes: float
     them. Where the hand is left alone with its position, the soft tip relaxes by the share ``relaxes``.
     """
     onset = course.force[_sample(FAULT_BEGIN_S)][finger]
-    least = min(onset, reference.force[i][finger], FAIL_SAFE)
+    least = min(onset, reference.force[i][finger], allowed)
     return least * (1.0 - EQUAL_SHARE - relaxes) - EQUAL_N
 
 
@@ -128,12 +128,12 @@ def _deficit(course: Course, reference: Course, case: Case) -> tuple[float, floa
     return worst, at
 
 
-def _surplus(course: Course, reference: Course) -> float:
-    """Return by how much a grip exceeds what it was, would be, and the fail-safe grip, at worst [N]."""
+def _surplus(course: Course, reference: Course, allowed: float) -> float:
+    """Return by how much a grip exceeds what it was, would be, and what is ``allowed`` [N], at worst [N]."""
     begin, worst = _sample(FAULT_BEGIN_S), -1.0
     for i in range(begin, len(course.time)):
         for finger, force in enumerate(course.force[i]):
-            usual = max(course.force[begin][finger], reference.force[i][finger], FAIL_SAFE)
+            usual = max(course.force[begin][finger], reference.force[i][finger], allowed)
             worst = max(worst, force - usual * (1.0 + EQUAL_SHARE) - EQUAL_N)
     return worst
 

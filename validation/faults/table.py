@@ -37,6 +37,7 @@ class Case:
     counted_as: str = ""  # name under which the node that grips must have counted it
     behaviour: str = ""
     sender_time: bool = False
+    anew: float = 0.0  # by which a node that has to learn friction anew may press more than fail-safe
     relaxes: float = (
         0.0  # share of the force that relaxes while the hand holds its position without a command
     )
@@ -260,6 +261,7 @@ CASES: tuple[Case, ...] = (
         detection=2 * NODE_TICK_S,
         recovery=0.5,
         behaviour="the hand holds its position; the new node takes over its force",
+        anew=0.25,
         relaxes=0.05,
     ),
     _case(
