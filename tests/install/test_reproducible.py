@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import tarfile
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -54,3 +55,10 @@ def test_the_date_is_that_of_the_epoch_and_not_of_the_build(
     """Without this the test above could pass because nothing is dated, or because both builds are quick."""
     one, later = (build("--wheel", sources[0], tmp_path / str(t), t) for t in (EPOCH, EPOCH + 86_400))
     assert digest(one) != digest(later)
+
+
+def test_the_wheel_carries_the_list_of_references(sources: tuple[Path, Path], tmp_path: Path) -> None:
+    """In the sources it is a link into docs, which a wheel does not have."""
+    with zipfile.ZipFile(build("--wheel", sources[0], tmp_path, EPOCH)) as wheel:
+        carried = wheel.read("vegrip/web/report/references.md")
+    assert carried == (ROOT / "docs" / "references.md").read_bytes()
