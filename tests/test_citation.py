@@ -1,4 +1,4 @@
-"""What is written for reviewers agrees with the project: citation, paper and its sources, list of references."""
+"""What is written for reviewers agrees with the project: citation, paper, references."""
 
 import re
 import tomllib
