@@ -7,7 +7,7 @@ DEMO := .venv/.demo
 # every process would compile all its modules anew, and each of hundreds in the tests does
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-ci test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel-test check format lint types docs site examples bench latency trials soak soak-wall clean fuzz fuzz-estimator fuzz-c attack audit mutants golden
+.PHONY: demo test test-ci test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel wheel-test sbom check format lint types docs site examples bench latency trials soak soak-wall clean fuzz fuzz-estimator fuzz-c attack audit mutants golden
 
 demo: $(DEMO)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -61,6 +61,13 @@ web-pictures: $(STAMP)  ## draw docs/images/web-*.png and live.webp again, on a 
 
 wheel-test: $(STAMP)  ## the built wheel in a clean environment without extras, outside the checkout
 	$(V)/python -m pytest -q -n 0 tests/install
+
+wheel: $(STAMP)  ## dist/: sources and wheel, dated as the last commit, so that whoever builds the commit gets the same wheel
+	SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct) $(V)/python -m build --no-isolation
+
+sbom: $(STAMP)  ## build/vegrip.cdx.json: all pinned parts, as CycloneDX
+	mkdir -p build
+	$(V)/python -m tools.sbom > build/vegrip.cdx.json
 
 check: lint types test test-long test-web test-numba test-vcan docs examples site wheel-test  ## what CI runs
 

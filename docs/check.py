@@ -45,6 +45,7 @@ def documents() -> list[Path]:
         *ROOT.glob("*.md"),
         *ROOT.glob("docs/**/*.md"),
         *ROOT.glob("proto/*.md"),
+        *ROOT.glob("paper/*.md"),
         *ROOT.glob("examples/**/*.md"),
     ]
     return sorted(pages)

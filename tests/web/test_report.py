@@ -11,10 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vegrip.cli import main
+from vegrip.effects import effect
 from vegrip.identification.samples import SAMPLES
+from vegrip.model import paper_model, write_model
 from vegrip.plotting import runs
 from vegrip.web.axes import BOTTOM, LEFT, RIGHT, TOP, Axes, extent, log_ticks, ticks
-from vegrip.web.check.session import CHECK_FILE
+from vegrip.web.check.session import CHECK_FILE, Rung, Session, save
 from vegrip.web.markup import document, listed, table
 
 pytestmark = pytest.mark.slow
@@ -68,6 +70,50 @@ def test_a_file_is_not_written_over_without_being_told(
     file.write_text("mine")
     assert main(["report", str(refined / "ladder"), "-o", str(file)]) == 3
     assert file.read_text() == "mine"
+
+
+@pytest.fixture
+def checked(refined: Path, tmp_path: Path) -> Path:
+    """The folder of a check that found what the refinement did."""
+    told = json.loads((refined / "ladder" / "report.json").read_text())
+    session = Session(str(refined / "press"))
+    start, end = (rung["error"] for rung in told["ladder"])
+    session.add(Rung("0-start.toml", None, None, start, told["before"], told["diagnosis"]))
+    last = Rung("1-adhesion.toml", "adhesion", 0, end, told["after"], told["diagnosis"], told["parameters"])
+    session.add(last)
+    save(session, tmp_path)
+    write_model(paper_model(tip_radius=0.008).with_effect(effect("adhesion")), tmp_path / last.model)
+    return tmp_path
+
+
+def test_the_report_of_a_check_cites_the_laws_of_the_model_that_is_looked_at(checked: Path) -> None:
+    assert main(["report", str(checked), "-o", str(checked / "check.html")]) == 0
+    text = (checked / "check.html").read_text()
+    assert is_self_contained(text)
+    assert "1.79 → 1.02" in text
+    for key in ("TiezziKao2007", "DerjaguinMullerToporov1975", "MaugisBarquins1978"):
+        assert f"@article{{{key}," in text
+
+
+def test_a_check_whose_model_is_gone_is_one_sentence(
+    checked: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (checked / "1-adhesion.toml").unlink()
+    assert main(["report", str(checked), "-o", str(checked / "check.html")]) == 3
+    said = capsys.readouterr().err
+    assert "1-adhesion.toml" in said
+    assert "Traceback" not in said
+
+
+def test_an_account_of_an_older_version_says_how_to_make_it_again(
+    refined: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = json.loads((refined / "ladder" / "report.json").read_text())
+    del told["effects"]
+    (tmp_path / "report.json").write_text(json.dumps(told))
+    assert main(["report", str(tmp_path), "-o", str(tmp_path / "old.html")]) == 3
+    said = " ".join(capsys.readouterr().err.split())
+    assert "lacks effects; make it again with `vegrip refine --report`" in said
 
 
 @pytest.mark.parametrize("name", ["report.json", CHECK_FILE, "session.toml"])

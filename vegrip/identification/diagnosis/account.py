@@ -15,6 +15,7 @@ from vegrip.identification.compare.plot import curves, draw_channels
 from vegrip.identification.diagnosis.diagnosis import Diagnosis
 from vegrip.identification.diagnosis.error_ladder import build_ladder
 from vegrip.identification.recording import Recording
+from vegrip.model import ContactModel
 
 DATA = ("recording.csv", "recording.csv.gz")
 HASH_BLOCK_BYTES = 1 << 20  # [bytes]
@@ -41,6 +42,7 @@ def account(
         "verdict": found.verdict,
         "noise_floor": 1.0,
         "data": described(found.start.problem.measured.recording, folder),
+        "effects": effects_of(last.problem.model),
         "diagnosis": found.as_dict(experiment),
         "before": before.as_dict() | {"curves": curves(before)},
         "after": after.as_dict() | {"curves": curves(after)},
@@ -68,6 +70,11 @@ def described(recording: Recording, folder: Path) -> dict[str, Any]:
             if name not in ("t", "episode") and np.isfinite(values).any()
         },
     }
+
+
+def effects_of(model: ContactModel) -> list[dict[str, Any]]:
+    """Return what a model consists of, in the order in which it acts: names, laws, keys of their sources."""
+    return [{"name": one.name, "summary": one.summary, "cites": list(one.cites)} for one in model.effects]
 
 
 def versions() -> dict[str, str]:

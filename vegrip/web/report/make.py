@@ -8,17 +8,18 @@ from typing import Any
 
 from vegrip.errors import InputError, UsageError
 from vegrip.identification.diagnosis import diagnose
-from vegrip.identification.diagnosis.account import account, described, versions
+from vegrip.identification.diagnosis.account import account, described, effects_of, versions
 from vegrip.identification.experiment.design import next_experiment
 from vegrip.identification.fit import noise_of
 from vegrip.identification.recording import read_recording
 from vegrip.identification.recording.folder import TOML, existing_folder
 from vegrip.identification.recording.session import is_run, summarise_run
-from vegrip.model import ContactModel
+from vegrip.model import ContactModel, read_model
 from vegrip.web.axes import Axes, extent
 from vegrip.web.check.session import CHECK_FILE, load
 from vegrip.web.figures import WIDE
 from vegrip.web.markup import commands, document, facts, legend, listed, section, table, versions_line
+from vegrip.web.report.methods import methods_of_run
 from vegrip.web.report.model_report import account_of_check, model_report
 
 Told = Mapping[str, Any]
@@ -34,6 +35,7 @@ def run_report(told: Told, commands_run: list[str], versions: Told) -> str:
         section("nodes", _nodes(told["nodes"])),
         *(section(name, _finger(name, one)) for name, one in fingers.items()),
         section("data", facts({"run": told["folder"], **told["about"]})),
+        methods_of_run(told, versions),
         section("how to make this again", commands(commands_run)),
     )
     return document(told["name"], "".join(parts), versions_line(versions))
@@ -147,7 +149,18 @@ def _ms(value: float | None) -> str:
 
 
 REFINED = "report.json"
-NEEDED = ("ladder", "verdict", "data", "diagnosis", "before", "after", "parameters", "warnings", "versions")
+NEEDED = (
+    "ladder",
+    "verdict",
+    "data",
+    "effects",
+    "diagnosis",
+    "before",
+    "after",
+    "parameters",
+    "warnings",
+    "versions",
+)
 
 
 def make_report(
@@ -193,7 +206,8 @@ def _of_check(folder: Path) -> str:
         raise InputError(f"{folder}: the check has not ended; go on with `vegrip check {recording}`")
     data = described(read_recording(recording), recording)
     again = [f"vegrip check {shlex.quote(str(recording))} -o {shlex.quote(str(folder))}"]
-    return model_report(account_of_check(session, data, again, versions()))
+    effects = effects_of(read_model(folder / session.rung.model))
+    return model_report(account_of_check(session, data, effects, again, versions()))
 
 
 def _refined(file: Path) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from vegrip.web.check.render import VERDICTS, channels, comparison, parameters, 
 from vegrip.web.check.session import Rung, Session
 from vegrip.web.figures import ladder
 from vegrip.web.markup import commands, document, facts, legend, listed, section, spread, table, versions_line
+from vegrip.web.report.methods import methods_of_model
 
 Account = Mapping[str, Any]
 
@@ -26,13 +27,18 @@ def model_report(told: Account) -> str:
         comparison(told["after"], ("the first model", told["before"]) if added else None),
         parameters(last),
         section("what remains unknown", _unknown(told)),
+        methods_of_model(told),
         section("how to make this again", commands(told["commands"])),
     )
     return document(told["data"]["name"], "".join(parts), versions_line(told["versions"]))
 
 
 def account_of_check(
-    session: Session, data: Account, commands_run: list[str], versions: Account
+    session: Session,
+    data: Account,
+    effects: list[dict[str, Any]],
+    commands_run: list[str],
+    versions: Account,
 ) -> dict[str, Any]:
     """Return the account of what a check has found, up to the model that is looked at."""
     path = session.path
@@ -43,6 +49,7 @@ def account_of_check(
         "ladder": [{"effect": rung.effect, "error": rung.error} for rung in path if not rung.is_refit],
         "verdict": last.diagnosis["verdict"] if last.diagnosis is not None else "unexplained",
         "data": data,
+        "effects": effects,
         "diagnosis": diagnosed[-1].diagnosis if diagnosed else None,
         "before": first.comparison,
         "after": last.comparison,
