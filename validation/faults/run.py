@@ -114,7 +114,7 @@ def floor(course: Course, reference: Course, i: int, finger: int, relaxes: float
     them. Where the hand is left alone with its position, the soft tip relaxes by the share ``relaxes``.
     """
     onset = course.force[_sample(FAULT_BEGIN_S)][finger]
-    least = min(onset, reference.force[i][finger], allowed)
+    least = min(onset, reference.force[i][finger], FAIL_SAFE)
     return least * (1.0 - EQUAL_SHARE - relaxes) - EQUAL_N
 
 

@@ -254,7 +254,8 @@ def has_liar(g: GraspMemory) -> bool:
     """Return whether some channel of the grasp is surely not sound."""
     least = 1.0
     for i in range(int(g.belief.fingers)):
-        least = min(least, min(g.slip.sound[i], g.slip.sound[BELIEF_MOST + i]))
+        least = min(least, g.slip.sound[i])
+        least = min(least, g.slip.sound[BELIEF_MOST + i])
     return least < NAMED_AT
 
 
