@@ -251,11 +251,13 @@ def is_named(g: GraspMemory, at: int) -> bool:
 
 
 def has_liar(g: GraspMemory) -> bool:
-    """Return whether some channel of the grasp is surely not sound."""
+    """Return whether some channel of the grasp that is sensed is surely not sound."""
     least = 1.0
     for i in range(int(g.belief.fingers)):
-        least = min(least, g.slip.sound[i])
-        least = min(least, g.slip.sound[BELIEF_MOST + i])
+        for k in range(2):
+            at = i + k * BELIEF_MOST
+            if g.slip.says[at] >= 0.0:
+                least = min(least, g.slip.sound[at])
     return least < NAMED_AT
 
 
