@@ -133,7 +133,8 @@ class FoxgloveServer:
 
     async def _look(self) -> None:
         while True:
-            for topic, kind in (await asyncio.to_thread(self._source.look)).items():
+            found = await asyncio.to_thread(self._source.look) if self._clients else {}
+            for topic, kind in found.items():
                 if topic not in self._numbers and len(self._channels) < MOST_CHANNELS:
                     self._numbers[topic] = len(self._channels)
                     self._channels.append(self._encoding.channel(len(self._channels), topic, kind))
