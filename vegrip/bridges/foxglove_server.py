@@ -22,6 +22,7 @@ from websockets.typing import Subprotocol
 
 from vegrip.bridges.foxglove_alarms import AlarmSource, LogLine
 from vegrip.bridges.foxglove_channels import Channel, Encoding, frame
+from vegrip.bridges.node_topics import ANSWER_PATIENCE
 from vegrip.clock import NS
 from vegrip.errors import DeviceError, VegripError
 from vegrip.jsonable import jsonable
@@ -284,7 +285,7 @@ def _parameters(names: frozenset[str]) -> list[dict[str, Any]]:
     found = []
     for entry in running_nodes():
         try:
-            rows = ask(entry, "parameters")
+            rows = ask(entry, "parameters", ANSWER_PATIENCE)
         except VegripError:
             continue  # it is starting, or has just ended
         for row in rows:

@@ -9,7 +9,7 @@ from vegrip.runtime.registry import Entry, ask, running_nodes
 from vegrip.runtime.telemetry_socket import NEWEST, TelemetryReader
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 
-ANSWER_PATIENCE = 1.0  # [s] for a node to name its topics; one that is starting is asked again later
+ANSWER_PATIENCE = 1.0  # [s] for a node to answer; one that is starting is asked again later
 READ_PERIOD = 0.02  # [s] of one look at the telemetry
 
 
