@@ -28,7 +28,7 @@ def test_a_reader_of_ros_bags_reads_from_cdr_what_json_says(message) -> None:
     store, name = typed(Cdr().channel(1, "/t", type(message)))
     read = store.deserialize_cdr(Cdr().message(message, 0), name)
     row = json.loads(Json().message(message, 0))
-    fields = json.loads(Json().channel(1, "/t", type(message)).schema)["properties"]
+    fields = json.loads(Json().channel(1, "/t", type(message))["schema"])["properties"]
     assert row.keys() <= fields.keys()
     for field in fields:
         value = getattr(read, field)
@@ -65,7 +65,7 @@ def test_a_level_is_that_of_the_maker() -> None:
 
 
 def test_a_cdr_definition_states_the_unit_of_every_number() -> None:
-    lines = Cdr().channel(1, "/t", FingertipState).schema.splitlines()
+    lines = Cdr().channel(1, "/t", FingertipState)["schema"].splitlines()
     assert "float64 normal_force  # [N]" in lines
     assert "float64 displacement  # [m]" in lines
     assert all(line.endswith("]") for line in lines if line.startswith("float64"))
@@ -74,5 +74,5 @@ def test_a_cdr_definition_states_the_unit_of_every_number() -> None:
 def typed(channel):
     typesys = pytest.importorskip("rosbags.typesys")
     store = typesys.get_typestore(typesys.Stores.EMPTY)
-    store.register(typesys.get_types_from_msg(channel.schema, channel.schema_name))
-    return store, channel.schema_name
+    store.register(typesys.get_types_from_msg(channel["schema"], channel["schemaName"]))
+    return store, channel["schemaName"]

@@ -10,9 +10,8 @@ same paths: ``/hand/thumb/slip_margin.lower_bound``. There are two encodings of 
 import json
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from vegrip.identification.recording.mcap import json_schema, properties, to_json
 from vegrip.identification.recording.writer import csv_header, csv_row
@@ -26,35 +25,14 @@ LOG_LEVELS: Final = {"info": 2, "warning": 3, "error": 4}
 """Of foxglove.Log."""
 
 
-@dataclass(frozen=True, slots=True)
-class Channel:
-    """What is advertised of a topic."""
-
-    number: int
-    topic: str
-    encoding: str
-    schema_name: str
-    schema_encoding: str
-    schema: str
-
-    def advertised(self) -> dict[str, Any]:
-        return {
-            "id": self.number,
-            "topic": self.topic,
-            "encoding": self.encoding,
-            "schemaName": self.schema_name,
-            "schemaEncoding": self.schema_encoding,
-            "schema": self.schema,
-        }
+Channel = dict[str, Any]
+"""What is advertised of a topic."""
 
 
-class Encoding(Protocol):
-    """How rows travel: :class:`Json` or :class:`Cdr`."""
-
-    def channel(self, number: int, topic: str, kind: type[Message]) -> Channel: ...
-    def message(self, message: Message, start: int) -> bytes: ...
-    def log_channel(self, number: int, topic: str) -> Channel: ...
-    def log(self, stamp: int, level: str, name: str, text: str) -> bytes: ...
+def channel_of(number: int, topic: str, encoding: str, name: str, schema: str) -> Channel:
+    schemas = {"json": "jsonschema", "cdr": "ros2msg"}
+    said = {"id": number, "topic": topic, "encoding": encoding, "schemaName": name}
+    return {**said, "schemaEncoding": schemas[encoding], "schema": schema}
 
 
 def frame(subscription: int, stamp: int, payload: bytes) -> bytes:
@@ -83,7 +61,7 @@ class Json:
 
     def channel(self, number: int, topic: str, kind: type[Message]) -> Channel:
         schema = json_schema(kind, columns(kind)).decode()
-        return Channel(number, topic, "json", f"vegrip.{kind.__name__}", "jsonschema", schema)
+        return channel_of(number, topic, "json", f"vegrip.{kind.__name__}", schema)
 
     def message(self, message: Message, start: int) -> bytes:
         return to_json(row_of(message, start), types(type(message)))
@@ -97,7 +75,7 @@ class Json:
             "line": {"type": "integer"},
         }
         schema = json.dumps({"title": "foxglove.Log", "type": "object", "properties": fields})
-        return Channel(number, topic, "json", "foxglove.Log", "jsonschema", schema)
+        return channel_of(number, topic, "json", "foxglove.Log", schema)
 
     def log(self, stamp: int, level: str, name: str, text: str) -> bytes:
         sec, nsec = divmod(stamp, 10**9)
@@ -115,7 +93,7 @@ class Cdr:
             for name, one in types(kind).items()
         ]
         name = f"vegrip_msgs/msg/{kind.__name__}"
-        return Channel(number, topic, "cdr", name, "ros2msg", "\n".join(lines) + "\n")
+        return channel_of(number, topic, "cdr", name, "\n".join(lines) + "\n")
 
     def message(self, message: Message, start: int) -> bytes:
         known = types(type(message))
@@ -131,7 +109,7 @@ class Cdr:
         lines = ["builtin_interfaces/Time timestamp", "uint8 level", "string message", "string name"]
         lines += ["string file", "uint32 line", "=" * 80, "MSG: builtin_interfaces/Time"]
         text = "\n".join([*lines, "int32 sec", "uint32 nanosec"]) + "\n"
-        return Channel(number, topic, "cdr", "foxglove_msgs/msg/Log", "ros2msg", text)
+        return channel_of(number, topic, "cdr", "foxglove_msgs/msg/Log", text)
 
     def log(self, stamp: int, level: str, name: str, text: str) -> bytes:
         body = bytearray(struct.pack("<iIB", *divmod(stamp, 10**9), LOG_LEVELS[level]))
@@ -139,6 +117,9 @@ class Cdr:
             _put_text(body, words)
         _put(body, "<I", 0)
         return LITTLE_ENDIAN + body
+
+
+Encoding = Json | Cdr
 
 
 def _put(body: bytearray, form: str, value: float) -> None:

@@ -1,6 +1,6 @@
 """A layout for Foxglove: margin with its bound, forces, friction, health, alarms."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vegrip.bridges.foxglove_server import ALARMS
@@ -11,64 +11,51 @@ FINGERS = ("thumb", "index", "middle", "ring", "little")
 """Of the demonstration; for a layout that is written while no hand runs."""
 COLOURS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd")
 """One a finger, the same in every plot; from the sixth finger on again."""
+FRICTION = "friction_coefficient"
 FOLLOWED = 30  # [s] that a plot shows
+
+
+PLOTS: Mapping[str, tuple[str, Sequence[tuple[type[Message], str, str]]]] = {
+    "margin": (
+        "Slip margin (line) and its lower bound (dashed), 1",
+        ((SlipMargin, "margin", "solid"), (SlipMargin, "lower_bound", "dashed")),
+    ),
+    "force": (
+        "Normal force (line) and command (dashed), N",
+        ((FingertipState, "normal_force", "solid"), (ForceCommand, "normal_force", "dashed")),
+    ),
+    "friction": (
+        "Friction (line) and its standard deviation (dotted), 1",
+        ((ContactEstimate, FRICTION, "solid"), (ContactEstimate, f"{FRICTION}_std", "dotted")),
+    ),
+    "health": (
+        "Normalised innovation squared, 1 = the model explains the input",
+        ((ModelHealth, "nis", "solid"),),
+    ),
+}
+"""Panel -> title with unit, and the fields with their lines."""
+STATES = "StateTransitions!health"
+LOG = "RosOut!alarms"
 
 
 def layout(hands: Mapping[str, Sequence[str]]) -> dict[str, Any]:
     """Return what Foxglove imports; ``hands``: namespace, "" = none, -> fingers."""
     tips = [(Topics(namespace), finger) for namespace, fingers in hands.items() for finger in fingers]
     panels: dict[str, dict[str, Any]] = {
-        "Plot!margin": _plot(
-            "Slip margin (line) and its lower bound (dashed), 1",
-            [
-                *_series(tips, SlipMargin, "margin"),
-                *_series(tips, SlipMargin, "lower_bound", lineStyle="dashed"),
-            ],
-        ),
-        "Plot!force": _plot(
-            "Normal force (line) and command (dashed), N",
-            [
-                *_series(tips, FingertipState, "normal_force"),
-                *_series(tips, ForceCommand, "normal_force", lineStyle="dashed"),
-            ],
-        ),
-        "Plot!friction": _plot(
-            "Friction (line) and its standard deviation (dotted), 1",
-            [
-                *_series(tips, ContactEstimate, "friction_coefficient"),
-                *_series(tips, ContactEstimate, "friction_coefficient_std", lineStyle="dotted"),
-            ],
-        ),
-        "Plot!health": _plot(
-            "Normalised innovation squared, 1 = the model explains the input",
-            [
-                *_series(tips, ModelHealth, "nis"),
-            ],
-        ),
-        "StateTransitions!health": {
-            "foxglovePanelTitle": "Input and reason of the command",
-            "paths": [
-                *_series(tips, ModelHealth, "condition"),
-                *_series(tips, ForceCommand, "reason"),
-            ],
-            "isSynced": True,
-        },
-        "RosOut!alarms": {
-            "foxglovePanelTitle": "Alarms",
-            "topicToRender": ALARMS,
-            "minLogLevel": 1,
-            "searchTerms": [],
-        },
+        f"Plot!{name}": _plot(title, [one for field in fields for one in _series(tips, *field)])
+        for name, (title, fields) in PLOTS.items()
     }
+    states = _series(tips, ModelHealth, "condition") + _series(tips, ForceCommand, "reason")
+    panels[STATES] = {"foxglovePanelTitle": "Input and reason of the command", "paths": states}
+    panels[LOG] = {"foxglovePanelTitle": "Alarms", "topicToRender": ALARMS, "minLogLevel": 1}
+    left = _split("column", "Plot!margin", _split("column", "Plot!force", "Plot!friction"))
+    right = _split("column", "Plot!health", _split("column", STATES, LOG))
+    empty: dict[str, Any] = {"globalVariables": {}, "userNodes": {}}
     return {
         "configById": panels,
-        "globalVariables": {},
-        "userNodes": {},
+        "layout": _split("row", left, right),
         "playbackConfig": {"speed": 1},
-        "layout": _row(
-            _column("Plot!margin", _column("Plot!force", "Plot!friction")),
-            _column("Plot!health", _column("StateTransitions!health", "RosOut!alarms")),
-        ),
+        **empty,
     }
 
 
@@ -87,20 +74,16 @@ def _plot(title: str, paths: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _series(
-    tips: Iterable[tuple[Topics, str]], kind: type[Message], column: str, **style: str
+    tips: Sequence[tuple[Topics, str]], kind: type[Message], column: str, line: str = ""
 ) -> list[dict[str, Any]]:
     found = []
     for number, (topics, finger) in enumerate(tips):
         if (route := topics.outgoing(kind, finger)) is not None:
             path = {"value": f"{route.topic}.{column}", "enabled": True, "timestampMethod": "receiveTime"}
             label = {"label": f"{finger} {column.replace('_', ' ')}", "color": COLOURS[number % len(COLOURS)]}
-            found.append({**path, **label, **style})
+            found.append(path | (label | {"lineStyle": line} if line else {"label": label["label"]}))
     return found
 
 
-def _row(first: Any, second: Any) -> dict[str, Any]:
-    return {"direction": "row", "first": first, "second": second, "splitPercentage": 50}
-
-
-def _column(first: Any, second: Any) -> dict[str, Any]:
-    return {"direction": "column", "first": first, "second": second, "splitPercentage": 45}
+def _split(direction: str, first: Any, second: Any) -> dict[str, Any]:
+    return {"direction": direction, "first": first, "second": second, "splitPercentage": 45}

@@ -11,10 +11,10 @@ import logging
 import re
 import time
 from collections import Counter, deque
-from collections.abc import AsyncIterator, Callable, Collection, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from dataclasses import dataclass, field
 from socket import SO_SNDBUF, SOL_SOCKET
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
@@ -22,11 +22,10 @@ from websockets.typing import Subprotocol
 
 from vegrip.bridges.foxglove_alarms import AlarmSource, LogLine
 from vegrip.bridges.foxglove_channels import Channel, Encoding, frame
-from vegrip.bridges.node_topics import ANSWER_PATIENCE
+from vegrip.bridges.node_topics import ANSWER_PATIENCE, NodeTopics
 from vegrip.clock import NS
 from vegrip.errors import DeviceError, VegripError
 from vegrip.jsonable import jsonable
-from vegrip.messages import Message
 from vegrip.runtime.registry import ask, running_nodes
 
 SUBPROTOCOLS: Final = (Subprotocol("foxglove.sdk.v1"), Subprotocol("foxglove.websocket.v1"))
@@ -48,14 +47,6 @@ ORIGINS: Final = (
 )
 """Who may connect; any web site that is open in a browser of this machine could, else."""
 WARNING, ERROR = 1, 2  # levels of a status
-
-
-class Source(Protocol):
-    """Where messages come from: :class:`~vegrip.bridges.node_topics.NodeTopics`."""
-
-    def look(self) -> Mapping[str, type[Message]]: ...
-    def read(self, topics: Collection[str]) -> list[tuple[str, Message]]: ...
-    def rest(self) -> None: ...
 
 
 @dataclass(eq=False)
@@ -81,7 +72,7 @@ class Client:
 class FoxgloveServer:
     """Channels, clients and counts; :meth:`run` serves until it is cancelled."""
 
-    def __init__(self, source: Source, encoding: Encoding) -> None:
+    def __init__(self, source: NodeTopics, encoding: Encoding) -> None:
         self.counts: Counter[str] = Counter()
         """``sent`` and ``left_out`` messages, ``refused`` requests and ``clients``."""
         self._source, self._encoding, self._alarms = source, encoding, AlarmSource()
@@ -182,7 +173,9 @@ class FoxgloveServer:
         return self.counts["left_out"] + sum(client.left_out for client in self._clients)
 
     def _wanted(self) -> set[str]:
-        return {self._channels[number].topic for client in self._clients for number in client.subscriptions}
+        return {
+            self._channels[number]["topic"] for client in self._clients for number in client.subscriptions
+        }
 
     def _publish(self, topic: str, stamp: int, payload: bytes) -> None:
         number = self._numbers[topic]
@@ -229,7 +222,7 @@ class FoxgloveServer:
             while True:
                 if new := self._channels[client.advertised :]:
                     client.advertised += len(new)
-                    await _say(client, {"op": "advertise", "channels": [one.advertised() for one in new]})
+                    await _say(client, {"op": "advertise", "channels": new})
                 if client.left_out > client.told and time.monotonic() >= client.tell_due:
                     client.told, client.tell_due = client.left_out, time.monotonic() + TELL_PERIOD
                     text = f"{client.told} messages were left out: this client reads slowly"

@@ -51,7 +51,7 @@ def foxglove(
     from vegrip.bridges.node_topics import NodeTopics
 
     if not _is_loopback(host):
-        complain(f"whoever reaches {host} may read all topics and parameters, without a key")
+        complain(f"every program that reaches {host} may read all topics and parameters, without a key")
     server = FoxgloveServer(NodeTopics(newest=newest), Cdr() if cdr else Json())
 
     def announce(found: int) -> None:
