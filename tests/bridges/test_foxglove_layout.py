@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from vegrip.bridges.foxglove_channels import types
+from vegrip.bridges.foxglove_channels import TYPES
 from vegrip.bridges.foxglove_layout import layout
 from vegrip.cli import main
 from vegrip.transport.codec.schema import Topics
@@ -21,7 +21,7 @@ def test_every_path_is_a_field_of_a_topic_that_is_served() -> None:
     for path in paths(layout(HANDS)):
         topic, _, field = path["value"].rpartition(".")
         route = Topics("left" if topic.startswith("/left") else "").incoming(topic)
-        assert field in types(route.schema.cls)
+        assert field in TYPES[route.schema.cls]
 
 
 def test_margin_bound_forces_friction_and_health_of_every_finger_are_shown() -> None:

@@ -10,12 +10,12 @@ same paths: ``/hand/thumb/slip_margin.lower_bound``. There are two encodings of 
 import json
 import struct
 from collections.abc import Mapping
-from functools import cache
 from typing import Any, Final
 
 from vegrip.identification.recording.mcap import json_schema, properties, to_json
 from vegrip.identification.recording.writer import csv_header, csv_row
 from vegrip.messages import Message
+from vegrip.transport.codec.schema import CLASSES
 
 Row = Mapping[str, str]
 """Column -> what stands in the cell, "" = not known."""
@@ -25,6 +25,9 @@ LOG_LEVELS: Final = {"info": 2, "warning": 3, "error": 4}
 """Of foxglove.Log."""
 
 
+COLUMNS: Final = {kind: tuple(csv_header(kind).split(",")) for kind in CLASSES.values()}
+TYPES: Final = {kind: {name: properties(kind)[name] for name in names} for kind, names in COLUMNS.items()}
+"""Kind of message -> column -> JSON schema, whose description is the unit."""
 Channel = dict[str, Any]
 """What is advertised of a topic."""
 
@@ -42,29 +45,18 @@ def frame(subscription: int, stamp: int, payload: bytes) -> bytes:
 
 def row_of(message: Message, start: int) -> Row:
     """Return ``message`` as the recorder writes it; ``start`` [ns] is the stamp of t = 0."""
-    return dict(zip(columns(type(message)), csv_row(message, start).split(","), strict=True))
-
-
-@cache
-def columns(kind: type[Message]) -> tuple[str, ...]:
-    return tuple(csv_header(kind).split(","))
-
-
-@cache
-def types(kind: type[Message]) -> dict[str, dict[str, str]]:
-    known = properties(kind)
-    return {name: known[name] for name in columns(kind)}
+    return dict(zip(COLUMNS[type(message)], csv_row(message, start).split(","), strict=True))
 
 
 class Json:
     """JSON with a JSON schema whose descriptions are the units."""
 
     def channel(self, number: int, topic: str, kind: type[Message]) -> Channel:
-        schema = json_schema(kind, columns(kind)).decode()
+        schema = json_schema(kind, COLUMNS[kind]).decode()
         return channel_of(number, topic, "json", f"vegrip.{kind.__name__}", schema)
 
     def message(self, message: Message, start: int) -> bytes:
-        return to_json(row_of(message, start), types(type(message)))
+        return to_json(row_of(message, start), TYPES[type(message)])
 
     def log_channel(self, number: int, topic: str) -> Channel:
         time = {name: {"type": "integer"} for name in ("sec", "nsec")}
@@ -90,13 +82,13 @@ class Cdr:
     def channel(self, number: int, topic: str, kind: type[Message]) -> Channel:
         lines = [
             f"string {name}" if one["type"] == "string" else f"float64 {name}  # {one['description']}"
-            for name, one in types(kind).items()
+            for name, one in TYPES[kind].items()
         ]
         name = f"vegrip_msgs/msg/{kind.__name__}"
         return channel_of(number, topic, "cdr", name, "\n".join(lines) + "\n")
 
     def message(self, message: Message, start: int) -> bytes:
-        known = types(type(message))
+        known = TYPES[type(message)]
         body = bytearray()
         for name, cell in row_of(message, start).items():
             if known[name]["type"] == "string":
