@@ -51,7 +51,6 @@ def test_options_of_plots_are_those_of_the_maker() -> None:
 def test_the_command_writes_the_hand_of_the_demonstration_where_none_runs(
     runtime, tmp_path: Path, capsys
 ) -> None:
-    pytest.importorskip("websockets")
     assert main(["bridge", "foxglove", "--layout", str(tmp_path / "hand.json")]) == 0
     assert "5 fingers" in capsys.readouterr().out
     assert len(json.loads((tmp_path / "hand.json").read_text())["configById"]) == 6

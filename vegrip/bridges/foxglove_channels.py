@@ -19,6 +19,8 @@ from vegrip.transport.codec.schema import CLASSES
 
 Row = Mapping[str, str]
 """Column -> what stands in the cell, "" = not known."""
+ALARMS: Final = "/vegrip/alarms"
+"""Topic of the log."""
 LITTLE_ENDIAN: Final = b"\x00\x01\x00\x00"  # CDR_LE and no options: RTPS 2.3, 10.2.1.2
 MESSAGE_DATA: Final = struct.Struct("<BIQ")  # opcode, subscription, time [ns]; the payload follows
 LOG_LEVELS: Final = {"info": 2, "warning": 3, "error": 4}

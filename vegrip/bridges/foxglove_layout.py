@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vegrip.bridges.foxglove_server import ALARMS
+from vegrip.bridges.foxglove_channels import ALARMS
 from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, ModelHealth, SlipMargin
 from vegrip.transport.codec.schema import Topics
 

@@ -8,6 +8,7 @@ import asyncio
 import contextlib
 import json
 import logging
+import os
 import re
 import time
 from collections import Counter, deque
@@ -21,7 +22,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.typing import Subprotocol
 
 from vegrip.bridges.foxglove_alarms import AlarmSource, LogLine
-from vegrip.bridges.foxglove_channels import Channel, Encoding, frame
+from vegrip.bridges.foxglove_channels import ALARMS, Channel, Encoding, frame
 from vegrip.bridges.node_topics import ANSWER_PATIENCE, NodeTopics
 from vegrip.clock import NS
 from vegrip.errors import DeviceError, VegripError
@@ -29,7 +30,6 @@ from vegrip.jsonable import jsonable
 from vegrip.runtime.registry import ask, running_nodes
 
 SUBPROTOCOLS: Final = (Subprotocol("foxglove.sdk.v1"), Subprotocol("foxglove.websocket.v1"))
-ALARMS: Final = "/vegrip/alarms"
 MOST_CLIENTS: Final = 16
 MOST_CHANNELS: Final = 1024
 QUEUE_MESSAGES: Final = 1024  # messages kept for one client: half a second of five fingers at 500 Hz
@@ -118,7 +118,7 @@ class FoxgloveServer:
                 logger=quiet,
             )
         except OSError as error:
-            why = error.strerror or error
+            why = os.strerror(error.errno) if error.errno and error.errno > 0 else error
             raise DeviceError(
                 f"port {port} of {host} cannot be used ({why}); give another with --port, 0 = any free one"
             ) from None

@@ -40,12 +40,12 @@ def foxglove(
 
     Example: vegrip bridge foxglove --layout hand.json
     """
-    from vegrip.bridges import require_websockets
-
-    require_websockets()
     if layout is not None:
         _write_layout(layout)
         return
+    from vegrip.bridges import require_websockets
+
+    require_websockets()
     from vegrip.bridges.foxglove_channels import Cdr, Json
     from vegrip.bridges.foxglove_server import FoxgloveServer
     from vegrip.bridges.node_topics import NodeTopics
