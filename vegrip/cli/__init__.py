@@ -93,6 +93,7 @@ GROUPS = {  # heading -> command -> one line of help
         "node": "Run one node in this process.",
         "monitor": "Watch slip margins live.",
         "topic": "Look at topics: list, echo, hz.",
+        "bridge": "Show running hands in Foxglove and PlotJuggler.",
         "param": "Read and set parameters of running nodes.",
         "lifecycle": "Read and change the state of running nodes.",
         "grasp": "Close around an object, and say whether it is held.",
@@ -134,6 +135,7 @@ GROUPS = {  # heading -> command -> one line of help
 COMMANDS = {name: text for group in GROUPS.values() for name, text in group.items()}
 PLACES = {
     "topic": "topic:app",
+    "bridge": "bridge:app",
     "param": "param:app",
     "lifecycle": "lifecycle:app",
     "zero": "lifecycle:zero",

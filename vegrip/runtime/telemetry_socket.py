@@ -234,13 +234,18 @@ class TelemetryReader:
 
         A node that is started again under its name is heard again.
         """
+        there = (socket for socket, (known, _) in self._sources.items() if known.name == entry.name)
+        socket = next(there, None) or self._connected(entry)
+        for prefix in prefixes:
+            socket.subscribe(prefix)
+
+    def _connected(self, entry: Entry) -> "zmq.Socket[bytes]":
         socket = self._context.socket(zmq.SUB)
         socket.set_hwm(SUBSCRIBER_QUEUE_MESSAGES)
         socket.connect(entry.telemetry)
-        for prefix in prefixes:
-            socket.subscribe(prefix)
         self._poller.register(socket, zmq.POLLIN)
         self._sources[socket] = (entry, MsgpackCodec(entry.namespace, remap=entry.remap))
+        return socket
 
     def read(self, timeout: float) -> Iterator[tuple[Entry, str, str, Message]]:
         """Yield node, topic, direction (``in``, ``out``) and message of what comes within ``timeout`` [s].

@@ -1,0 +1,34 @@
+"""A server for Foxglove on loopback."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+
+import pytest
+
+from tests.bridges.foxglove_peer import PATIENCE
+
+
+@pytest.fixture
+def serving(runtime):
+    """Run a coroutine function with the port of a server, which is ended after it."""
+    pytest.importorskip("websockets")
+    from vegrip.bridges.foxglove_channels import Json
+    from vegrip.bridges.foxglove_server import FoxgloveServer
+
+    def run(source, conversation: Callable[..., Awaitable[None]], encoding=None):
+        server = FoxgloveServer(source, encoding or Json())
+
+        async def main():
+            port = asyncio.get_running_loop().create_future()
+            task = asyncio.create_task(server.run("127.0.0.1", 0, port.set_result))
+            try:
+                await conversation(await asyncio.wait_for(port, PATIENCE))
+            finally:
+                task.cancel()
+                await asyncio.gather(task, return_exceptions=True)
+
+        asyncio.run(main())
+        server.close()
+        return server
+
+    return run

@@ -1,0 +1,77 @@
+"""The topics of running nodes, each heard at one place: at its sender, else at one of its receivers."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from vegrip.errors import VegripError
+from vegrip.messages import Message
+from vegrip.runtime.registry import Entry, ask, running_nodes
+from vegrip.runtime.telemetry_socket import NEWEST, TelemetryReader
+from vegrip.transport.codec.msgpack_codec import MsgpackCodec
+
+ANSWER_PATIENCE = 1.0  # [s] for a node to answer; one that is starting is asked again later
+READ_PERIOD = 0.02  # [s] of one look at the telemetry
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Where a topic is heard, and what travels on it."""
+
+    kind: type[Message]
+    entry: Entry
+    direction: str  # "out": its sender is heard, "in": a receiver, of what no node here sends
+
+
+class NodeTopics:
+    """What the nodes of this machine say on the topics that are asked for; each costs its node time."""
+
+    def __init__(self, *, newest: bool = False) -> None:
+        self._begin = NEWEST if newest else ""
+        self._sources: dict[str, Source] = {}
+        self._reader: TelemetryReader | None = None
+        self._asked: set[tuple[str, str]] = set()  # node and topic
+
+    def look(self) -> dict[str, type[Message]]:
+        """Ask the nodes; return topic -> kind of message of all topics that were ever there."""
+        found: dict[str, Source] = {}
+        for entry in running_nodes():
+            topics = MsgpackCodec(entry.namespace, remap=entry.remap).topics
+            for topic, counts in _counts(entry).items():
+                direction = "out" if counts["out"] else "in"
+                route = topics.incoming(topic)
+                known = found.get(topic)
+                if route is not None and (known is None or (known.direction, direction) == ("in", "out")):
+                    found[topic] = Source(route.schema.cls, entry, direction)
+        self._sources = self._sources | found
+        return {topic: source.kind for topic, source in self._sources.items()}
+
+    def read(self, topics: Collection[str]) -> list[tuple[str, Message]]:
+        """Return topic and message of what comes on ``topics`` within some hundredths of a second."""
+        sources = {topic: self._sources[topic] for topic in topics if topic in self._sources}
+        self._reader = self._reader or TelemetryReader(())
+        for topic, source in sources.items():
+            if (pair := (source.entry.name, topic)) not in self._asked:
+                self._asked.add(pair)
+                self._reader.add(source.entry, [self._begin + topic])
+        heard = [
+            (topic, message, (entry.name, direction))
+            for entry, topic, direction, message in self._reader.read(READ_PERIOD)
+            if topic in sources
+        ]
+        places = {topic: (source.entry.name, source.direction) for topic, source in sources.items()}
+        return [(topic, message) for topic, message, place in heard if place == places[topic]]
+
+    def rest(self) -> None:
+        """Leave the nodes alone until :meth:`read` is called again: a node forgets who has disconnected."""
+        if self._reader is not None:
+            self._asked.clear()
+            self._reader.close()
+            self._reader = None
+
+
+def _counts(entry: Entry) -> dict[str, dict[str, int]]:
+    try:
+        counts: dict[str, dict[str, int]] = ask(entry, "topics", ANSWER_PATIENCE)
+    except VegripError:
+        return {}
+    return counts
