@@ -20,7 +20,7 @@ Capsys = pytest.CaptureFixture[str]
 ALL = commands()
 BY_NAME = {one.name: one for one in ALL}
 UNIT = re.compile(r"\[[^\]\s]+\]|\[[^\]]*/[^\]]*\]")
-UNTIL_INTERRUPTED = {"launch", "node", "record", "check"}
+UNTIL_INTERRUPTED = {"bridge foxglove", "launch", "node", "record", "check"}
 
 
 def named(one: Command) -> str:
