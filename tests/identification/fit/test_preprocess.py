@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vegrip.errors import RecordingError
-from vegrip.identification.fit.noise import Noise
+from vegrip.identification.fit.noise import Noise, estimate_wandering
 from vegrip.identification.fit.preprocess import (
     Measured,
     _seen,
@@ -242,3 +242,11 @@ def test_a_recording_with_fewer_than_fifty_rows_of_a_channel_is_refused(channel)
             continue
         with pytest.raises(RecordingError, match=f"fewer than 50 rows with {channel}"):
             preprocess(one, Noise(0.01, 0.0))
+
+
+def test_a_few_rows_in_the_air_that_wander_have_a_noise() -> None:
+    t = 0.005 * np.arange(60)
+    y = np.full(60, np.nan)
+    y[:30] = 0.01 * np.cumsum(np.random.default_rng(1).standard_normal(30))
+    found = estimate_wandering(t, np.r_[1.0, np.zeros(59)], y, 1e-3)
+    assert found.white > 0.0

@@ -75,7 +75,8 @@ def find_jump(base: CandidateFit, least: float) -> Jump | None:
     start = np.append(base.optimum.u, 0.0)
     u = refine_optimum(Jumped(base.problem, channel, row), start, EVALUATIONS).u
     for step in STEPS:  # for the derivative above is that of a zero which was never another
-        near = (row + step * i for i in range(-AROUND, AROUND + 1))
+        last = base.problem.episodes.size - 1
+        near = (min(max(row + step * i, 1), last) for i in range(-AROUND, AROUND + 1))
         row = min(near, key=lambda at: float(np.sum(Jumped(base.problem, channel, at).residual(u) ** 2)))
     row = _snapped(base.problem.measured.recording, channel, row)
     if any(one.begin - NEAR <= row <= one.end + NEAR for one in base.problem.measured.events):

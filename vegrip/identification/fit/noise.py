@@ -432,9 +432,9 @@ def estimate_wandering(t: Floats, first: Floats, y: Floats, rough: float) -> OuN
     """
     constant, drift = np.ones(t.size), rough * (t - t.mean()) / max(t[-1] - t[0], 1e-300)
     best = estimate_ou_noise(t, first, y, np.column_stack([constant, drift]), rough)
-    if not best.slow and not best.beyond:
-        return best
     rows = np.flatnonzero(np.isfinite(y))
+    if not (best.slow or best.beyond) or rows.size <= 2 * (LEAST_AIR // 2):  # too few on both sides of a step
+        return best
     cost = best.cost
     for beside in ([constant], [constant, drift]):
         at = _step(y[rows], np.column_stack(beside)[rows])
