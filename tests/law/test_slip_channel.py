@@ -136,7 +136,7 @@ def test_embedded_objects_grip_as_the_compiled_step_does(fault: str) -> None:
     """With a seed at which both prove the channel at once: when they do depends on each sample."""
     case = replace(ALONE, fault=fault, start=4.0, duration=10.0, seed=6)
     compiled, embedded = run(case), run(case, objects=True)
-    assert embedded.over_least == pytest.approx(compiled.over_least, rel=0.05)
+    assert embedded.over_least == pytest.approx(compiled.over_least, rel=0.15)
     assert (embedded.dropped < math.inf) == (compiled.dropped < math.inf)
 
 
