@@ -94,12 +94,12 @@ def test_before_the_first_frame_numba_has_compiled_what_a_node_calls() -> None:
 def test_the_first_states_after_activation_compile_nothing(hand_log: Log) -> None:
     replay = Replay(hand_log, "numba")
     first = next(iter(replay.node.compiled_fingers.values()))
-    known = {name: getattr(first.module, name) for name in ("finger_step", "finger_report")}
+    known = {name: getattr(first.numbers.module, name) for name in ("finger_step", "finger_report")}
     before = {name: function.signatures for name, function in known.items()}
     with install_recorder("numba:compile") as compiled:
         for one in hand_log.events[:FRAMES]:
             replay.meet(one)
-        assert first.tell(hand_log.events[FRAMES].now + NS)
+        assert first.numbers.report_as_frames(hand_log.events[FRAMES].now + NS)
     assert not compiled.buffer
     assert {name: function.signatures for name, function in known.items()} == before
     assert all(len(signatures) == 1 for signatures in before.values())
