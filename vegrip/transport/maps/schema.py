@@ -36,6 +36,7 @@ import numpy as np
 
 from vegrip.config import build, parameter, read_toml
 from vegrip.errors import ConfigError, suggestion
+from vegrip.grip.safety.drive import DriveLimits
 from vegrip.transport.maps.checksums import ChecksumMap
 from vegrip.transport.maps.dialogue import DeviceMap
 from vegrip.transport.maps.packets import PacketMap, read_packets
@@ -204,6 +205,7 @@ class HandKeys:
     messages: dict[str, Any] = parameter({})
     fingers: dict[str, Any] = parameter({})
     command: SendingMap = field(default_factory=SendingMap)
+    drive: DriveLimits = field(default_factory=DriveLimits)
     transport: dict[str, Any] = parameter({}, doc="for vegrip launch; any launch file goes before it")
     friction: dict[str, Any] = parameter({}, doc="how friction is learned: parameters of grasp_force")
     sensors: dict[str, Any] = parameter({}, doc="gains of the sensors: parameters of grasp_force")
@@ -236,7 +238,7 @@ def read_map(path: Path | str) -> HandMap:
 
 def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
     """Return the map in ``table``; ``path`` names it in complaints, and its folder has the database."""
-    top = build(HandKeys, table, str(path))
+    top = _built(HandKeys, table, str(path))
     if top.format == "protobuf" and not top.database:
         raise ConfigError(
             f"{path}: format = 'protobuf' needs database = 'hand.desc', which protoc --include_imports "
