@@ -31,12 +31,13 @@ class DriveLimits:
     def __post_init__(self) -> None:
         if not self.minimum < self.maximum:
             raise ConfigError(
-                f"drive: 'minimum' is {self.minimum:g} N and 'maximum' {self.maximum:g} N; the least force must be "
-                "below the largest"
+                f"drive: 'minimum' is {self.minimum:g} N and 'maximum' {self.maximum:g} N; "
+                "the least force must be below the largest"
             )
+        between = self.maximum - self.minimum
         for key in ("resolution", "hysteresis"):
-            if getattr(self, key) > self.maximum - self.minimum:
+            if getattr(self, key) > between:
                 raise ConfigError(
-                    f"drive: {key!r} is {getattr(self, key):g} N, but from 'minimum' to 'maximum' there are only "
-                    f"{self.maximum - self.minimum:g} N; such a drive cannot be set"
+                    f"drive: {key!r} is {getattr(self, key):g} N, but from 'minimum' to 'maximum' there are "
+                    f"only {between:g} N; such a drive cannot be set"
                 )
