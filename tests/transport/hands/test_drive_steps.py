@@ -1,5 +1,6 @@
 """What a drive is told: a force that it can make, never below the need, and not back and forth."""
 
+import itertools
 import math
 import random
 
@@ -50,7 +51,7 @@ def test_what_is_told_can_be_made_and_is_not_below_the_need(drive, needs):
 @given(DRIVES, st.lists(st.floats(0.1, 250.0), min_size=2, max_size=80))
 def test_no_change_is_smaller_than_what_the_drive_follows(drive, needs):
     forces = course(drive, needs)
-    for before, after in zip(forces, forces[1:], strict=False):
+    for before, after in itertools.pairwise(forces):
         is_end = after > before and after > drive.maximum - max(drive.resolution, drive.hysteresis)
         assert after == before or is_end or abs(after - before) >= drive.hysteresis - 1e-9
 
@@ -59,10 +60,10 @@ def test_no_change_is_smaller_than_what_the_drive_follows(drive, needs):
 @pytest.mark.parametrize("need", [20.84, 21.0, 24.1, 31.3])
 @pytest.mark.parametrize("noise", [0.05, 0.2])
 def test_under_a_constant_load_at_most_one_step_changes_in_ten_seconds(drive, need, noise):
-    rng = random.Random(f"{need} {noise}")
+    rng = random.Random(f"{need} {noise}")  # noqa: S311
     times = changes(course(drive, [need + rng.uniform(-noise, noise) for _ in range(12_000)]))
     late = [time for time in times if time > 1.0]
-    assert all(after - before >= 10.0 - 1e-9 for before, after in zip(late, late[1:], strict=False))
+    assert all(after - before >= 10.0 - 1e-9 for before, after in itertools.pairwise(late))
 
 
 def test_a_need_is_rounded_up_and_the_step_itself_is_not():
@@ -88,7 +89,7 @@ def test_a_load_that_is_taken_away_is_let_go_of_after_a_second_and_a_small_chang
 
 def test_a_command_leaves_no_sooner_than_the_drive_takes_it():
     times = changes(course(DriveLimits(resolution=0.1, rate=5.0), [20.0 + 0.3 * n for n in range(300)]))
-    assert min(after - before for before, after in zip(times, times[1:], strict=False)) >= 0.2 - 1e-9
+    assert min(after - before for before, after in itertools.pairwise(times)) >= 0.2 - 1e-9
 
 
 def test_no_force_opens_at_once_and_touch_is_the_least_force():

@@ -86,4 +86,5 @@ def least_force_sentence(drive: DriveLimits, need: float) -> str:
     """Return that the least force of ``drive`` is far more than the ``need`` [N], "" where it is not."""
     if not OPEN_N <= need * MUCH_MORE < drive.minimum:
         return ""
-    return f"the least that this gripper can is {drive.minimum:g} N, {drive.minimum / need:.2g} times what is needed"
+    ratio = drive.minimum / need
+    return f"the least that this gripper can is {drive.minimum:g} N, {ratio:.2g} times what is needed"

@@ -371,6 +371,10 @@ class MappedLinkEndpoint(Endpoint):
         return price(self._codec.plan)
 
     @property
+    def descriptors(self) -> Sequence[int]:
+        return [device.link.fileno() for device in self._devices if device.link is not None]
+
+    @property
     def rejected(self) -> Mapping[str, int]:
         held = {"command_held": self._codec.encoder.held}
         found = {**self._codec.rejected, **self._faults, **losses(self._codec), **held}
