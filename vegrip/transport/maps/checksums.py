@@ -20,6 +20,7 @@ PROFILES: Final = {"p01": 2, "p02": 2, "p04": 12, "p05": 3, "p06": 5, "p07": 20,
 NAMED: Final[Mapping[str, dict[str, Any]]] = {
     "lrc": {"kind": "sum", "start": 0xFF, "final": 0xFF},  # -sum, as ~(sum - 1)
     "x25": {"kind": "crc16", "polynomial": 0x1021, "start": 0xFFFF, "final": 0xFFFF, "reflected": True},
+    "modbus": {"kind": "crc16", "polynomial": 0x8005, "start": 0xFFFF, "reflected": True},
 }
 """Checksums with a name of their own -> what they are; the rest of the keys is as given."""
 

@@ -62,6 +62,9 @@ class PacketMap:
     checksum: ChecksumMap = parameter(ChecksumMap())
     counter: str = parameter("", doc="field with a counter")
     clock: str = parameter("", doc="field with the time of the device, and its unit, as 'stamp us'")
+    answer: str = parameter("", doc="of a command: the packet that answers it; the next waits for that")
+    then: tuple[Any, ...] = parameter((), doc="of a command: what is said after it, as in [device]")
+    counted: str = parameter("", doc="each one is counted by this name")
     valid: dict[str, Any] = parameter({}, doc="FIELD = value, list of values or '0..249'")
     index: dict[str, Any] = parameter(
         {}, doc="of records: { at = 5, type = 'u16 le @0', offset = 'u16 le @2', from = 4 }"
