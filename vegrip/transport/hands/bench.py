@@ -22,6 +22,7 @@ from vegrip.errors import ConfigError, suggestion
 from vegrip.grip.safety.drive import DriveLimits
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.bench_endpoint import BenchEndpoint, Drive, Part
+from vegrip.transport.hands.virtual_bench import VirtualBench
 from vegrip.transport.hands.wrist_load import LoadSettings, WristLoad, without_source
 from vegrip.transport.mapped.largest_force import largest_felt, largest_force
 from vegrip.transport.mapped.plan import Plan, open_plan
@@ -46,6 +47,7 @@ class BenchSettings:
     serves: tuple[str, ...] = parameter((), doc="fingers that it presses with; none: all")
     load: dict[str, Any] = parameter({}, doc="from, mass [kg], share, share_std: of a sensor at the wrist")
     largest: float = parameter(math.inf, unit="N", low=0.0, doc="limits.max_force, which no step is above")
+    virtual: bool = parameter(False, doc="be the devices, for a virtual hand, instead of speaking to them")
 
 
 @dataclass(frozen=True)
@@ -67,8 +69,11 @@ class Source:
     def commanded(self) -> tuple[str, ...]:
         return tuple(name for name, finger in self.plan.hand.fingers.items() if finger.command is not None)
 
-    def open(self, where: str) -> Endpoint:
+    def open(self, where: str, *, virtual: bool = False) -> Endpoint:
         table = {**self.transport, "map": str(self.path)}
+        if virtual:
+            at = {"address": self.transport.get("address"), "channel": self.transport.get("channel")}
+            table = {"kind": "device", "map": str(self.path)} | {key: one for key, one in at.items() if one}
         return open_alone(table, Hand(tuple(one.name for one in self.plan.fingers)), where)
 
 
@@ -218,24 +223,33 @@ def open_bench(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
             f"{where}: no part has the finger {missing[0]!r}; "
             f"{suggestion(missing[0], bench.fingers, 'there are')}"
         )
-    roles = {id(bench.drive): "drive", id(bench.wrist): "wrist"}
     with ExitStack() as stack:
-        parts = {
-            id(source): Part(
-                name, source.where, stack.enter_context(source.open(f"{where} {source.text}")), source.names,
-                "sensor" if source in bench.sensors else roles[id(source)],
-            )
-            for name, source in bench.parts.items()
-        }  # fmt: skip
-        wrist = WristLoad(bench.load) if bench.load is not None else None
-        drives = []
-        if (driven := bench.drive) is not None:
-            source = next(one for one in bench.parts.values() if one == driven)
-            limits = _bounded(driven.plan.hand.drive, given.largest)
-            drives.append(Drive(parts[id(source)], driven.commanded, bench.serves, limits))
-        endpoint = BenchEndpoint(list(parts.values()), drives, wrist, bench.sentences)
+        parts = _open_parts(bench, stack, where, virtual=given.virtual)
+        joined = _joined(bench, parts, given)
         stack.pop_all()
-    return endpoint
+    return joined
+
+
+def _open_parts(bench: Bench, stack: ExitStack, where: str, *, virtual: bool) -> dict[str, Part]:
+    found = {}
+    for name, source in bench.parts.items():
+        endpoint = stack.enter_context(source.open(f"{where} {source.text}", virtual=virtual))
+        role = name if name in ("drive", "wrist") else "sensor"
+        found[name] = Part(name, source.where, endpoint, source.names, role)
+    return found
+
+
+def _joined(bench: Bench, parts: Mapping[str, Part], given: BenchSettings) -> Endpoint:
+    if given.virtual:
+        mass = bench.load.mass if bench.load is not None else 0.0
+        return VirtualBench(list(parts.values()), bench.serves or bench.fingers, mass)
+    drives = []
+    if (driven := bench.drive) is not None:
+        part = next(parts[name] for name, source in bench.parts.items() if source == driven)
+        limits = _bounded(driven.plan.hand.drive, given.largest)
+        drives.append(Drive(part, driven.commanded, bench.serves, limits))
+    wrist = WristLoad(bench.load) if bench.load is not None else None
+    return BenchEndpoint(list(parts.values()), drives, wrist, bench.sentences)
 
 
 def open_map(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
