@@ -1,4 +1,4 @@
-"""The demonstration of a bench as a user runs it: pads, or a wrist alone, and a gripper over its own protocol."""
+"""The demonstration of a bench as a user runs it: pads, or a wrist alone, and a gripper."""
 
 import json
 import subprocess

@@ -43,13 +43,18 @@ class Heard:
         return np.mean(rows, axis=0) if rows else np.full(3, np.nan)
 
 
+def take(endpoint: Endpoint, heard: Heard, timeout: float) -> None:
+    """Take what comes within ``timeout`` [s]."""
+    for message in endpoint.receive(timeout):
+        if isinstance(message, FingertipState):
+            heard.states.setdefault(message.finger, []).append(message)
+
+
 def listen(endpoint: Endpoint, seconds: float, enough: int = 0) -> Heard:
     """Return what comes within ``seconds``, at once when ``enough`` states of a finger have come."""
     heard, begin = Heard(), time.monotonic()
     while (now := time.monotonic()) < begin + seconds:
-        for message in endpoint.receive(min(0.02, begin + seconds - now)):
-            if isinstance(message, FingertipState):
-                heard.states.setdefault(message.finger, []).append(message)
+        take(endpoint, heard, min(0.02, begin + seconds - now))
         if enough and heard.states and min(map(len, heard.states.values())) >= enough:
             break
     heard.seconds, heard.rejected = time.monotonic() - begin, endpoint.rejected

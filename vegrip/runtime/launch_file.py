@@ -139,6 +139,9 @@ def _launch_of_parts(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
     transport = {"kind": "bench", **{key: _beside(path, value) for key, value in parts.items()}}
     node = {"program": "grasp_force", "required": True, "restart": "always"}
     rest = {key: value for key, value in table.items() if key not in PARTS}
+    for entry in rest.get("node", ()):
+        if entry.get("transport", {}).keys() == {"virtual"}:  # of a virtual hand: it is the devices
+            entry["transport"] = transport | entry["transport"]
     fingers = rest.get("fingers") or list(parts_of(transport, str(path))[0])
     return {"node": [node], **rest, "fingers": fingers, "transport": transport}
 
