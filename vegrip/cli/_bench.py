@@ -39,14 +39,10 @@ def connect_bench(
 ) -> None:
     """Write the launch file of a bench, and beside it the map of each pad."""
     if not sensors or not drive or output is None:
-        raise UsageError(
-            "a bench needs a --sensor PRODUCT@PORT for each pad, a --drive, and -o FILE"
-        )
+        raise UsageError("a bench needs a --sensor PRODUCT@PORT for each pad, a --drive, and -o FILE")
     sides = [name.strip() for name in fingers.split(",") if name.strip()] or list(JAWS[: len(sensors)])
     if len(sides) != len(sensors):
-        raise UsageError(
-            f"{len(sensors)} sensors and {len(sides)} --fingers; name one for each sensor"
-        )
+        raise UsageError(f"{len(sensors)} sensors and {len(sides)} --fingers; name one for each sensor")
     sources, presses = sources_of(sensors), sources_of([drive])[0]
     answers = Answers(sides, {}, {}, heaviest)
     if ask and sys.stdin.isatty():
