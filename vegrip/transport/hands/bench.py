@@ -11,7 +11,7 @@ A hand of one map is the case where all of it is one file.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -68,6 +68,12 @@ class Source:
     @property
     def commanded(self) -> tuple[str, ...]:
         return tuple(name for name, finger in self.plan.hand.fingers.items() if finger.command is not None)
+
+    def under_our_names(self) -> Iterator[str]:
+        """Yield what its owner must know, with our names of its fingers."""
+        for text in price_of_sensors(self.plan):
+            head, colon, rest = text.partition(": ")
+            yield f"{self.names[head]}{colon}{rest}" if head in self.names else text
 
     def open(self, where: str, *, virtual: bool = False) -> Endpoint:
         table = {**self.transport, "map": str(self.path)}
@@ -137,7 +143,7 @@ class Bench:
         """Return what the owner must know before it grips."""
         if self.drive is None and self.wrist is None:
             return [text for source in self.sensors for text in price(source.plan)]
-        said = [text for source in self.sensors for text in price_of_sensors(source.plan)]
+        said = [text for source in self.sensors for text in source.under_our_names()]
         if self.wrist is not None and self.load is not None:
             said.append(
                 f"the load of {', '.join(self.serves)} is felt at {self.wrist.where}, and a finger "
@@ -147,7 +153,7 @@ class Bench:
             )
         if self.drive is not None:
             said += [*price_of_drive(self.drive.plan), *_of_steps(self.drive.plan.hand.drive)]
-        return said
+        return list(dict.fromkeys(said))
 
 
 def read_bench(given: BenchSettings, where: str) -> Bench:

@@ -18,6 +18,7 @@ from vegrip.clock import NOT_YET, NS
 from vegrip.grip.safety.drive import DriveLimits
 
 OPEN_N: Final = 0.05  # [N] less than this asks to open
+TOUCH_N: Final = 1.0  # [N] below which nothing may be held, but touched
 CALM_NS: Final = 10 * NS
 FALL_NS: Final = NS
 FAR_STEPS: Final = 2
@@ -84,7 +85,7 @@ def _changed(force: float, now: int) -> Told:
 
 def least_force_sentence(drive: DriveLimits, need: float) -> str:
     """Return that the least force of ``drive`` is far more than the ``need`` [N], "" where it is not."""
-    if not OPEN_N <= need * MUCH_MORE < drive.minimum:
+    if not TOUCH_N <= need < drive.minimum / MUCH_MORE:
         return ""
     ratio = drive.minimum / need
     return f"the least that this gripper can is {drive.minimum:g} N, {ratio:.2g} times what is needed"
