@@ -53,7 +53,7 @@ def _page(one: dict[str, Any]) -> Iterator[str]:
     yield f"# {one['name']}\n"
     yield "```sh"
     if one["channels"]:
-        yield f"vegrip demo --as {one['hand']}              # without the device: a virtual one holds an object"
+        yield f"vegrip demo --as {one['hand']}         # without the device: a virtual one holds an object"
     yield f"vegrip connect --hand {one['hand']} -o hand.toml {where}"
     yield "vegrip launch hand --check\n```\n"
     yield "| | |\n|---|---|"

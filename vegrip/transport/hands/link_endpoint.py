@@ -117,6 +117,12 @@ class PacketStream:
         return None, nearest - at
 
     def _bring(self, packet: Packet, data: bytes, stamp: int, found: list[Frame]) -> None:
+        if packet.line is not None:
+            fields = packet.line.fields(data)
+            if fields is None:
+                self._counts["bad_line"] += 1
+                return
+            data = fields
         if packet.clock is not None:
             read, modulus, per_count = packet.clock  # of the device, whose count is carried on where it wraps
             clock, told = self._clocks[packet.name]
@@ -352,6 +358,7 @@ class MappedLinkEndpoint(Endpoint):
         plan = codec.plan
         self._conditions = _conditions(plan, self._faults)
         self._orders = _orders(plan)
+        self._lines = {packet.name: packet.line for packet in plan.database.packets}
         self._counted = {name: each.counted for name, each in plan.hand.packets.items() if each.counted}
         self._device_of = {packet.number: packet.device for packet in plan.database.packets}
         self._of = {packet.number: packet.name for packet in plan.database.packets}
@@ -494,7 +501,9 @@ class MappedLinkEndpoint(Endpoint):
     def _made(self, outgoing: Outgoing, now: int) -> list[Step]:
         outgoing.is_wanted = False
         order, *following = self._orders[outgoing.name]
-        made = [order._replace(data=frame.data) for frame in outgoing.message(now)]
+        line = self._lines.get(outgoing.name)
+        bodies = (frame.data for frame in outgoing.message(now))
+        made = [order._replace(data=data if line is None else line.line(data)) for data in bodies]
         return [*made, *following] if made else []
 
     def _hear(self, device: Device, frame: Frame, now: int) -> None:
