@@ -1,4 +1,4 @@
-"""Robotiq by the port 63352 of a UR arm: lines of public clients, our driver at our device, and what is no line."""
+"""Robotiq by the port 63352 of a UR arm: lines of public clients, our driver, and what is no line."""
 
 import socket
 
@@ -13,13 +13,14 @@ from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.maps.lines import Line
 from vegrip.transport.maps.products import map_of
 
-MODELS = {
+ENDS = {
     "robotiq-2f85-ur": (20.0, 235.0),
     "robotiq-2f140-ur": (10.0, 125.0),
     "robotiq-hand-e-ur": (20.0, 185.0),
 }
-# airo-ugent/robotiq2F_tcp robotiq2f/tcp_driver.py at b96d984: _communicate sends a line and takes the answer without
-# its last character; johannesWen/pyRobotiqUR pyrobotiqur/robotiq.py at 9617167: SET is answered by ack
+NO_LINES = [b"GET XYZ\n", b"SET\n", b"SET POS\n", b"SET POS 256\n", b"SET POS -1\n", b"\xff\n", b"\n"]
+# airo-ugent/robotiq2F_tcp robotiq2f/tcp_driver.py at b96d984: _communicate sends a line and takes the answer
+# without its last character; johannesWen/pyRobotiqUR pyrobotiqur/robotiq.py at 9617167: SET is told ack
 EXCHANGES = [
     (b"GET STA\n", b"STA 0\n"),
     (b"SET ACT 1\n", b"ack"),
@@ -49,9 +50,7 @@ def test_lines_of_public_clients_are_answered(alone):
         assert b"".join(frame.data for frame in alone.due(now)) == answered, asked
 
 
-@pytest.mark.parametrize(
-    "line", [b"GET XYZ\n", b"SET\n", b"SET POS\n", b"SET POS 256\n", b"SET POS -1\n", b"\xff\n", b"\n"]
-)
+@pytest.mark.parametrize("line", NO_LINES)
 def test_what_is_no_line_is_not_answered_and_counted(alone, line):
     alone.hear(Frame(-1, line, False, NS), NS)
     assert alone.due(NS) == []
@@ -70,8 +69,8 @@ def test_the_driver_sends_one_line_with_all_variables():
 
 @pytest.mark.parametrize(
     ("text", "numbers"),
-    [(b"POS 100\n", (100,)), (b"POS  7\r\n", (7,)), (b"POS -3\n", (-3,)), (b"POS x\n", None), (b"POS \n", None),
-     (b"POS 1 2\n", None), (b"POS 99999999999\n", None)],
+    [(b"POS 100\n", (100,)), (b"POS  7\r\n", (7,)), (b"POS -3\n", (-3,)), (b"POS x\n", None),
+     (b"POS \n", None), (b"POS 1 2\n", None), (b"POS 99999999999\n", None)],
 )  # fmt: skip
 def test_a_line_is_its_numbers_or_nothing(text, numbers):
     fields = Line("POS {place}").fields(text)
@@ -79,9 +78,9 @@ def test_a_line_is_its_numbers_or_nothing(text, numbers):
     assert fields == wanted
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", ENDS)
 def test_the_driver_activates_presses_and_opens(running, name):
-    low, high = MODELS[name]
+    low, high = ENDS[name]
     drive = running(name)
     with drive.open() as endpoint:
         assert "activated" in endpoint.conditions

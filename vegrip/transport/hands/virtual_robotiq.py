@@ -145,10 +145,11 @@ class RobotiqUrcap(Robotiq):
         names, numbers = words[1::2], words[2::2]
         if words[:1] == ["GET"] and len(words) == 2 and words[1] in self._variables():
             return len(line) + 1, f"{words[1]} {self._variables()[words[1]]}\n".encode()
-        if words[:1] == ["SET"] and len(names) == len(numbers) > 0 and set(names) <= self.told.keys():
-            if all(number.isdecimal() and int(number) <= 255 for number in numbers):
-                self.tell(dict(zip(names, map(int, numbers), strict=True)), now)
-                return len(line) + 1, b"ack"
+        is_whole = len(names) == len(numbers) > 0 and set(names) <= self.told.keys()
+        is_sound = all(number.isdecimal() and int(number) <= 255 for number in numbers)
+        if words[:1] == ["SET"] and is_whole and is_sound:
+            self.tell(dict(zip(names, map(int, numbers), strict=True)), now)
+            return len(line) + 1, b"ack"
         self.counts["unknown_request"] += 1
         return len(line) + 1, b""
 
