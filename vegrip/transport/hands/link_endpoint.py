@@ -489,7 +489,7 @@ class MappedLinkEndpoint(Endpoint):
         for outgoing in self._codec.encoder.wanted():
             identifier = self._codec.plan.database.messages[outgoing.name].identifier
             dialogue = self._devices[self._device_of[identifier]].dialogue
-            dialogue.order(outgoing.name, partial(self._made, outgoing))
+            dialogue.order(outgoing.name, partial(self._made, outgoing, dialogue))
         for device in self._devices:
             device.talk(now)
 
@@ -498,13 +498,21 @@ class MappedLinkEndpoint(Endpoint):
         if device < len(self._devices):
             self._devices[device].write(frame.data, now)
 
-    def _made(self, outgoing: Outgoing, now: int) -> list[Step]:
+    def _made(self, outgoing: Outgoing, dialogue: Dialogue, now: int) -> list[Step]:
+        """Return the command of now, with what follows where it is new, or may not have been heard."""
         outgoing.is_wanted = False
-        order, *following = self._orders[outgoing.name]
-        line = self._lines.get(outgoing.name)
-        bodies = (frame.data for frame in outgoing.message(now))
-        made = [order._replace(data=data if line is None else line.line(data)) for data in bodies]
-        return [*made, *following] if made else []
+        order, line = self._orders[outgoing.name], self._lines.get(outgoing.name)
+        found = []
+        for frame in outgoing.message(now):
+            command = outgoing.targets[0].command
+            opens = bool(order.opened) and command is not None and command.normal_force <= 0.0
+            said = frame.data, opens, dialogue.starts, dialogue.missed
+            is_new, order.said = said != order.said, said
+            if opens:
+                return list(order.opened) if is_new else []
+            data = frame.data if line is None else line.line(frame.data)
+            found += [order.step._replace(data=data), *(order.then if is_new else ())]
+        return found
 
     def _hear(self, device: Device, frame: Frame, now: int) -> None:
         name = self._of.get(frame.arbitration_id, "")
@@ -543,13 +551,24 @@ def _conditions(plan: Plan, counts: Counter[str]) -> Conditions:
     return Conditions(maps, readers, counts)
 
 
-def _orders(plan: Plan) -> dict[str, list[Step]]:
-    """Return, by packet, how a command leaves that its device answers, and what is said after it."""
+@dataclass(slots=True)
+class _Order:
+    """How a command leaves that its device answers."""
+
+    step: Step
+    then: Sequence[Step]
+    opened: Sequence[Step]
+    said: Any = None  # the last command, and how often the device was lost before
+
+
+def _orders(plan: Plan) -> dict[str, _Order]:
     found = {}
     for name, each in plan.hand.packets.items():
         if each.answer:
-            entries = [{"data": "00", "expects": each.answer}, *each.then]
-            found[name] = list(steps(entries, each.device, 0.0, None, f"{plan.hand.path} [packets.{name}]"))
+            where = f"{plan.hand.path} [packets.{name}]"
+            entries = [{"data": "00", "expects": each.answer}], each.then, each.opened
+            (step,), then, opened = (steps(one, each.device, 0.0, None, where) for one in entries)
+            found[name] = _Order(step, then, opened)
     return found
 
 

@@ -65,7 +65,8 @@ class PacketMap:
     counter: str = parameter("", doc="field with a counter")
     clock: str = parameter("", doc="field with the time of the device, and its unit, as 'stamp us'")
     answer: str = parameter("", doc="of a command: the packet that answers it; the next waits for that")
-    then: tuple[Any, ...] = parameter((), doc="of a command: what is said after it, as in [device]")
+    then: tuple[Any, ...] = parameter((), doc="of a command: what is said after a new one, as in [device]")
+    opened: tuple[Any, ...] = parameter((), doc="of a command: what is said instead for a force of zero")
     counted: str = parameter("", doc="each one is counted by this name")
     valid: dict[str, Any] = parameter({}, doc="FIELD = value, list of values or '0..249'")
     index: dict[str, Any] = parameter(
