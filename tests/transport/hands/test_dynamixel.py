@@ -124,9 +124,7 @@ def test_the_driver_sets_the_mode_presses_and_opens(motor):
         assert motor.device.table[11] == 5
         motor.device.jaws.object_at = 100.0
         for force in (1.0, 20.0, 5.0):
-            press(
-                endpoint, force, lambda force=force: abs(motor.device.forces.get("jaw", -1.0) - force) < 0.02
-            )
+            press(endpoint, force, partial(motor.presses, force))
         press(endpoint, 0.0, lambda: motor.device.forces["jaw"] == 0.0)
         assert not endpoint.rejected
 

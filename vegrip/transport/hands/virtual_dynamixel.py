@@ -75,12 +75,9 @@ class Dynamixel(VirtualDrive):
         at = int.from_bytes(parameters[:2], "little")
         if instruction == READ:
             count = int.from_bytes(parameters[2:4], "little")
-            is_there = at + count <= SIZE
-            return (
-                self._status(0, bytes(self.table[at : at + count]))
-                if is_there
-                else self._status(LENGTH_ERROR)
-            )
+            if at + count > SIZE:
+                return self._status(LENGTH_ERROR)
+            return self._status(0, bytes(self.table[at : at + count]))
         if at < TORQUE and self.table[TORQUE]:  # what is kept without power is locked
             return self._status(ACCESS_ERROR)
         if at + len(parameters) - 2 > SIZE:
