@@ -78,12 +78,11 @@ class Dynamixel(VirtualDrive):
             if at + count > SIZE:
                 return self._status(LENGTH_ERROR)
             return self._status(0, bytes(self.table[at : at + count]))
-        if at < TORQUE and self.table[TORQUE]:  # what is kept without power is locked
-            return self._status(ACCESS_ERROR)
-        if at + len(parameters) - 2 > SIZE:
-            return self._status(LENGTH_ERROR)
-        self._write(at, parameters[2:])
-        return self._status(0)
+        is_locked = at < TORQUE and self.table[TORQUE]  # what is kept without power
+        is_there = at + len(parameters) - 2 <= SIZE
+        if is_there and not is_locked:
+            self._write(at, parameters[2:])
+        return self._status(ACCESS_ERROR if is_locked else 0 if is_there else LENGTH_ERROR)
 
     def _write(self, at: int, data: bytes) -> None:
         before = self.table[TORQUE]
