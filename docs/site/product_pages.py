@@ -53,7 +53,7 @@ def _page(one: dict[str, Any]) -> Iterator[str]:
     yield f"# {one['name']}\n"
     yield "```sh"
     if one["channels"]:
-        yield f"vegrip demo --as {one['hand']}              # without the device: a virtual one holds an object"
+        yield f"vegrip demo --as {one['hand']}         # without the device: a virtual one holds an object"
     yield f"vegrip connect --hand {one['hand']} -o hand.toml {where}"
     yield "vegrip launch hand --check\n```\n"
     yield "| | |\n|---|---|"
@@ -62,7 +62,7 @@ def _page(one: dict[str, Any]) -> Iterator[str]:
         yield f"| states | {hand.rate:g} a second, of {', '.join(one['fingers'])} |"
     else:
         drive = hand.drive
-        yield f"| force | {drive.minimum:g} to {drive.maximum:g} N in steps of {drive.resolution:g} |"
+        yield f"| force | {drive.minimum:g} to {drive.maximum:g} N{_steps(drive.resolution)} |"
     yield f"| it is asked | {_counted(hand.device.poll, 'question')} |"
     yield f"| it is told first | {_counted(hand.device.opening, 'entry')} |"
     yield f"| its own zero | {'`vegrip zero`' if hand.device.zero else 'no command'} |"
@@ -131,3 +131,7 @@ def _open(product: Any) -> Iterator[str]:
         yield "\n## To be measured, or looked at once\n"
     yield from (f"* `{key}`: {how}" for key, how in measure.items())
     yield from (f"* {sentence}" for sentence in check)
+
+
+def _steps(resolution: float) -> str:
+    return f" in steps of {resolution:g}" if resolution else ""

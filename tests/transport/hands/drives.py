@@ -6,12 +6,10 @@ import time
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.hands.device_endpoint import PtyPort, SocketPort, VirtualDeviceEndpoint, virtual_device
 from vegrip.transport.mapped.plan import open_plan
-from vegrip.transport.maps.map_text import changed_text
-from vegrip.transport.maps.products import map_of
+from vegrip.transport.maps.products import map_of, virtual_text
 from vegrip.transport.open import Hand, open_endpoint
 
 PATIENCE = 20.0  # [s] on a busy machine
-TO_MEASURE = {"dynamixel-x": [("gain", "30 /N"), ("closed", [2800, 2801]), ("opened", 1024)]}
 
 
 class Running:
@@ -19,8 +17,7 @@ class Running:
 
     def __init__(self, name, folder):
         self.path = folder / f"{name}.toml"
-        settings = [(["fingers", "*", "command", key], value) for key, value in TO_MEASURE.get(name, [])]
-        self.path.write_text(changed_text(map_of(name).read_text(), settings))
+        self.path.write_text(virtual_text(map_of(name)))
         plan = open_plan(self.path)
         self.transport = dict(plan.hand.transport)
         is_serial = self.transport["kind"] == "serial"

@@ -28,13 +28,20 @@ from vegrip.transport.codec import Frame
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.virtual_device import VirtualDevice
 from vegrip.transport.hands.virtual_drive import VirtualDrive
-from vegrip.transport.hands.virtual_robotiq import RobotiqRtu
+from vegrip.transport.hands.virtual_dynamixel import Dynamixel
+from vegrip.transport.hands.virtual_robotiq import RobotiqRtu, RobotiqUrcap
+from vegrip.transport.hands.virtual_wsg import Wsg
 from vegrip.transport.mapped.plan import Plan, open_plan
 from vegrip.transport.open import CanSettings, Hand, open_bus
 
 CHUNK: Final = 4096  # [bytes] read at once
 LIFETIME_PERIODS: Final = 10  # of repeated commands, after which silence counts as the end of them
-DRIVES: Final[dict[str, type[VirtualDrive]]] = {"robotiq": RobotiqRtu}
+DRIVES: Final[dict[str, type[VirtualDrive]]] = {
+    "robotiq": RobotiqRtu,
+    "robotiq-urcap": RobotiqUrcap,
+    "wsg": Wsg,
+    "dynamixel": Dynamixel,
+}
 """Drives that have a simulation of their own, by ``speaks`` of ``[product.virtual]``."""
 LOOPBACK: Final = ("127.0.0.1", "localhost")
 

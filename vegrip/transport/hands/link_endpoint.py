@@ -120,6 +120,12 @@ class PacketStream:
         return None, nearest - at
 
     def _bring(self, packet: Packet, data: bytes, stamp: int, found: list[Frame]) -> None:
+        if packet.line is not None:
+            fields = packet.line.fields(data)
+            if fields is None:
+                self._counts["bad_line"] += 1
+                return
+            data = fields
         if packet.clock is not None:
             read, modulus, per_count = packet.clock  # of the device, whose count is carried on where it wraps
             clock, told = self._clocks[packet.name]
@@ -355,6 +361,7 @@ class MappedLinkEndpoint(Endpoint):
         plan = codec.plan
         self._conditions = _conditions(plan, self._faults)
         self._orders = _orders(plan)
+        self._lines = {packet.name: packet.line for packet in plan.database.packets}
         self._counted = {name: each.counted for name, each in plan.hand.packets.items() if each.counted}
         self._device_of = {packet.number: packet.device for packet in plan.database.packets}
         self._of = {packet.number: packet.name for packet in plan.database.packets}
@@ -494,7 +501,7 @@ class MappedLinkEndpoint(Endpoint):
         for outgoing in self._codec.encoder.wanted():
             identifier = self._codec.plan.database.messages[outgoing.name].identifier
             dialogue = self._devices[self._device_of[identifier]].dialogue
-            dialogue.order(outgoing.name, partial(self._made, outgoing))
+            dialogue.order(outgoing.name, partial(self._made, outgoing, dialogue))
         for device in self._devices:
             device.talk(now)
 
@@ -503,11 +510,21 @@ class MappedLinkEndpoint(Endpoint):
         if device < len(self._devices):
             self._devices[device].write(frame.data, now)
 
-    def _made(self, outgoing: Outgoing, now: int) -> list[Step]:
+    def _made(self, outgoing: Outgoing, dialogue: Dialogue, now: int) -> list[Step]:
+        """Return the command of now, with what follows where it is new, or may not have been heard."""
         outgoing.is_wanted = False
-        order, *following = self._orders[outgoing.name]
-        made = [order._replace(data=frame.data) for frame in outgoing.message(now)]
-        return [*made, *following] if made else []
+        order, line = self._orders[outgoing.name], self._lines.get(outgoing.name)
+        found = []
+        for frame in outgoing.message(now):
+            command = outgoing.targets[0].command
+            opens = bool(order.opened) and command is not None and command.normal_force <= 0.0
+            said = frame.data, opens, dialogue.starts, dialogue.missed
+            is_new, order.said = said != order.said, said
+            if opens:
+                return list(order.opened) if is_new else []
+            data = frame.data if line is None else line.line(frame.data)
+            found += [order.step._replace(data=data), *(order.then if is_new else ())]
+        return found
 
     def _hear(self, device: Device, frame: Frame, now: int) -> None:
         name = self._of.get(frame.arbitration_id, "")
@@ -546,13 +563,24 @@ def _conditions(plan: Plan, counts: Counter[str]) -> Conditions:
     return Conditions(maps, readers, counts)
 
 
-def _orders(plan: Plan) -> dict[str, list[Step]]:
-    """Return, by packet, how a command leaves that its device answers, and what is said after it."""
+@dataclass(slots=True)
+class _Order:
+    """How a command leaves that its device answers."""
+
+    step: Step
+    then: Sequence[Step]
+    opened: Sequence[Step]
+    said: Any = None  # the last command, and how often the device was lost before
+
+
+def _orders(plan: Plan) -> dict[str, _Order]:
     found = {}
     for name, each in plan.hand.packets.items():
         if each.answer:
-            entries = [{"data": "00", "expects": each.answer}, *each.then]
-            found[name] = list(steps(entries, each.device, 0.0, None, f"{plan.hand.path} [packets.{name}]"))
+            where = f"{plan.hand.path} [packets.{name}]"
+            entries = [{"data": "00", "expects": each.answer}], each.then, each.opened
+            (step,), then, opened = (steps(one, each.device, 0.0, None, where) for one in entries)
+            found[name] = _Order(step, then, opened)
     return found
 
 

@@ -132,3 +132,27 @@ class RobotiqRtu(Robotiq):
         flags = {name: action >> bit & 1 for name, bit in bits.items()}
         self.tell(flags | {"POS": outputs[3], "SPE": outputs[4], "FOR": outputs[5]}, now)
         return True
+
+
+class RobotiqUrcap(Robotiq):
+    """The lines of a UR arm: GET of a variable, SET of one or several."""
+
+    def answered(self, data: bytes, now: int) -> tuple[int, bytes]:
+        line, end, _ = data.partition(b"\n")
+        if not end:
+            return NO_FRAME, b""
+        words = line.decode("latin-1").split()
+        names, numbers = words[1::2], words[2::2]
+        if words[:1] == ["GET"] and len(words) == 2 and words[1] in self._variables():
+            return len(line) + 1, f"{words[1]} {self._variables()[words[1]]}\n".encode()
+        is_whole = len(names) == len(numbers) > 0 and set(names) <= self.told.keys()
+        is_sound = all(number.isdecimal() and int(number) <= 255 for number in numbers)
+        if words[:1] == ["SET"] and is_whole and is_sound:
+            self.tell(dict(zip(names, map(int, numbers), strict=True)), now)
+            return len(line) + 1, b"ack"
+        self.counts["unknown_request"] += 1
+        return len(line) + 1, b""
+
+    def _variables(self) -> dict[str, int]:
+        told = {"STA": self.state, "OBJ": self.object, "FLT": self.fault, "PRE": self.told["POS"]}
+        return {**self.told, **told, "POS": round(self.jaws.place)}

@@ -130,6 +130,7 @@ class Outgoing:
     checksum: str = ""  # the signal with it
     waits: bool = False  # its device answers it: it is made when it is its turn on the line
     is_wanted: bool = False  # of one that waits
+    opens: bool = False  # a force of zero opens, by a motion or by a message of its own
     motion: CommandMap | None = None  # whose position goes with each new force
     turn: int = 0  # of the positions that are asked for
     moved: Any = None  # the raw force that was sent last
@@ -239,7 +240,7 @@ class Commands(ABC):
                 " if value - value != 0.0:",  # no command and no measurement yet: the hand holds by itself
                 "  return []",
             ]
-            if outgoing.motion is not None:  # the jaws open
+            if outgoing.opens:
                 lines.append(f" value = {target.low!r} if {force} <= 0.0 else value")
             is_usual, usual = target.usual or ("False", "0")
             is_inside = f"{target.low!r} <= value <= {target.high!r}"
@@ -363,6 +364,7 @@ class FrameCommands(Commands):
         if command.motion:
             if outgoing.targets:
                 raise ConfigError(f"{where}: 'motion' is for a message with the command of one finger")
+            outgoing.opens = True
             outgoing.motion = replace(command, motion=_own(message, command.motion, where))
         write = rounding(signal, raw=command.raw)
         usual = None if signal.is_float else _usual(signal, raw=command.raw)
@@ -371,7 +373,8 @@ class FrameCommands(Commands):
     def _open(self, message: ForeignMessage, selectors: dict[str, int]) -> Outgoing:
         packet = self._plan.hand.packets.get(message.name)
         waits = packet is not None and bool(packet.answer)
-        outgoing = Outgoing(message.name, constants=dict(selectors), waits=waits)
+        opens = packet is not None and bool(packet.opened)
+        outgoing = Outgoing(message.name, constants=dict(selectors), waits=waits, opens=opens)
         spec = self._plan.protection.get(message.name)
         if spec is not None:
             where = f"{self._plan.hand.path} [messages.{message.name}.checksum]"

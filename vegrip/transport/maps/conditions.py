@@ -9,7 +9,8 @@
     where = { "status.object" = 3, "status.echo" = [254, 255] }
     after = "holding"                        # only if that has held since the last time
 
-What begins to hold is counted by its name, unless ``is_fault`` is false.
+A condition is judged when the packet comes that it names first. What begins to hold is counted by its name,
+unless ``is_fault`` is false.
 """
 
 from collections import Counter
@@ -29,6 +30,10 @@ class ConditionMap:
     after: str = parameter("", doc="a condition that must have held since this one held last")
     is_fault: bool = parameter(True, doc="counted when it begins to hold")
 
+    def __post_init__(self) -> None:
+        if not self.where:
+            raise ConfigError("'where' is empty; name a field: where = { \"status.fault\" = 8 }")
+
 
 class Conditions:
     """Which conditions hold, by the last raw values of the fields that they name.
@@ -46,6 +51,7 @@ class Conditions:
         self._maps, self._readers, self._counts = maps, readers, counts
         self._last: dict[str, int] = {}
         self._wanted = {name: _values(each, name) for name, each in maps.items()}
+        self._judged_by = {name: next(iter(each.where)).partition(".")[0] for name, each in maps.items()}
         self._held_before: set[str] = set()  # conditions whose ``after`` has held since they held last
 
     def take(self, packet: str, data: bytes) -> None:
@@ -58,6 +64,8 @@ class Conditions:
             after = self._maps[name].after
             if after in self.now:
                 self._held_before.add(name)
+            if self._judged_by[name] != packet:
+                continue
             holds = all(self._last.get(place) in values for place, values in wanted.items())
             if not holds:
                 self.now.discard(name)

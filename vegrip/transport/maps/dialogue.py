@@ -34,6 +34,7 @@ from vegrip.clock import NS
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
 from vegrip.transport.codec import Frame
+from vegrip.transport.maps.checksums import APPENDED, appended
 from vegrip.transport.maps.packets import on_bus
 
 MOST_HEARD: Final = 512  # [bytes] in which an answer is looked for
@@ -62,6 +63,7 @@ class DeviceMap:
 class _Entry:
     text: str = parameter("", doc="what is sent")
     data: str = parameter("", doc="what is sent, in hexadecimal")
+    checksum: str = parameter("", choices=("", *APPENDED), doc="that is put behind it")
     zeros: int = parameter(0, low=0, high=64, doc="so many bytes of zero instead")
     identifier: int = parameter(-1, low=-1, high=(1 << 29) - 1, doc="on CAN")
     device: int = parameter(-1, low=-1, high=63, doc="which of the addresses; -1: each")
@@ -125,10 +127,12 @@ class Dialogue:
         self._counts = counts
         self.missed = 0
         """Polls without an answer: what has come of one is of no use to the next."""
+        self.starts = 0
         self.start()
 
     def start(self) -> None:
         """Begin with the opening: the connection is new."""
+        self.starts += 1
         self._begin()
         self._orders: dict[str, Order] = {}
         self._following: deque[Step] = deque()  # what is said after the last order
@@ -289,6 +293,7 @@ def steps(
             data = bytes.fromhex(told.data) + told.text.encode("latin-1") + bytes(told.zeros)
         except ValueError:
             raise ConfigError(f"{where}: {entry!r} are no bytes; write {{ data = '03 00' }}") from None
+        data = appended(told.checksum, data) if told.checksum else data
         if told.data and told.text:
             raise ConfigError(f"{where}: {entry!r} has 'data' and 'text'; give one of them")
         if offset is not None and not (told.identifier >= 0 and len(data) <= 64):
