@@ -11,7 +11,9 @@ from typing import Any, Final
 import numpy as np
 
 from vegrip.config import build, toml_value
+from vegrip.demo.product import free_port
 from vegrip.errors import InputError
+from vegrip.estimator import Sensors
 from vegrip.grip.parameters import GraspParameters
 from vegrip.grip.safety.drive import DriveLimits
 from vegrip.runtime.launch_file import NodeConfig, read_launch_file
@@ -31,7 +33,7 @@ WRIST: Final = "wrist="
 FRICTION_STD: Final = 0.1
 """Of ln mu: friction as `vegrip calibrate` measures it of a pad on one material. Not told, it is not known by
 a factor of two, and without a slip channel it is not learned."""
-CALIBRATED: Final = {"tangential_gain": 1.0, "tangential_gain_std": 0.03}
+CALIBRATED: Final = Sensors(tangential_gain=1.0, tangential_gain_std=0.03)
 """Of the pads' tangential forces, after `vegrip calibrate --weight`."""
 
 
@@ -79,8 +81,13 @@ class BenchProduct:
         found = build(GraspParameters, self.node.parameters, self.name)
         tip = scenario.settings.tip
         error = float(np.random.default_rng([scenario.seed, 7]).normal(0.0, FRICTION_STD))
-        law = {"coefficient": tip.friction * math.exp(error), "coefficient_std": FRICTION_STD}
-        friction = replace(found.friction, **law, load_exponent=0.0, load_exponent_std=0.0)
+        friction = replace(
+            found.friction,
+            coefficient=tip.friction * math.exp(error),
+            coefficient_std=FRICTION_STD,
+            load_exponent=0.0,
+            load_exponent_std=0.0,
+        )
         believed = replace(found.tip, radius=tip.radius, modulus=FIRM * found.tip.modulus)
         first = {"radius": scenario.settings.opposing_radius}
         return replace(
@@ -88,7 +95,7 @@ class BenchProduct:
             tip=believed,
             tips={scenario.settings.fingers[0]: first},
             friction=friction,
-            sensors=replace(found.sensors, **(CALIBRATED if self.has_pads else {})),
+            sensors=CALIBRATED if self.has_pads else found.sensors,
             estimator=replace(found.estimator, hold="force"),
         )
 
@@ -136,13 +143,12 @@ def open_bench_product(text: str, folder: Path) -> BenchProduct:
     is_at_wrist = sensor.startswith(WRIST)
     feels = _product(sensor.removeprefix(WRIST), is_drive=False)
     presses = _product(drive, is_drive=True)
-    at_drive = f"{presses}@{folder / 'tty_drive'}"
-    lines = [f"drive = {toml_value(at_drive)}", f"serves = {toml_value(JAWS)}"]
+    lines = [f"drive = {toml_value(_at(presses, 'drive', folder))}", f"serves = {toml_value(JAWS)}"]
     if is_at_wrist:
-        load = {"from": f"{feels}@{folder / 'tty_wrist'}", "mass": GRIPPER_KG}
+        load = {"from": _at(feels, "wrist", folder), "mass": GRIPPER_KG}
         lines.append(f"load = {toml_value(load)}")
     else:
-        pads = [f"{side}={feels}@{folder / f'tty_{side}'}" for side in JAWS]
+        pads = [f"{side}={_at(feels, side, folder)}" for side in JAWS]
         lines.append(f"sensors = {toml_value(pads)}")
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "bench.toml"
@@ -151,6 +157,15 @@ def open_bench_product(text: str, folder: Path) -> BenchProduct:
     bench = read_bench(build(BenchSettings, node.transport, str(path)), str(path))
     assert bench.drive is not None  # noqa: S101 (named above)
     return BenchProduct(f"{feels} + {presses}", node, bench.drive.plan.hand.drive, bool(bench.sensors))
+
+
+def _at(product: str, place: str, folder: Path) -> str:
+    """Return the product at a port of its own on this machine."""
+    kind = about(product)["carrier"].partition(" ")[0]
+    if kind == "can":
+        raise InputError(f"--bench: {product} is on a CAN bus, which two of them would have to share")
+    port = str(folder / f"tty_{place}") if kind == "serial" else f"127.0.0.1:{free_port(kind)}"
+    return f"{product}@{port}"
 
 
 def _product(word: str, *, is_drive: bool) -> str:

@@ -20,7 +20,7 @@ from vegrip.messages import FingertipState
 QUIET_NS: Final = 60 * NS
 """[ns] without the trouble after which it is news again."""
 
-HINTS: Final[dict[str, str]] = {
+HINTS: Final[Mapping[str, str]] = {
     "also_sent": "another node on this bus also sends what only this one may send; stop one of the two, or "
     "give them different hands (hand, namespace or channel)",
     "reports_lowered": "this machine cannot keep up, so margins, estimates and health are reported only 5 "
@@ -93,7 +93,7 @@ class FaultHints:
 
         ``own`` has the sentences of counts that only this endpoint has.
         """
-        for name, sentence in (HINTS | own).items():
+        for name, sentence in {**HINTS, **own}.items():
             count = rejected.get(name, 0)
             before, when = self._last.get(name, (0, -QUIET_NS))
             if count > before:

@@ -10,11 +10,11 @@ import time
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Any, Final
 
 from vegrip.clock import NOT_YET, NS
 from vegrip.grip.safety.drive import DriveLimits
-from vegrip.messages import FingertipState, ForceCommand, Message, make_row
+from vegrip.messages import DeviceReport, FingertipState, ForceCommand, Message, make_row
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.drive_steps import Told, least_force_sentence, next_force
 from vegrip.transport.hands.jaw_balance import JawBalance
@@ -221,20 +221,17 @@ class BenchEndpoint(Endpoint):
     def _felt(self, part: Part, message: Message) -> Message:
         finger = getattr(message, "finger", "")
         ours = part.names.get(finger, finger)
-        changes = {"finger": ours} if ours != finger else {}
+        if isinstance(message, DeviceReport):
+            return replace(message, finger=ours)
+        changes: dict[str, Any] = {"finger": ours} if ours != finger else {}
         if isinstance(message, FingertipState):
             if self._wrist is not None and ours in self._shared and math.isnan(message.tangential_force_x):
                 share = self._wrist.share(message.stamp)
                 changes |= {"tangential_force_x": share, "tangential_force_y": share * 0.0}
             if self._balance is not None and self._balance.note(ours, message.normal_force, message.stamp):
                 self._counts["uneven_jaws"] += 1
-        if not changes:
-            return message
-        return (
-            message._replace(**changes)
-            if isinstance(message, FingertipState)
-            else replace(message, **changes)
-        )
+            return replace(message, **changes) if changes else message
+        return message
 
     def _wait(self, seconds: float) -> None:
         ready = [one for part in self._parts for one in part.endpoint.descriptors]

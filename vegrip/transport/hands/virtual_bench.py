@@ -8,6 +8,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 from vegrip.messages import FingertipState, ForceCommand, Message
@@ -60,7 +61,7 @@ class VirtualBench(Endpoint):
                     for told in part.endpoint.receive(0.0):
                         if isinstance(told, ForceCommand):
                             fingers = self._pressed(part, told)
-                            self._told += [told._replace(finger=finger) for finger in fingers]
+                            self._told += [replace(told, finger=finger) for finger in fingers]
 
     def send(self, message: Message) -> None:
         if not isinstance(message, FingertipState):
@@ -74,7 +75,7 @@ class VirtualBench(Endpoint):
         for part in self._parts:
             for theirs, ours in part.names.items():
                 if (part.role == "sensor" and ours == message.finger) or (part.role == "drive" and is_last):
-                    part.endpoint.send(message._replace(finger=theirs))
+                    part.endpoint.send(replace(message, finger=theirs))
                 elif part.role == "wrist" and is_last:
                     part.endpoint.send(self._at_wrist(message, theirs))
 
