@@ -108,7 +108,7 @@ class BenchProduct:
         return (
             f"{self.name}: the gripper makes {drive.minimum:g} to {drive.maximum:g} N in steps of "
             f"{drive.resolution:g} N, {1e3 * drive.delay:.0f} ms late; the object is filled, shaken and "
-            "pulled; friction is told to 10 %"
+            "pulled; friction is known to 10 %"
         )
 
     def figures(self, course: Course) -> dict[str, float]:
