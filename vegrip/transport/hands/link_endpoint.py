@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from vegrip.clock import NS
 from vegrip.config import build, parameter
-from vegrip.errors import ConfigError, DeviceError
+from vegrip.errors import ConfigError, DeviceError, suggestion
 from vegrip.messages import Message
 from vegrip.transport.byte_link import LINK_KINDS, Link, Open, opener, remedy
 from vegrip.transport.codec import Frame
@@ -542,7 +542,11 @@ def _is_read(plan: Plan, packet: str) -> bool:
 
 
 def _conditions(plan: Plan, counts: Counter[str]) -> Conditions:
-    messages, maps = plan.database.messages, plan.hand.conditions
+    messages, maps, device = plan.database.messages, plan.hand.conditions, plan.hand.device
+    asked = {entry.get(key, "") for entry in device.opening for key in ("unless", "until")}
+    for name in sorted((asked | {device.ready}) - {"", *maps}):
+        told = suggestion(name, maps, "there are")
+        raise ConfigError(f"{plan.hand.path} [device]: there is no condition {name!r}; {told}")
     needed = fields_of(maps, {name: one.signals for name, one in messages.items()}, str(plan.hand.path))
     readers = {
         packet: {field: compile_raw(messages[packet], messages[packet].signals[field]) for field in fields}
