@@ -136,7 +136,7 @@ BAD = {
     "no field for the motion": ("fingers.*.command.motion", "place", "place"),
     "a drive that cannot be": ("drive.minimum", 500.0, "the least force must be below the largest"),
     "ready by nothing": ("device.ready", "activate", "did you mean activated"),
-    "an entry until nothing": ("device.opening", [{"reads": "status", "until": "activ"}], "no condition 'activ'"),
+    "an entry until nothing": ("device.opening", [{"reads": "status", "until": "x"}], "no condition 'x'"),
 }  # fmt: skip
 
 

@@ -484,13 +484,14 @@ class MappedLinkEndpoint(Endpoint):
         )
 
     def _say(self, now: int) -> None:
+        for device in self._devices:
+            device.talk(now)
         for frame in self._codec.due(now):
             self._send_frame(frame, now)
         for outgoing in self._codec.encoder.wanted():
             identifier = self._codec.plan.database.messages[outgoing.name].identifier
-            dialogue = self._devices[self._device_of[identifier]].dialogue
-            dialogue.order(outgoing.name, partial(self._made, outgoing, dialogue))
-        for device in self._devices:
+            device = self._devices[self._device_of[identifier]]
+            device.dialogue.order(outgoing.name, partial(self._made, outgoing, device.dialogue))
             device.talk(now)
 
     def _send_frame(self, frame: Frame, now: int) -> None:
