@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from vegrip.clock import NS
 from vegrip.config import build, parameter
-from vegrip.errors import ConfigError, DeviceError
+from vegrip.errors import ConfigError, DeviceError, suggestion
 from vegrip.messages import Message
 from vegrip.transport.byte_link import LINK_KINDS, Link, Open, opener, remedy
 from vegrip.transport.codec import Frame
@@ -496,13 +496,14 @@ class MappedLinkEndpoint(Endpoint):
         )
 
     def _say(self, now: int) -> None:
+        for device in self._devices:
+            device.talk(now)
         for frame in self._codec.due(now):
             self._send_frame(frame, now)
         for outgoing in self._codec.encoder.wanted():
             identifier = self._codec.plan.database.messages[outgoing.name].identifier
-            dialogue = self._devices[self._device_of[identifier]].dialogue
-            dialogue.order(outgoing.name, partial(self._made, outgoing, dialogue))
-        for device in self._devices:
+            device = self._devices[self._device_of[identifier]]
+            device.dialogue.order(outgoing.name, partial(self._made, outgoing, device.dialogue))
             device.talk(now)
 
     def _send_frame(self, frame: Frame, now: int) -> None:
@@ -554,7 +555,11 @@ def _is_read(plan: Plan, packet: str) -> bool:
 
 
 def _conditions(plan: Plan, counts: Counter[str]) -> Conditions:
-    messages, maps = plan.database.messages, plan.hand.conditions
+    messages, maps, device = plan.database.messages, plan.hand.conditions, plan.hand.device
+    asked = {entry.get(key, "") for entry in device.opening for key in ("unless", "until")}
+    for name in sorted((asked | {device.ready}) - {"", *maps}):
+        told = suggestion(name, maps, "there are")
+        raise ConfigError(f"{plan.hand.path} [device]: there is no condition {name!r}; {told}")
     needed = fields_of(maps, {name: one.signals for name, one in messages.items()}, str(plan.hand.path))
     readers = {
         packet: {field: compile_raw(messages[packet], messages[packet].signals[field]) for field in fields}

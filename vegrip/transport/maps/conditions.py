@@ -72,7 +72,8 @@ class Conditions:
             elif name not in self.now and (not after or name in self._held_before):
                 self.now.add(name)
                 self._held_before.discard(name)
-                self._counts[name] += self._maps[name].is_fault
+                if self._maps[name].is_fault:
+                    self._counts[name] += 1
 
 
 def fields_of(
