@@ -3,7 +3,7 @@
 import math
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from types import MappingProxyType
 from typing import Final, Protocol, Self
 
@@ -100,6 +100,11 @@ class Endpoint(ABC):
     def sentences(self) -> Sequence[str]:
         """What a hand does not tell that ours does and what that costs, logged when a node starts."""
         return ()
+
+    @property
+    def conditions(self) -> Set[str]:
+        """What devices say of themselves now, by the names of ``[conditions]`` of their maps."""
+        return frozenset()
 
     @property
     def descriptors(self) -> Sequence[int]:

@@ -8,7 +8,7 @@ import math
 import select
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -153,6 +153,10 @@ class BenchEndpoint(Endpoint):
         for part in self._parts:
             found.update(part.endpoint.rejected)
         return dict(found)
+
+    @property
+    def conditions(self) -> Set[str]:
+        return frozenset().union(*(part.endpoint.conditions for part in self._parts))
 
     @property
     def hints(self) -> Mapping[str, str]:  # type: ignore[override]
