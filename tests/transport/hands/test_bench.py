@@ -69,6 +69,7 @@ def opened(folder, text):
             + 'drive = "gripper.toml"\n[[node]]\nprogram = "grasp_force"\nparameters.limits.max_force = 15.0',
             "the least that",
         ),
+        (TWO + 'drive = "gripper.toml"\n[load]\nmass = 0.9', "[load] needs from"),
         (
             'sensors = ["both.toml", "right.toml"]\ndrive = "gripper.toml"',
             "left is commanded by",

@@ -165,6 +165,8 @@ def read_bench(given: BenchSettings, where: str) -> Bench:
     """
     sensors = tuple(read_source(text, where) for text in given.sensors)
     drive = read_source(given.drive, where) if given.drive else None
+    if given.load and "from" not in given.load:
+        raise ConfigError(f"{where}: [load] needs from = 'wrist.toml', the map of the sensor at the wrist")
     load = build(LoadSettings, without_source(given.load), f"{where} [load]") if given.load else None
     wrist = read_source(load.source, where) if load is not None else None
     _check_names(sensors, where)
