@@ -250,9 +250,9 @@ def dexhand(package: Path) -> bool:
 
 def inspire() -> bool:
     """What an RH56DFTP is asked and answers, by the frames of pymodbus."""
-    from pymodbus.exceptions import ModbusException  # type: ignore[import-not-found]  # noqa: PLC0415
-    from pymodbus.framer import FramerSocket  # type: ignore[import-not-found]  # noqa: PLC0415
-    from pymodbus.pdu import DecodePDU, register_message  # type: ignore[import-not-found]  # noqa: PLC0415
+    from pymodbus.exceptions import ModbusException  # noqa: PLC0415
+    from pymodbus.framer import FramerSocket  # noqa: PLC0415
+    from pymodbus.pdu import DecodePDU, register_message  # noqa: PLC0415
 
     rng = random.Random(6)
     mine = Ours("inspire-rh56dftp", [(["fingers", "*", "normal_force", "scale"], 1.0)])

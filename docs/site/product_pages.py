@@ -52,12 +52,17 @@ def _page(one: dict[str, Any]) -> Iterator[str]:
     where = "--channel can0" if hand.transport["kind"] == "can" else f"--address {_address(hand.transport)}"
     yield f"# {one['name']}\n"
     yield "```sh"
-    yield f"vegrip demo --as {one['hand']}              # without the device: its virtual one holds an object"
+    if one["channels"]:
+        yield f"vegrip demo --as {one['hand']}         # without the device: a virtual one holds an object"
     yield f"vegrip connect --hand {one['hand']} -o hand.toml {where}"
     yield "vegrip launch hand --check\n```\n"
     yield "| | |\n|---|---|"
     yield f"| carrier | {one['carrier']}{_rate(hand.transport)} |"
-    yield f"| states | {hand.rate:g} a second, of {', '.join(one['fingers'])} |"
+    if one["channels"]:
+        yield f"| states | {hand.rate:g} a second, of {', '.join(one['fingers'])} |"
+    else:
+        drive = hand.drive
+        yield f"| force | {drive.minimum:g} to {drive.maximum:g} N{_steps(drive.resolution)} |"
     yield f"| it is asked | {_counted(hand.device.poll, 'question')} |"
     yield f"| it is told first | {_counted(hand.device.opening, 'entry')} |"
     yield f"| its own zero | {'`vegrip zero`' if hand.device.zero else 'no command'} |"
@@ -65,9 +70,10 @@ def _page(one: dict[str, Any]) -> Iterator[str]:
     yield f"| commands | {one['commands'] or 'none is mapped'} |"
     yield f"| layout from | {one['source']} |"
     yield f"| compared with | {one['checked_against'] or 'nothing: from its source alone'} |\n"
-    yield "## What it measures\n"
-    yield "| channel | from | one step |\n|---|---|---|"
-    yield from _channels(plan, plan.fingers[0])
+    if one["channels"]:
+        yield "## What it measures\n"
+        yield "| channel | from | one step |\n|---|---|---|"
+        yield from _channels(plan, plan.fingers[0])
     yield from _open(hand.product)
     yield "\n## What it does not tell, of one finger\n"
     yield from (f"* {sentence}" for sentence in price(plan))
@@ -84,7 +90,8 @@ def _plan(name: str) -> Plan:
 
 
 def _address(transport: Any) -> str:
-    return transport["address"] or "192.168.1.1:" + {"udp": "49152", "tcp": "502"}[transport["kind"]]
+    usual = {"udp": "192.168.1.1:49152", "tcp": "192.168.1.1:502", "serial": "/dev/ttyUSB0"}
+    return transport["address"] or usual[transport["kind"]]
 
 
 def _rate(transport: Any) -> str:
@@ -124,3 +131,7 @@ def _open(product: Any) -> Iterator[str]:
         yield "\n## To be measured, or looked at once\n"
     yield from (f"* `{key}`: {how}" for key, how in measure.items())
     yield from (f"* {sentence}" for sentence in check)
+
+
+def _steps(resolution: float) -> str:
+    return f" in steps of {resolution:g}" if resolution else ""

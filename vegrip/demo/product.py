@@ -99,6 +99,8 @@ def open_product(name: str, folder: Path) -> Product:
     latency = read_toml(source).get("product", {}).get("virtual", {}).get("latency", USUAL_LATENCY_S)
     path = folder / "device.toml"
     plan, text = checked(virtual_text(source), path, [])
+    if all(finger.is_drive for finger in plan.fingers):
+        raise ConfigError(f"{name} is a drive and feels nothing; name a product that measures a force")
     folder.mkdir(parents=True, exist_ok=True)
     write_whole(path, text)
     return Product(path, plan, plan.hand.product.get("name", source.stem), float(latency))

@@ -192,8 +192,9 @@ def test_a_hand_on_can_is_opened_asked_and_read(can_pair):
 
 def test_every_product_says_where_it_is_from_and_that_nobody_has_tried_it():
     tested = {device.name for device in (*DEVICES, *CAN_DEVICES)}
-    assert set(names()) == tested
-    for name in names():
+    feeling = [name for name in names() if about(name)["channels"]]
+    assert set(feeling) == tested
+    for name in feeling:
         told = about(name)
         assert " at " in told["source"] or told["source"].startswith("pyrobotiqtactile")
         assert told["tried_on"] == []

@@ -27,7 +27,7 @@ from vegrip.transport.hands.virtual_device import VirtualDevice
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.maps import dialogue
-from vegrip.transport.maps.products import names
+from vegrip.transport.maps.products import about, names
 from vegrip.transport.open import Hand, open_endpoint
 from vegrip.trials import candidates
 from vegrip.virtual import VirtualHand
@@ -126,7 +126,10 @@ def of_the_tutorial(number, folder):
     return str(path)
 
 
-@pytest.fixture(params=[*names(), 0, 1])
+FEELING = [name for name in names() if about(name)["channels"]]
+
+
+@pytest.fixture(params=[*FEELING, 0, 1])
 def product(request, tmp_path):
     is_named = isinstance(request.param, str)
     name = request.param if is_named else of_the_tutorial(request.param, tmp_path)

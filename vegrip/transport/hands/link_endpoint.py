@@ -4,21 +4,25 @@ import contextlib
 import select
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final
 
 from vegrip.clock import NS
 from vegrip.config import build, parameter
-from vegrip.errors import ConfigError, DeviceError
+from vegrip.errors import ConfigError, DeviceError, suggestion
 from vegrip.messages import Message
 from vegrip.transport.byte_link import LINK_KINDS, Link, Open, opener, remedy
 from vegrip.transport.codec import Frame
 from vegrip.transport.endpoint import Endpoint, losses
 from vegrip.transport.mapped.codec import MappedCodec
+from vegrip.transport.mapped.commands import Outgoing
+from vegrip.transport.mapped.compiled import compile_raw
 from vegrip.transport.mapped.plan import Plan, open_plan
 from vegrip.transport.mapped.price import price
-from vegrip.transport.maps.dialogue import Dialogue
+from vegrip.transport.maps.conditions import Conditions, fields_of
+from vegrip.transport.maps.dialogue import DeviceMap, Dialogue, Step, steps
 from vegrip.transport.maps.packets import Index, Packet, on_streams
 from vegrip.transport.open import Hand
 from vegrip.transport.sender_clock import ClockEstimate, SenderClock
@@ -113,6 +117,12 @@ class PacketStream:
         return None, nearest - at
 
     def _bring(self, packet: Packet, data: bytes, stamp: int, found: list[Frame]) -> None:
+        if packet.line is not None:
+            fields = packet.line.fields(data)
+            if fields is None:
+                self._counts["bad_line"] += 1
+                return
+            data = fields
         if packet.clock is not None:
             read, modulus, per_count = packet.clock  # of the device, whose count is carried on where it wraps
             clock, told = self._clocks[packet.name]
@@ -344,7 +354,12 @@ class MappedLinkEndpoint(Endpoint):
         self.arrivals: Sequence[int] = ()
         self._codec, self.broken = codec, codec.broken
         self._faults: Counter[str] = Counter()
+        self._has_heard = False  # a packet of the map
         plan = codec.plan
+        self._conditions = _conditions(plan, self._faults)
+        self._orders = _orders(plan)
+        self._lines = {packet.name: packet.line for packet in plan.database.packets}
+        self._counted = {name: each.counted for name, each in plan.hand.packets.items() if each.counted}
         self._device_of = {packet.number: packet.device for packet in plan.database.packets}
         self._of = {packet.number: packet.name for packet in plan.database.packets}
         self._of |= {
@@ -364,7 +379,45 @@ class MappedLinkEndpoint(Endpoint):
 
     def _dialogue(self, device: int) -> Dialogue:
         hand = self._codec.plan.hand
-        return Dialogue(hand.device, device, hand.command.period, self._faults, str(hand.path))
+        return Dialogue(
+            hand.device,
+            device,
+            hand.command.period,
+            self._faults,
+            str(hand.path),
+            holds=self.conditions.__contains__,
+        )
+
+    @property
+    def conditions(self) -> Set[str]:
+        """Which of ``[conditions]`` of the map hold now; those that are faults are counted as they begin."""
+        return self._conditions.now
+
+    def begin(self, address: str) -> None:
+        """Go through the opening of a device that has to be ``ready``.
+
+        Raises:
+            DeviceError: it does not answer as the map says, or is not ready in time; in one sentence.
+
+        """
+        told = self._codec.plan.hand.device
+        if not told.ready:
+            return
+        deadline = time.monotonic() + told.patience
+        while told.ready not in self.conditions or not all(one.dialogue.is_open for one in self._devices):
+            if time.monotonic() > deadline:
+                raise DeviceError(f"the device at {address} {self._unready(told)}")
+            self.receive(0.01)
+
+    def _unready(self, told: DeviceMap) -> str:
+        if not self._has_heard:
+            noise = ", ".join(f"{name} {count}" for name, count in self.rejected.items())
+            return (
+                f"does not answer as {self._codec.plan.hand.path} says within {told.patience:g} s ({noise}): "
+                "is it that device, on, and are its rate and number those of the map?"
+            )
+        holding = ", ".join(sorted(self.conditions)) or "nothing"
+        return f"answers, but is not {told.ready!r} within {told.patience:g} s; it says of itself: {holding}"
 
     @property
     def sentences(self) -> Sequence[str]:
@@ -397,7 +450,7 @@ class MappedLinkEndpoint(Endpoint):
             now = time.monotonic_ns()
             for device in ready:
                 for frame, arrival in device.read(now):
-                    device.dialogue.came(self._of.get(frame.arbitration_id, ""))
+                    self._hear(device, frame, now)
                     states = self._codec.decode_all(frame)
                     messages += states
                     arrivals += [arrival] * len(states)
@@ -413,6 +466,8 @@ class MappedLinkEndpoint(Endpoint):
         now = time.monotonic_ns()
         for frame in self._codec.encode(message):
             self._send_frame(frame, now)
+        if self._orders:
+            self._say(now)
 
     def zero(self) -> bool:
         asked = [device.dialogue.zero() for device in self._devices]
@@ -433,11 +488,40 @@ class MappedLinkEndpoint(Endpoint):
             device.talk(now)
         for frame in self._codec.due(now):
             self._send_frame(frame, now)
+        for outgoing in self._codec.encoder.wanted():
+            identifier = self._codec.plan.database.messages[outgoing.name].identifier
+            device = self._devices[self._device_of[identifier]]
+            device.dialogue.order(outgoing.name, partial(self._made, outgoing, device.dialogue))
+            device.talk(now)
 
     def _send_frame(self, frame: Frame, now: int) -> None:
         device = self._device_of.get(frame.arbitration_id, 0)
         if device < len(self._devices):
             self._devices[device].write(frame.data, now)
+
+    def _made(self, outgoing: Outgoing, dialogue: Dialogue, now: int) -> list[Step]:
+        """Return the command of now, with what follows where it is new, or may not have been heard."""
+        outgoing.is_wanted = False
+        order, line = self._orders[outgoing.name], self._lines.get(outgoing.name)
+        found = []
+        for frame in outgoing.message(now):
+            command = outgoing.targets[0].command
+            opens = bool(order.opened) and command is not None and command.normal_force <= 0.0
+            said = frame.data, opens, dialogue.starts, dialogue.missed
+            is_new, order.said = said != order.said, said
+            if opens:
+                return list(order.opened) if is_new else []
+            data = frame.data if line is None else line.line(frame.data)
+            found += [order.step._replace(data=data), *(order.then if is_new else ())]
+        return found
+
+    def _hear(self, device: Device, frame: Frame, now: int) -> None:
+        name = self._of.get(frame.arbitration_id, "")
+        self._has_heard = True
+        self._conditions.take(name, frame.data)
+        if name in self._counted:
+            self._faults[self._counted[name]] += 1
+        device.dialogue.came(name, now)
 
     def _wait(self, nanoseconds: int) -> list[Device]:
         waiting = [(device, device.link) for device in self._devices if device.link is not None]
@@ -456,6 +540,41 @@ def _is_read(plan: Plan, packet: str) -> bool:
         if finger.command is not None
     }
     return packet in plan.messages or packet not in commands
+
+
+def _conditions(plan: Plan, counts: Counter[str]) -> Conditions:
+    messages, maps, device = plan.database.messages, plan.hand.conditions, plan.hand.device
+    asked = {entry.get(key, "") for entry in device.opening for key in ("unless", "until")}
+    for name in sorted((asked | {device.ready}) - {"", *maps}):
+        told = suggestion(name, maps, "there are")
+        raise ConfigError(f"{plan.hand.path} [device]: there is no condition {name!r}; {told}")
+    needed = fields_of(maps, {name: one.signals for name, one in messages.items()}, str(plan.hand.path))
+    readers = {
+        packet: {field: compile_raw(messages[packet], messages[packet].signals[field]) for field in fields}
+        for packet, fields in needed.items()
+    }
+    return Conditions(maps, readers, counts)
+
+
+@dataclass(slots=True)
+class _Order:
+    """How a command leaves that its device answers."""
+
+    step: Step
+    then: Sequence[Step]
+    opened: Sequence[Step]
+    said: Any = None  # the last command, and how often the device was lost before
+
+
+def _orders(plan: Plan) -> dict[str, _Order]:
+    found = {}
+    for name, each in plan.hand.packets.items():
+        if each.answer:
+            where = f"{plan.hand.path} [packets.{name}]"
+            entries = [{"data": "00", "expects": each.answer}], each.then, each.opened
+            (step,), then, opened = (steps(one, each.device, 0.0, None, where) for one in entries)
+            found[name] = _Order(step, then, opened)
+    return found
 
 
 def open_link(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
@@ -489,4 +608,10 @@ def open_link(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
             for link, _ in links:
                 link.close()
             raise DeviceError(remedy(settings.kind, address, error)) from None
-    return MappedLinkEndpoint(links, codec)
+    endpoint = MappedLinkEndpoint(links, codec)
+    try:
+        endpoint.begin(", ".join(addresses))
+    except DeviceError:
+        endpoint.close()
+        raise
+    return endpoint

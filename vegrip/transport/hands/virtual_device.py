@@ -55,7 +55,8 @@ class VirtualDevice:
             for name, each in commands.targets.items()
             if on_can or each[0].name in self._packets
         }
-        answers = {step.expects for step in (*self._dialogue.zeroing, *self._dialogue.poll)} - {""}
+        answers = {step.expects for step in (*self._dialogue.zeroing, *self._dialogue.poll)}
+        answers = (answers | {each.answer for each in hand.packets.values()}) - {""}
         sent = {hand.packets[name].of or name if name in hand.packets else name for name in plan.messages}
         known = plan.database.messages if on_can else self._packets
         self._writers = {name: _Writer(plan, name) for name in known if name in sent | answers}
@@ -135,7 +136,7 @@ class VirtualDevice:
             self._obey(step, now)
             return len(step.data)
         is_begun = any(step.data.startswith(data) for step in self._steps)
-        size = 0
+        size, answered = 0, set[str]()
         for finger, reader in self._commands.items():
             packet = self._packets[reader.message.name]
             if packet.start.match(data) is None:
@@ -145,6 +146,9 @@ class VirtualDevice:
             else:
                 size = reader.message.length
                 self._command(finger, reader, data[:size])
+                answered.add(self._plan.hand.packets[packet.name].answer)
+        for name in answered:
+            self._send(name, now, data[:size])
         if size or is_begun:
             return size
         self.counts["unknown_request"] += 1

@@ -256,7 +256,7 @@ class MappedCodec(ForeignHand):
             self.foreign += not known
             return ()
         if self._talk is not None:
-            self._talk.came(self._names[identifier])
+            self._talk.came(self._names[identifier], stamp)
         return take(data, stamp)
 
     def due(self, now: int) -> list[Frame]:

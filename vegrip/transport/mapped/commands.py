@@ -10,7 +10,7 @@ import struct
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from vegrip.clock import NOT_YET, NS
@@ -33,6 +33,7 @@ Write = Callable[[float], tuple[Any, bool]]
 """From a value in its unit to that on the wire, and whether the signal cannot hold it."""
 
 FLOATS: Final = {16: "<e", 32: "<f", 64: "<d"}
+ROUNDED: Final = 1e-5  # of a gain and an offset that are written in a map, times the largest value
 ON_STATE: Final = frozenset({"position", "increment"})
 """Kinds of commands that rest on what is measured."""
 
@@ -127,8 +128,24 @@ class Outgoing:
     modulus: int = 1
     guard: Protection | None = None
     checksum: str = ""  # the signal with it
+    waits: bool = False  # its device answers it: it is made when it is its turn on the line
+    is_wanted: bool = False  # of one that waits
+    opens: bool = False  # a force of zero opens, by a motion or by a message of its own
+    motion: CommandMap | None = None  # whose position goes with each new force
+    turn: int = 0  # of the positions that are asked for
+    moved: Any = None  # the raw force that was sent last
     message: Callable[[int], list[Any]] = lambda _: []
     """Made of what the targets are to get now, at a time [ns]; none while a value is not known."""
+
+    def position(self, force: float, raw: int) -> int:
+        """Return the raw position to ask for with a force [N] that is sent as ``raw``."""
+        motion = self.motion
+        assert motion is not None  # noqa: S101 (asked for only where there is one)
+        if force <= 0.0:
+            return motion.opened
+        if raw != self.moved:
+            self.moved, self.turn = raw, (self.turn + 1) % len(motion.closed)
+        return motion.closed[self.turn]
 
 
 class Commands(ABC):
@@ -180,7 +197,8 @@ class Commands(ABC):
         target.command, target.is_fresh = command, True
         if len(outgoing.targets) > 1 and not all(each.is_fresh for each in outgoing.targets):
             return []
-        return outgoing.message(command.stamp)
+        outgoing.is_wanted = outgoing.waits
+        return [] if outgoing.waits else outgoing.message(command.stamp)
 
     def due(self, now: int) -> list[Any]:
         """Return the messages whose last one is a period ago at ``now`` [ns]: the last command is held."""
@@ -193,10 +211,18 @@ class Commands(ABC):
             )
             if expired and self._stops:
                 continue
+            if outgoing.waits:
+                outgoing.is_wanted = True
+                self.held += expired and outgoing.last != NOT_YET
+                continue
             messages = outgoing.message(now)
             self.held += expired and len(messages)
             found += messages
         return found
+
+    def wanted(self) -> list[Outgoing]:
+        """Return the messages to make as soon as the line is theirs."""
+        return [each for each in self._outgoing.values() if each.is_wanted]
 
     def _compiled(self, outgoing: Outgoing) -> Callable[[int], list[Any]]:
         """Return the message as a function; called target by target it takes twice as long."""
@@ -214,6 +240,8 @@ class Commands(ABC):
                 " if value - value != 0.0:",  # no command and no measurement yet: the hand holds by itself
                 "  return []",
             ]
+            if outgoing.opens:
+                lines.append(f" value = {target.low!r} if {force} <= 0.0 else value")
             is_usual, usual = target.usual or ("False", "0")
             is_inside = f"{target.low!r} <= value <= {target.high!r}"
             lines.append(f" {raw} = {usual} if {is_usual} and {is_inside} else w{number}(value)")
@@ -233,7 +261,7 @@ class Commands(ABC):
         def write(value: float) -> Any:
             bounded = min(max(value, target.low), target.high)
             raw, is_beyond = target.write(bounded)
-            if is_beyond or bounded != value:
+            if is_beyond or not math.isclose(bounded, value, rel_tol=0.0, abs_tol=ROUNDED):
                 self._clipped[target.finger] += 1
             return raw
 
@@ -301,6 +329,8 @@ class FrameCommands(Commands):
         numbers = outgoing.constants | dict(zip(names, raws, strict=True))
         if outgoing.counter:
             numbers[outgoing.counter] = f"outgoing.count % {outgoing.modulus}"
+        if outgoing.motion is not None:
+            numbers[outgoing.motion.motion] = "outgoing.position(f0, r0)"
         message = self._plan.database.messages[outgoing.name]
         scope |= {"row": make_row, "Frame": Frame}
         text = packing(message, numbers)
@@ -331,12 +361,20 @@ class FrameCommands(Commands):
         for name, value in command.set.items():
             constant = _own(message, name, where)
             outgoing.constants[constant] = rounding(message.signals[constant])(value)[0]
+        if command.motion:
+            if outgoing.targets:
+                raise ConfigError(f"{where}: 'motion' is for a message with the command of one finger")
+            outgoing.opens = True
+            outgoing.motion = replace(command, motion=_own(message, command.motion, where))
         write = rounding(signal, raw=command.raw)
         usual = None if signal.is_float else _usual(signal, raw=command.raw)
         return outgoing, Target(finger, law, signal, low, high, command.raw, write, usual, shares)
 
     def _open(self, message: ForeignMessage, selectors: dict[str, int]) -> Outgoing:
-        outgoing = Outgoing(message.name, constants=dict(selectors))
+        packet = self._plan.hand.packets.get(message.name)
+        waits = packet is not None and bool(packet.answer)
+        opens = packet is not None and bool(packet.opened)
+        outgoing = Outgoing(message.name, constants=dict(selectors), waits=waits, opens=opens)
         spec = self._plan.protection.get(message.name)
         if spec is not None:
             where = f"{self._plan.hand.path} [messages.{message.name}.checksum]"
@@ -381,7 +419,8 @@ def _usual(signal: Signal, *, raw: bool) -> tuple[str, str]:
 def _filled(outgoing: Outgoing) -> set[str]:
     shared = {signal.name for target in outgoing.targets for signal, _, _ in target.shares}
     own = {target.place.name for target in outgoing.targets}
-    return own | shared | outgoing.constants.keys() | {outgoing.counter, outgoing.checksum}
+    moved = {outgoing.motion.motion} if outgoing.motion is not None else set()
+    return own | shared | moved | outgoing.constants.keys() | {outgoing.counter, outgoing.checksum}
 
 
 def _bounds(command: CommandMap, low: float, high: float) -> tuple[float, float]:

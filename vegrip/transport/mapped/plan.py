@@ -72,6 +72,11 @@ class FingerPlan:
     max_age: float  # [s]
 
     @property
+    def is_drive(self) -> bool:
+        """Whether it only presses: what is felt comes from sensors with maps of their own."""
+        return not self.channels
+
+    @property
     def measured(self) -> frozenset[str]:
         """The channels of :class:`~vegrip.messages.FingertipState` that this finger gives."""
         given = set(self.channels)
@@ -171,7 +176,8 @@ class _Maker:
             command = mapped.command
             slot = self._slot(command.feedback, 1.0, 0.0, f"{where}.command]", raw=command.raw)
             self.feedback[name] = slot
-        trigger, chosen = self._trigger(mapped.trigger, channels, f"{where}]")
+        is_drive = not channels and mapped.command is not None  # no state is ever complete
+        trigger, chosen = ("", ()) if is_drive else self._trigger(mapped.trigger, channels, f"{where}]")
         given = set(channels) | set(VECTORS[0][:2] if channels.keys() >= schema.POLAR else ())
         _check_rotated(mapped.rotation, given, f"{where}]")
         return FingerPlan(name, channels, torque, mapped.rotation, trigger, chosen, mapped.max_age)

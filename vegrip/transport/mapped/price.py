@@ -147,6 +147,9 @@ def _noise(hand: HandMap) -> dict[str, float]:
 
 
 def _finger(plan: Plan, finger: FingerPlan) -> list[str]:
+    if finger.is_drive:
+        dies = plan.hand.product.get("dies", "is not known: find out, and write it into the map")
+        return ["it is a drive and feels nothing", f"when this computer dies, it {dies}"]
     channels = finger.measured
     said = lacking(channels, STATE_IT)
     sources = plan.hand.fingers[finger.name].channels
@@ -197,6 +200,8 @@ def _messages(plan: Plan) -> list[str]:
 
 def _rate(plan: Plan) -> list[str]:
     rate = plan.hand.rate
+    if all(finger.is_drive for finger in plan.fingers):
+        return []
     if not rate:
         return [UNKNOWN_RATE]
     if rate >= MIN_SLIP_RATE_HZ:

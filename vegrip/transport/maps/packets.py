@@ -37,6 +37,7 @@ from vegrip.config import build, parameter
 from vegrip.errors import ConfigError, suggestion
 from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.maps.checksums import ChecksumMap, Protection, protection
+from vegrip.transport.maps.lines import Line, with_line
 from vegrip.transport.maps.signals import ForeignMessage, Signal, expanded
 from vegrip.transport.maps.units import conversion
 
@@ -58,10 +59,15 @@ class PacketMap:
     identifier: int = parameter(-1, low=-1, high=(1 << 29) - 1, doc="on CAN")
     start: str = parameter("", doc="its first bytes, in hexadecimal; .. is any byte")
     end: str = parameter("", doc="its last bytes")
+    text: str = parameter("", doc="a line of text instead of bytes, as 'POS {place}'")
     length: Any = parameter("datagram", doc="number of bytes, { field, plus, most }, 'end' or 'datagram'")
     checksum: ChecksumMap = parameter(ChecksumMap())
     counter: str = parameter("", doc="field with a counter")
     clock: str = parameter("", doc="field with the time of the device, and its unit, as 'stamp us'")
+    answer: str = parameter("", doc="of a command: the packet that answers it; the next waits for that")
+    then: tuple[Any, ...] = parameter((), doc="of a command: what is said after a new one, as in [device]")
+    opened: tuple[Any, ...] = parameter((), doc="of a command: what is said instead for a force of zero")
+    counted: str = parameter("", doc="each one is counted by this name")
     valid: dict[str, Any] = parameter({}, doc="FIELD = value, list of values or '0..249'")
     index: dict[str, Any] = parameter(
         {}, doc="of records: { at = 5, type = 'u16 le @0', offset = 'u16 le @2', from = 4 }"
@@ -143,6 +149,7 @@ class Packet:
         """The check of a packet of so many bytes."""
         if checked is not None and self.least <= self.most:
             self.guard(max(self.least, checked.start // 8 + 1))  # says now what is wrong with it
+        self.line = Line(spec.text) if spec.text else None
         self.clock = _clock(spec, signals, where)  # reads it, modulus, [ns] a count
         self.index = _index(spec, where)
 
@@ -188,6 +195,7 @@ def read_packets(tables: Mapping[str, Any], where: str) -> dict[str, PacketMap]:
                 )
             seen.add(like)
             keys = {**_table(tables, like, where), **keys}
+        keys = with_line(keys) if "text" in keys else keys
         found[name] = build(PacketMap, keys, f"{where} [packets.{name}]")
     return found
 
@@ -219,6 +227,8 @@ def on_bus(identifier: int) -> int:
 
 
 def template_of(each: PacketMap, length: int, where: str) -> bytes:
+    if each.text:
+        return b""  # the fields of a line are all that there is
     start, end = (bytes(one or 0 for one in pattern_bytes(text, where)) for text in (each.start, each.end))
     return start if each.of or not end else start.ljust(length - len(end), b"\0") + end
 

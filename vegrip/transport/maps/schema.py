@@ -27,6 +27,7 @@ The keys of a channel are those of :class:`SourceMap`, of a command those of :cl
 """
 
 import itertools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -36,8 +37,11 @@ import numpy as np
 
 from vegrip.config import build, parameter, read_toml
 from vegrip.errors import ConfigError, suggestion
+from vegrip.grip.safety.drive import DriveLimits
 from vegrip.transport.maps.checksums import ChecksumMap
+from vegrip.transport.maps.conditions import ConditionMap
 from vegrip.transport.maps.dialogue import DeviceMap
+from vegrip.transport.maps.modbus import with_registers
 from vegrip.transport.maps.packets import PacketMap, read_packets
 from vegrip.transport.maps.signals import expanded
 from vegrip.transport.maps.units import SI
@@ -141,6 +145,11 @@ class CommandMap:
     high: float = parameter(float("nan"), doc="largest value to send, in the unit")
     set: dict[str, float] = parameter({}, doc="SIGNAL = physical value: what else stands in the message")
     shares: dict[str, float] = parameter({}, doc="SIGNAL = ratio: joints that get so much of the value")
+    motion: str = parameter("", doc="the signal of the position asked for, where a force needs a motion")
+    closed: tuple[int, ...] = parameter(
+        (), doc="raw positions asked for in turn, each new force with the next"
+    )
+    opened: int = parameter(0, doc="the raw position asked for with a force of zero")
 
     def __post_init__(self) -> None:
         needed = {"position": ("stiffness", "feedback"), "current": ("gain",)}.get(self.kind, ())
@@ -149,6 +158,8 @@ class CommandMap:
                 raise ConfigError(f"a command of kind {self.kind!r} needs {key!r}")
         if self.sign not in (1, -1):
             raise ConfigError(f"'sign' is {self.sign}; it must be 1 or -1")
+        if self.motion and (not self.closed or math.isnan(self.low)):
+            raise ConfigError("a command with 'motion' needs 'closed', and 'low': what is sent as it opens")
 
 
 @dataclass(frozen=True)
@@ -204,12 +215,15 @@ class HandKeys:
     messages: dict[str, Any] = parameter({})
     fingers: dict[str, Any] = parameter({})
     command: SendingMap = field(default_factory=SendingMap)
+    drive: DriveLimits = field(default_factory=DriveLimits)
     transport: dict[str, Any] = parameter({}, doc="for vegrip launch; any launch file goes before it")
     friction: dict[str, Any] = parameter({}, doc="how friction is learned: parameters of grasp_force")
     sensors: dict[str, Any] = parameter({}, doc="gains of the sensors: parameters of grasp_force")
     limits: dict[str, Any] = parameter({}, doc="bounds of its grip: parameters of grasp_force")
     packets: dict[str, Any] = parameter({}, doc="bytes of a device: see vegrip.transport.maps.packets")
     device: DeviceMap = field(default_factory=DeviceMap)
+    modbus: dict[str, Any] = parameter({}, doc="registers: see vegrip.transport.maps.modbus")
+    conditions: dict[str, Any] = parameter({}, doc="what it says of itself: see ...maps.conditions")
     product: dict[str, Any] = parameter({}, doc="what it is, for vegrip connect --list")
 
 
@@ -220,6 +234,7 @@ class HandMap(HandKeys):
     messages: dict[str, MessageMap] = parameter({})
     fingers: dict[str, FingerMap] = parameter({})
     packets: dict[str, PacketMap] = parameter({})
+    conditions: dict[str, ConditionMap] = parameter({})
     path: Path = Path()
     open: Mapping[str, str] = field(default_factory=dict)  # what is not known yet -> how to measure it
 
@@ -236,7 +251,8 @@ def read_map(path: Path | str) -> HandMap:
 
 def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
     """Return the map in ``table``; ``path`` names it in complaints, and its folder has the database."""
-    top = build(HandKeys, table, str(path))
+    table = with_registers(table, str(path))
+    top = _built(HandKeys, table, str(path))
     if top.format == "protobuf" and not top.database:
         raise ConfigError(
             f"{path}: format = 'protobuf' needs database = 'hand.desc', which protoc --include_imports "
@@ -265,7 +281,11 @@ def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
     messages |= {
         name: MessageMap(counter=each.counter, checksum=each.checksum) for name, each in packets.items()
     }
-    read = {"messages": messages, "fingers": fingers, "packets": packets}
+    conditions = {
+        name: build(ConditionMap, _table(each, path, f"conditions.{name}"), f"{path} [conditions.{name}]")
+        for name, each in top.conditions.items()
+    }
+    read = {"messages": messages, "fingers": fingers, "packets": packets, "conditions": conditions}
     return HandMap(**{**vars(top), **read}, path=path, open=unknown)
 
 
@@ -283,7 +303,8 @@ def _known(
     for name, key in asked:
         how = str(procedures.get(f"{name}.{key}", "see the data sheet of the device"))
         unknown[f"fingers.*.{name}.{key}"] = how
-        if name in ("normal_force", "taxels"):
+        is_drive = name == "command" and not table.keys() & {*MAPPED_CHANNELS, "taxels"}
+        if is_drive or name in ("normal_force", "taxels"):
             raise ConfigError(
                 f"{path}: {key} of {name} is not known: {how}; then --set 'fingers.*.{name}.{key}=VALUE', or "
                 "write it there"
@@ -330,7 +351,8 @@ def _finger(table: Mapping[str, Any], where: str) -> FingerMap:
             channels[key] = _built(SourceMap, value, inside)
     if taxels is not None:
         _check_taxels(taxels, channels, where)
-    if taxels is None and not {"normal_force", "displacement"} & channels.keys():
+    is_drive = command is not None and not channels
+    if taxels is None and not is_drive and not {"normal_force", "displacement"} & channels.keys():
         raise ConfigError(
             f"{where}: neither normal_force nor displacement is mapped; nothing can be estimated "
             "without one of them"

@@ -1,0 +1,110 @@
+"""A simulated drive: jaws that close on what is between them, behind the protocol of its maker. Pure.
+
+It answers what any client of that device asks, not only what its map says.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections import Counter
+from typing import Final
+
+from vegrip.clock import NS
+from vegrip.messages import FingertipState
+from vegrip.transport.codec import Frame
+from vegrip.transport.mapped.plan import Plan
+
+NO_FRAME: Final = 0
+"""Bytes that more are needed for, as the size of a request."""
+
+
+class Jaws:
+    """Jaws that run to a place, or stop at what is between them.
+
+    Places are counted as the device counts them, rising as the jaws close.
+    """
+
+    def __init__(self, place: float = 0.0) -> None:
+        self.place = self.target = place
+        self.speed = 0.0  # [counts/s]
+        self.object_at: float | None = None
+        self._then: int | None = None  # [ns]
+
+    @property
+    def holds(self) -> bool:
+        return self.object_at is not None and self.place >= self.object_at and self.target > self.object_at
+
+    @property
+    def moves(self) -> bool:
+        return not self.holds and self.place != self.target
+
+    def go(self, now: int) -> None:
+        """Move on up to ``now`` [ns]."""
+        seconds = 0.0 if self._then is None else max(now - self._then, 0) / NS
+        self._then = now
+        step = self.speed * seconds
+        self.place += min(max(self.target - self.place, -step), step)
+        if self.object_at is not None and self.target > self.object_at:
+            self.place = min(self.place, self.object_at)
+
+
+class VirtualDrive(ABC):
+    """A drive that answers ``latency`` [s] late; it is spoken to as a ``VirtualDevice`` is."""
+
+    def __init__(self, plan: Plan, latency: float = 0.0) -> None:
+        self.counts: Counter[str] = Counter()
+        """Of what it heard: ``unknown_request``."""
+        self.forces: dict[str, float] = {}
+        """The force that each finger was last commanded [N]."""
+        self.jaws = Jaws()
+        self.limits = plan.hand.drive
+        self._fingers = [finger.name for finger in plan.fingers]
+        self._latency = round(latency * NS)
+        self._fresh: dict[str, float] = {}
+        self._heard = bytearray()
+        self._outbox: list[tuple[int, Frame]] = []
+
+    def hear(self, frame: Frame, now: int) -> None:
+        """Take bytes, and answer the requests that are whole with them."""
+        self.go(now)
+        self._heard += frame.data
+        while self._heard:
+            size, answer = self.answered(bytes(self._heard), now)
+            if size == NO_FRAME:
+                break
+            del self._heard[:size]
+            if answer:
+                self._outbox.append((now + self._latency, Frame(-1, answer, False, now)))
+        force = self.pressed()
+        if math.isfinite(force):
+            for finger in self._fingers:
+                self.forces[finger] = self._fresh[finger] = force
+
+    def due(self, now: int) -> list[Frame]:
+        """Return what it sends up to ``now`` [ns]."""
+        self.go(now)
+        sent = [frame for at, frame in self._outbox if at <= now]
+        self._outbox = [each for each in self._outbox if each[0] > now]
+        return sent
+
+    def taken(self) -> list[tuple[str, float]]:
+        found, self._fresh = list(self._fresh.items()), {}
+        return found
+
+    def sense(self, state: FingertipState) -> None:
+        """Take what a finger feels: where there is a force, there is an object."""
+        if state.normal_force > 0.0 and self.jaws.object_at is None:
+            self.jaws.object_at = self.jaws.place
+        elif state.normal_force <= 0.0:
+            self.jaws.object_at = None
+
+    @abstractmethod
+    def go(self, now: int) -> None:
+        """Do what it does by itself up to ``now`` [ns]."""
+
+    @abstractmethod
+    def answered(self, data: bytes, now: int) -> tuple[int, bytes]:
+        """Return how many bytes of ``data`` are done with, :data:`NO_FRAME` to wait, and the answer."""
+
+    @abstractmethod
+    def pressed(self) -> float:
+        """Return the force that it presses with [N], 0 opened, NaN while it does not obey."""
