@@ -84,6 +84,22 @@ def test_slip_far_below_what_was_held_is_a_lie() -> None:
     assert g.slip.slides[0] < 0.05
 
 
+def test_wet_faces_are_believed_of_proven_channels_though_more_was_held_before() -> None:
+    g = grasp(std=0.1)
+    for i in (0, 1):
+        g.slip.sound[i], g.slip.silent[i] = 0.99, 0.005
+        run(g, 2.0, rising(0.45, 1.0), QUIET, i)
+    slid = []
+    for k in range(40):
+        u = 0.45 * (0.85 if k < 20 else 0.62)  # unloaded slowly; then friction is 0.62 of what it was
+        for i in (0, 1):
+            hear_slip(g, i, DT, float(k >= 22), math.nan)
+            follow_utilisation(g, i, DT, u, 0.02, 0.0, True)
+        slid.append(g.slip.slides[0])
+    assert max(slid) > SURE
+    assert g.slip.sound[0] > SURE
+
+
 @pytest.mark.parametrize("share", [0.02, 0.3])
 def test_flags_at_random_are_lies_within_two_seconds(share: float) -> None:
     g, rng = grasp(), np.random.default_rng(3)

@@ -102,6 +102,7 @@ class Slip:
     spread: Each  # std of the utilisation, averaged as it is
     shown: Each  # what is shown to hold: the same, rising no faster than force is let go of
     held: Each  # largest of it of late without a slide
+    begun: Each  # what it was when, after a pause, some channel said slip
     top: Each  # largest of the last delay
     top_next: Each
     likely: Each  # chance of a slide by the load alone, largest of the last delay

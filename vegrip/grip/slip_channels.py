@@ -22,10 +22,12 @@ and a channel goes back to what is usual of such channels in ``RENEWED``: sensor
 
     p = P(x < w + e | x > h - e),    at least RARE exp(-((h - w) / e)^2 / 2),    e^2 = SCATTER^2 + std^2
 
-since friction may have changed, but not while w falls: a contact that slides has w = x. It is taken at its
-largest over the delay of the channels, because they tell late, and at least ``EVEN`` times the probability
-that another finger slides by its own load and channels. A channel that says slip for n looks adds to its
-logit::
+since friction may have changed, but not while w falls: a contact that slides has w = x. Where no channel
+of the grasp has said slip for ``PAUSE`` it is at least RARE P(x + change < w + e) besides, with
+``CHANGE_STD`` of the change: wet faces slide far below what they held when dry. While such a slide is
+believed, h is at most w at its first report. p is taken at its largest over the delay of the channels,
+because they tell late, and at least ``EVEN`` times the probability that another finger slides by its own
+load and channels. A channel that says slip for n looks adds to its logit::
 
     ln (S DETECTS + Y RARE) / (S FALSE^n + Y RARE),     S, Y its probabilities to be sound and to lie
 
@@ -50,7 +52,7 @@ def begin_channels(g: GraspMemory, sliding: float, delay: float) -> None:
         g.slip.says[at], g.slip.heard[at] = math.nan, math.inf
         g.slip.shows[at], g.slip.rate[at] = 0.0, RARE
     for i in range(BELIEF_MOST):
-        g.slip.level[i] = g.slip.held[i] = g.slip.shown[i] = -math.inf
+        g.slip.level[i] = g.slip.held[i] = g.slip.shown[i] = g.slip.begun[i] = -math.inf
         g.slip.likely[i] = g.slip.likely_next[i] = g.slip.likely_age[i] = 0.0
         g.slip.top[i] = g.slip.top_next[i] = -math.inf
         g.slip.slides[i] = g.slip.stays[i] = g.slip.stays_next[i] = 0.0
@@ -98,6 +100,9 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
     if not says >= 0.5:
         g.slip.shows[at] = 0.0
         return
+    if last_told(g) > PAUSE:
+        for j in range(int(g.belief.fingers)):
+            g.slip.begun[j] = g.slip.level[j]
     g.slip.heard[at] = 0.0
     p, rate = likely_slide(g, i), g.slip.rate[at]
     if before >= 0.5:
@@ -108,6 +113,15 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
         g.slip.rate[at] += (1.0 - rate) / RENEWED
     most = math.log(1.0 + g.slip.sound[at] * DETECTS / (lying(g, at) * rate))
     g.slip.shows[at] = min(g.slip.shows[at] - looks * math.log(FALSE), most)
+
+
+def last_told(g: GraspMemory) -> float:
+    """Return how long ago some channel of the grasp last said slip [s]."""
+    last = math.inf
+    for i in range(int(g.belief.fingers)):
+        last = min(last, g.slip.heard[i])
+        last = min(last, g.slip.heard[BELIEF_MOST + i])
+    return last
 
 
 def weigh(g: GraspMemory, at: int, sound: float, silent: float, lies: float) -> None:
@@ -124,11 +138,8 @@ def judge_slide(g: GraspMemory, since: float, p: float) -> None:
 
     Where one has, it may have been a slide of its finger alone, which the others need not tell.
     """
-    n, last = int(g.belief.fingers), math.inf
-    for i in range(n):
-        last = min(last, g.slip.heard[i])
-        last = min(last, g.slip.heard[BELIEF_MOST + i])
-    for i in range(n):
+    last = last_told(g)
+    for i in range(int(g.belief.fingers)):
         for k in range(2):
             at = i + k * BELIEF_MOST
             if g.slip.heard[at] <= since:
@@ -173,9 +184,15 @@ def follow_utilisation(
     low = (g.slip.held[i] - near - g.belief.mean[i]) / std
     high = (w + near - g.belief.mean[i]) / std
     p = 1.0 - upper_tail(high) / upper_tail(low) if high > low else 0.0
-    below = max(g.slip.held[i] - w, 0.0) / near
+    was = g.slip.held[i]
+    if g.slip.slides[i] >= EVEN and g.slip.begun[i] > -math.inf:
+        was = min(was, g.slip.begun[i])
+    below = max(was - w, 0.0) / near
     stays = math.exp(-0.5 * below * below)
-    remember(g, i, dt, min(max(p, RARE * stays, FALSE), SURE), w, stays)
+    changed = stays
+    if last_told(g) > PAUSE:
+        changed = max(stays, upper_tail((g.belief.mean[i] - w - near) / math.hypot(std, CHANGE_STD)))
+    remember(g, i, dt, min(max(p, RARE * changed, FALSE), SURE), w, stays)
     rises = w - CREDIBLE * unsure
     rises = min(rises, g.slip.shown[i] + QUICK * dt) if g.slip.shown[i] > -math.inf else rises
     rises = min(rises, g.belief.mean[i] + CREDIBLE * std)
@@ -200,6 +217,7 @@ def refer_anew(g: GraspMemory) -> None:
         g.slip.level[i] += more
         g.slip.held[i] += more
         g.slip.shown[i] += more
+        g.slip.begun[i] += more
         g.slip.top[i] += more
         g.slip.top_next[i] += more
         g.belief.record[i] += moved * g.belief.site_load[i]

@@ -214,7 +214,8 @@ def test_a_gripper_that_loses_its_activation_is_not_moved_by_itself(small, monke
         press(endpoint, 60.0, lambda: small.device.forces.get("jaw", 0.0) > 50.0)
         small.device.told = dict.fromkeys(small.device.told, 0)
         small.device.tell = lambda values, now: None  # noqa: ARG005 (a device that refuses to move)
-        until(endpoint, lambda: "activated" not in endpoint.conditions)
+        until(endpoint, lambda: "activation_lost" in endpoint.conditions)
+        assert endpoint.rejected["activation_lost"] == 1
         assert small.device.told["ACT"] == 0
 
 
