@@ -28,6 +28,9 @@ DATABASE = Annotated[
 LIST = Annotated[bool, typer.Option("--list", help="Show the products whose maps are in the box.")]
 HAND = Annotated[str, typer.Option(help="A product of --list: write its map.")]
 ADDRESS = Annotated[str, typer.Option(help="--hand: where it is, HOST:PORT or a tty.")]
+SENSOR = Annotated[list[str] | None, typer.Option(help="A bench: PRODUCT@PORT that feels, one for each pad.")]
+DRIVE = Annotated[str, typer.Option(help="A bench: PRODUCT@PORT that presses.")]
+HEAVIEST = Annotated[float, typer.Option(min=0.0, help="A bench: its heaviest object [kg].")]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Map (TOML) to write.")]
 LOG = Annotated[Path | None, typer.Option(help="Log of their traffic: .asc, .blf, .trc, .mf4, or candump's.")]
 CHANNEL = Annotated[
@@ -93,6 +96,9 @@ def connect(
     hand: HAND = "",
     accept: ACCEPT = False,
     address: ADDRESS = "",
+    sensor: SENSOR = None,
+    drive: DRIVE = "",
+    heaviest: HEAVIEST = 0.0,
 ) -> None:
     """Map a hand of another make: propose which signals are force, position and command, and write a file.
 
@@ -104,7 +110,16 @@ def connect(
     hand --check
 
     A product of --list needs no database: vegrip connect --hand bota-sensone -o tip.toml
+
+    Pads and a gripper, each at its port: vegrip connect --sensor contactile-papillarray@/dev/ttyACM0 --sensor
+    contactile-papillarray@/dev/ttyACM1 --drive robotiq-2f85@/dev/ttyUSB0 -o bench.toml --no-ask
     """
+    if sensor or drive:
+        from vegrip.cli._bench import connect_bench
+
+        given = [each for text in settings or [] for each in _settings(text)]
+        connect_bench(sensor or [], drive, output, fingers, heaviest, given, ask=ask, force=force)
+        return
     from vegrip.cli._listening import traffic_of_hand
     from vegrip.connect.traffic import MappedNow, SignalsNow
     from vegrip.connect.writer import Known, draw_up

@@ -36,6 +36,9 @@ def demo(
     product: Annotated[
         str, typer.Option("--as", help="speak as a product of vegrip connect --list, or as a map says")
     ] = "",
+    bench: Annotated[
+        str, typer.Option(help="two sensors and a gripper of --list: papillarray+robotiq, wrist=bota+robotiq")
+    ] = "",
 ) -> None:
     """Run a virtual hand, a virtual CAN bus and the grasp force node, and watch.
 
@@ -48,7 +51,10 @@ def demo(
 
     With --as the hand is the virtual device of a product, on its carrier, with its rate and resolution:
     vegrip demo --as tesollo-dg5f
+
+    With --bench pads and gripper are devices of their own: vegrip demo --bench papillarray+robotiq
     """
+    from vegrip.demo.bench import open_bench_product
     from vegrip.demo.command import run_demo
     from vegrip.demo.product import open_product
     from vegrip.identification.recording.session import replaced
@@ -59,15 +65,20 @@ def demo(
     if grasp not in GRASPS:
         raise UsageError(f"there is no grasp {grasp!r}; there are auto, {', '.join(GRASPS)}")
     folder = output if output is not None else Path("recordings") / time.strftime("demo-%Y%m%d-%H%M%S")
+    if bench and product:
+        raise UsageError("--bench and --as both say what the hand is; leave one out")
     claim_recording(folder, force=force)
     shown: dict[str, Any] = {
         "live": not headless,
         "json": json,
-        "plot": plot,
+        "plot": plot and not bench,
         "web": web and not (headless or json),
     }
     with switched(on=realtime), replaced(folder):
-        if product:
+        if bench:
+            parts = open_bench_product(bench, folder)
+            interrupted = run_demo(parts.scenario(seed, duration), folder, product=parts, **shown)
+        elif product:
             device = open_product(product, folder)
             interrupted = run_demo(device.scenario(seed, duration), folder, product=device, **shown)
         else:

@@ -12,7 +12,10 @@ from vegrip.errors import UsageError, suggestion
 
 def doctor(
     file: Annotated[
-        str, typer.Argument(help="Launch file or map, or one of vegrip's own: what bounds its grip, too.")
+        str,
+        typer.Argument(
+            help="Launch file or map, or one of vegrip's own: what bounds its grip, and which part answers."
+        ),
     ] = "",
     recordings: Annotated[Path, typer.Option(help="Folder that recordings go to.")] = Path(),
     sensors: Annotated[
@@ -29,6 +32,8 @@ def doctor(
 
     Example: vegrip doctor demo
 
+    Of a hand in parts (sensors, drive) each is opened alone, and what answers is said; a gripper may move.
+
     What a hand without tangential forces gets: vegrip doctor --sensors --channels normal_force,displacement
     """
     from vegrip.runtime.doctor import Grade, examine, largest_forces, worst
@@ -41,7 +46,10 @@ def doctor(
         recordings = next(parent for parent in recordings.resolve().parents if parent.is_dir())
     findings = examine(recordings=recordings)
     if file:
-        findings += largest_forces(find_launch_file(file))
+        from vegrip.connect.parts import try_parts
+
+        path = find_launch_file(file)
+        findings += [*largest_forces(path), *try_parts(path)]
     if as_json:
         told = [
             {"check": f.check, "grade": f.grade.name.lower(), "text": f.text, "remedy": f.remedy}

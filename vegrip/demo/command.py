@@ -14,6 +14,7 @@ from typing import Any
 from rich.console import Console
 from rich.live import Live
 
+from vegrip.demo.bench import BenchProduct
 from vegrip.demo.product import Product
 from vegrip.demo.report import as_json, describe_scenario, run_other_controllers, summary
 from vegrip.demo.run import Demo, Outcome, Page, run
@@ -34,7 +35,7 @@ def run_demo(
     json: bool,
     plot: bool,
     web: bool = False,
-    product: Product | None = None,
+    product: Product | BenchProduct | None = None,
 ) -> bool:
     """Run the demonstration and print what comes out; tell whether it was interrupted.
 
@@ -42,7 +43,8 @@ def run_demo(
     """
     console = Console(stderr=json)  # with --json standard output holds the JSON object and nothing else
     live = live and console.is_terminal
-    console.print(describe_scenario(scenario, shown=live or web), markup=False)
+    if not isinstance(product, BenchProduct):
+        console.print(describe_scenario(scenario, shown=live or web), markup=False)
     if product is not None:
         console.print(product.describe(), markup=False, soft_wrap=True)
     if plot and not _can_draw():
@@ -57,9 +59,13 @@ def run_demo(
         courses |= run_other_controllers(scenario, outcome.course)
         _draw(courses, scenario, folder, console)
     console.print(summary(outcome, courses))
+    figures: dict[str, Any] = as_json(outcome)
+    if isinstance(product, BenchProduct):
+        console.print(product.summary(outcome.course), markup=False, soft_wrap=True)
+        figures["bench"] = product.figures(outcome.course)
     console.print(f"next: {what_to_try(folder, web=web)}", markup=False, soft_wrap=True)
     if json:
-        sys.stdout.write(json_format.dumps(jsonable(as_json(outcome))) + "\n")
+        sys.stdout.write(json_format.dumps(jsonable(figures)) + "\n")
     if outcome.problem:
         raise DeviceError(outcome.problem)
     return outcome.interrupted
@@ -99,7 +105,7 @@ def _run_shown(
     folder: Path,
     console: Console,
     page: Page | None,
-    product: Product | None,
+    product: Product | BenchProduct | None,
     *,
     live: bool,
 ) -> Outcome:

@@ -75,7 +75,7 @@ class Product:
         at = {
             "can": {"channel": f"demo-{os.getpid()}-device", "interface": "vegrip"},
             "serial": {"address": str(folder / "tty")},
-        }.get(table["kind"], {"address": f"127.0.0.1:{_free_port(table['kind'])}"})
+        }.get(table["kind"], {"address": f"127.0.0.1:{free_port(table['kind'])}"})
         device = {"kind": "device", "map": str(self.path), "latency": self.latency, **at}
         return device, {**table, **at, "map": str(self.path)}
 
@@ -146,7 +146,7 @@ class CopyingEndpoint(Endpoint):
         self._bus.close()
 
 
-def _free_port(kind: str) -> int:
+def free_port(kind: str) -> int:
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM if kind == "tcp" else socket.SOCK_DGRAM) as one:
         one.bind(("127.0.0.1", 0))
         return int(one.getsockname()[1])

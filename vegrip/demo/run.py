@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from vegrip.clock import NS
+from vegrip.demo.bench import BenchProduct
 from vegrip.demo.product import Product
 from vegrip.demo.worker import DemoHand, HandNews, Job, RunStatistics, WorkerHandle
 from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission, processor_time
@@ -203,7 +204,7 @@ def run(
     refresh: Callable[[Demo], None],
     say: Callable[[str], None],
     page: Page | None = None,
-    product: Product | None = None,
+    product: Product | BenchProduct | None = None,
 ) -> Outcome:
     """Run the demonstration; Ctrl-C ends it early and in order.
 

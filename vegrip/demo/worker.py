@@ -77,7 +77,7 @@ class DemoHand(VirtualHandNode):
         return HandNews(time, self.hand.slips, self.hand.dropped, acting)
 
     def rest(self) -> Any:
-        self.course.slips, self.course.dropped = self.hand.slips, self.hand.dropped
+        self.course.finish(self.hand)
         return self.course
 
     def new_hand(self) -> VirtualHand:

@@ -1,7 +1,8 @@
 """Launch files: which nodes belong together, and how each is configured.
 
 What stands above the first ``[[node]]`` (``fingers``, ``hand``, ``namespace``, ``transport``, ``realtime``)
-holds for every node that does not say otherwise.
+holds for every node that does not say otherwise. ``sensors``, ``drive``, ``serves`` and ``[load]`` there are
+a transport, too: that of a hand in parts (:mod:`vegrip.transport.hands.bench`).
 """
 
 import re
@@ -14,7 +15,7 @@ from typing import Any
 from vegrip.config import build, parameter, read_toml
 from vegrip.errors import ConfigError, suggestion
 from vegrip.runtime.runner import LoopSettings
-from vegrip.transport.open import TRANSPORTS, check_settings, settings_of_map
+from vegrip.transport.open import TRANSPORTS, check_settings, parts_of, settings_of_map
 
 _NAME = re.compile(r"[a-zA-Z][a-zA-Z0-9_]*")
 
@@ -29,6 +30,8 @@ def full_name(namespace: str, name: str) -> str:
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 SHARED = ("fingers", "hand", "namespace", "transport", "realtime")
+PARTS = ("sensors", "drive", "serves", "load")
+"""What names the parts of a hand; each map has a transport of its own."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +91,8 @@ def read_launch_file(path: Path) -> list[NodeConfig]:
     table = read_toml(path)
     if _is_map(table):
         table = _launch_of(path, table)
+    elif not table.keys().isdisjoint(PARTS):
+        table = _launch_of_parts(path, table)
     top = build(_LaunchFile, table, str(path))
     shared = {key: table[key] for key in SHARED if key in table}
     nodes = [
@@ -124,8 +129,46 @@ def _launch_of(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
+def _launch_of_parts(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a launch file with the parts of a hand says, with a transport made of them."""
+    if "transport" in table:
+        raise ConfigError(
+            f"{path}: [transport] is of a hand of one map; sensors and drive have theirs in their own maps"
+        )
+    parts = {key: table[key] for key in PARTS if key in table}
+    transport = {"kind": "bench", **{key: _beside(path, value) for key, value in parts.items()}}
+    node = {"program": "grasp_force", "required": True, "restart": "always"}
+    rest = {key: value for key, value in table.items() if key not in PARTS}
+    for entry in rest.get("node", ()):
+        if entry.get("transport", {}).keys() == {"virtual"}:  # of a virtual hand: it is the devices
+            entry["transport"] = transport | entry["transport"]
+    fingers = rest.get("fingers") or list(parts_of(transport, str(path))[0])
+    return {"node": [node], **rest, "fingers": fingers, "transport": transport}
+
+
+def _beside(path: Path, value: Any) -> Any:
+    """Return ``value`` with the files in it that lie beside ``path``."""
+    if isinstance(value, Mapping):
+        return {key: _beside(path, one) if key == "from" else one for key, one in value.items()}
+    if isinstance(value, list):
+        return [_beside(path, one) for one in value]
+    beside = path.parent / value if isinstance(value, str) else path
+    return str(beside) if beside != path and beside.is_file() else value
+
+
+def _with_parts(path: Path, node: NodeConfig) -> NodeConfig:
+    """Return ``node`` with parameters of the parts of its hand, where it has none itself."""
+    parameters = _merged(parts_of(node.transport, str(path))[1], node.parameters)
+    largest = parameters.get("limits", {}).get("max_force")
+    transport = node.transport if largest is None else {**node.transport, "largest": float(largest)}
+    parts_of(transport, str(path))  # says where the drive cannot keep below it
+    return replace(node, parameters=parameters, transport=transport)
+
+
 def with_map(path: Path, node: NodeConfig) -> NodeConfig:
     """Return ``node`` with parameters of the map of its hand, beside ``path``, where it has none itself."""
+    if node.transport.get("kind") == "bench" and node.program == "grasp_force":
+        return _with_parts(path, node)
     name = node.transport.get("map")
     if not isinstance(name, str) or not name:
         return node

@@ -77,15 +77,23 @@ HINTS: Final[Mapping[str, str]] = {
 }
 
 
+NO_HINTS: Final[Mapping[str, str]] = {}
+
+
 class FaultHints:
     """Finds what is new in the counts of a node."""
 
     def __init__(self) -> None:
         self._last: dict[str, tuple[int, int]] = {}  # name: (count, [ns] when it last rose)
 
-    def news(self, rejected: Mapping[str, int], now: int) -> Iterator[tuple[str, str]]:
-        """Yield name and remedy of each trouble that has begun, or has begun again after ``QUIET_NS``."""
-        for name, sentence in HINTS.items():
+    def news(
+        self, rejected: Mapping[str, int], now: int, own: Mapping[str, str] = NO_HINTS
+    ) -> Iterator[tuple[str, str]]:
+        """Yield name and remedy of each trouble that has begun, or has begun again after ``QUIET_NS``.
+
+        ``own`` has the sentences of counts that only this endpoint has.
+        """
+        for name, sentence in {**HINTS, **own}.items():
             count = rejected.get(name, 0)
             before, when = self._last.get(name, (0, -QUIET_NS))
             if count > before:

@@ -3,7 +3,7 @@
 import math
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from types import MappingProxyType
 from typing import Final, Protocol, Self
 
@@ -54,6 +54,8 @@ class Endpoint(ABC):
     """States that arrived and could not be understood, by finger; the same mapping every time."""
     brings: str = ""
     """How states of our own layout come as bytes, for who answers them so; else all come as messages."""
+    hints: Mapping[str, str] = MappingProxyType({})
+    """What counts of :attr:`rejected` that only this endpoint has mean, and what to do, in a sentence."""
 
     @property
     @abstractmethod
@@ -97,6 +99,16 @@ class Endpoint(ABC):
     @property
     def sentences(self) -> Sequence[str]:
         """What a hand does not tell that ours does and what that costs, logged when a node starts."""
+        return ()
+
+    @property
+    def conditions(self) -> Set[str]:
+        """What devices say of themselves now, by the names of ``[conditions]`` of their maps."""
+        return frozenset()
+
+    @property
+    def descriptors(self) -> Sequence[int]:
+        """What becomes readable when something comes; none: it must be asked again and again."""
         return ()
 
     def line(self, finger: str) -> Line | None:  # noqa: ARG002

@@ -26,6 +26,7 @@ TRANSPORTS: dict[str, str] = {
     "zmq": "vegrip.transport.open:open_zmq",
     **dict.fromkeys(("udp", "tcp", "serial"), "vegrip.transport.hands.link_endpoint:open_link"),
     "device": "vegrip.transport.hands.device_endpoint:open_device",
+    "bench": "vegrip.transport.hands.bench:open_bench",
 }
 """What may stand as ``kind`` in a ``[transport]`` table; a transport is imported when one is opened."""
 
@@ -35,6 +36,7 @@ SETTINGS: dict[str, str] = {
     "zmq": "vegrip.transport.open:ZmqSettings",
     **dict.fromkeys(("udp", "tcp", "serial"), "vegrip.transport.hands.link_endpoint:LinkSettings"),
     "device": "vegrip.transport.hands.device_endpoint:DeviceSettings",
+    "bench": "vegrip.transport.hands.bench:BenchSettings",
 }
 """What such a table may hold, by its kind."""
 
@@ -118,7 +120,16 @@ def open_endpoint(
     """
     table = {"kind": transport, **settings} if isinstance(transport, str) else {**transport, **settings}
     where = where or (f"open_endpoint({transport!r})" if isinstance(transport, str) else "[transport]")
-    return _opener(table.get("kind", "can"), where)(table, hand or Hand(USUAL_FINGERS), where)
+    hand = hand or Hand(USUAL_FINGERS)
+    if table.get("map") and table.get("kind", "can") not in UNJOINED:
+        joined: Endpoint = importlib.import_module(BENCH).open_map(table, hand, where)
+        return joined
+    return open_alone(table, hand, where)
+
+
+def open_alone(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
+    """Open what ``table`` says; as :func:`open_endpoint`, but a map not as a part of a hand."""
+    return _opener(table.get("kind", "can"), where)(table, hand, where)
 
 
 def check_settings(table: Mapping[str, Any], where: str) -> None:
@@ -196,6 +207,10 @@ def open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
     return CanEndpoint(bus, codec, again, timing, settings.order_window, clock)
 
 
+BENCH = "vegrip.transport.hands.bench"
+"""Where the parts of a hand are joined."""
+UNJOINED = ("device", "bench")
+"""Kinds with a map, or several, that are no part themselves."""
 MAPPED = "vegrip.transport.hands.endpoints"
 """Where hands of another make are opened; imported when a transport has a map."""
 
@@ -203,6 +218,12 @@ MAPPED = "vegrip.transport.hands.endpoints"
 def settings_of_map(path: Path) -> dict[str, Any]:
     found: dict[str, Any] = importlib.import_module(MAPPED).settings_of(path)
     return found
+
+
+def parts_of(table: Mapping[str, Any], where: str) -> tuple[tuple[str, ...], dict[str, Any]]:
+    """Return the fingers of a hand in parts, and the parameters of the grip controller that follow."""
+    fingers, parameters = importlib.import_module(BENCH).settings_of_bench(table, where)
+    return fingers, parameters
 
 
 def _remedy(settings: CanSettings, error: Exception) -> str:

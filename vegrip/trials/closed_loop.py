@@ -106,11 +106,11 @@ SAMPLING_S = 0.01
 BELIEF_PERIOD_S = 0.05
 STATED_EVERY = 5  # samples of the course
 
-FORCE, FORCE_X, FORCE_Y, TORQUE, FRICTION, RADIUS, K, UTILISATION = (
+FORCE, FORCE_X, FORCE_Y, TORQUE, FRICTION, RADIUS, K, UTILISATION, SLIP_DISTANCE = (
     TRUTHS.index(name)
     for name in (
         "normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "friction_coefficient",
-        "contact_radius", "pressure_exponent", "utilisation",
+        "contact_radius", "pressure_exponent", "utilisation", "slip_distance",
     )
 )  # fmt: skip
 
@@ -139,6 +139,7 @@ class Course:
     """What is told of the first finger's friction: time [s], estimate [-], its std [-]."""
     largest_micro_slip: float = 0.0  # [m] of slides of a whole patch that are too short to count as a slip
     lags: tuple[float, ...] = ()  # [s] measured lag of each drive at the end; NaN = not known
+    slid: float = 0.0  # [m] the longest way that a patch has slid as a whole, in all
 
     def since(self, start: float) -> tuple[Floats, Floats, Floats]:
         """Return time (n,) [s], margins (n, fingers) [-] and forces (n, fingers) [N] from ``start`` on."""
@@ -161,6 +162,7 @@ class Course:
     def finish(self, hand: VirtualHand) -> None:
         self.slips, self.dropped = hand.slips, hand.dropped
         self.largest_micro_slip = hand.largest_micro_slip
+        self.slid = float(hand.truths()[:, SLIP_DISTANCE].max())
 
     def believe(self, contact: ContactEstimate, time: float) -> None:
         """Note what is told of friction at ``time`` [s], every :data:`BELIEF_PERIOD_S`."""

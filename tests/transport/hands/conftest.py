@@ -1,4 +1,4 @@
-"""What the tests of drives share."""
+"""What the tests of drives and of hands in parts share."""
 
 import contextlib
 import sys

@@ -7,7 +7,7 @@ from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.hands.device_endpoint import PtyPort, SocketPort, VirtualDeviceEndpoint, virtual_device
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.maps.products import map_of, virtual_text
-from vegrip.transport.open import Hand, open_endpoint
+from vegrip.transport.open import Hand, open_alone
 
 PATIENCE = 20.0  # [s] on a busy machine
 
@@ -39,7 +39,9 @@ class Running:
 
     def open(self, **settings):
         table = {**self.transport, "address": self.port.address, "map": str(self.path), **settings}
-        return open_endpoint(table.pop("kind"), Hand(("jaw",)), **table)
+        return open_alone(
+            table, Hand(("jaw",)), "[transport]"
+        )  # the protocol, below what steps are asked for
 
     def presses(self, force):
         return abs(self.device.forces.get("jaw", -1.0) - force) < 0.5

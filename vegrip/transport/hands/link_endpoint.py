@@ -40,6 +40,8 @@ class PacketStream:
         self._counts = counts
         self._buffer = bytearray()
         self._is_lost = False
+        self.skipped = 0
+        """Bytes that belong to no packet."""
         self._keep = max((packet.reach for packet in packets), default=1) - 1
         self._clocks = {packet.name: (SenderClock(), [-1, 0]) for packet in packets if packet.clock}
 
@@ -66,6 +68,7 @@ class PacketStream:
                 if size < 0:  # more is needed
                     break
                 self._is_lost = True
+                self.skipped += size
                 at += size
                 continue
             if self._is_lost:
@@ -422,6 +425,15 @@ class MappedLinkEndpoint(Endpoint):
     @property
     def sentences(self) -> Sequence[str]:
         return price(self._codec.plan)
+
+    @property
+    def descriptors(self) -> Sequence[int]:
+        return [device.link.fileno() for device in self._devices if device.link is not None]
+
+    @property
+    def skipped(self) -> int:
+        """Bytes that have come and belong to no packet of the map."""
+        return sum(device.stream.skipped for device in self._devices)
 
     @property
     def rejected(self) -> Mapping[str, int]:

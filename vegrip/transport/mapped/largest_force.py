@@ -35,6 +35,19 @@ def largest_force(plan: Plan) -> LargestForce | None:
     """Return the largest force that all commanded fingers can be asked for, and feel; None: not known."""
     commanded = [one for one in plan.fingers if plan.hand.fingers[one.name].command is not None]
     found = [each for finger in commanded for each in (*_of_command(plan, finger), *_of_sensor(plan, finger))]
+    if commanded and math.isfinite(plan.hand.drive.maximum):
+        found.append(
+            LargestForce(plan.hand.drive.maximum, "the drive presses with no more ([drive] maximum)")
+        )
+    return _least(found)
+
+
+def largest_felt(plan: Plan) -> LargestForce | None:
+    """Return the largest force that all fingers of a sensor feel; None: not known."""
+    return _least([each for finger in plan.fingers for each in _of_sensor(plan, finger)])
+
+
+def _least(found: list[LargestForce]) -> LargestForce | None:
     if not found:
         return None
     if min(found).force > BELIEVED_N:

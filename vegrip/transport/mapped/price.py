@@ -52,10 +52,21 @@ NOISE_CHANNELS: Final = {
 
 def price(plan: Plan) -> list[str]:
     """Return what the owner of the hand must know before it grips, a sentence each."""
+    return [*price_of_sensors(plan), *_commands(plan)]
+
+
+def price_of_sensors(plan: Plan) -> list[str]:
     said = [f"{finger.name}: {text}" for finger in plan.fingers for text in _finger(plan, finger)]
-    said += [f"{name} is not known, and left out: {how}" for name, how in plan.hand.open.items()]
-    said += [f"in no public source: {text}" for text in plan.hand.product.get("check", ())]
-    return [*said, *_messages(plan), *_rate(plan), *_commands(plan)]
+    return [*said, *_unknown(plan), *_messages(plan), *_rate(plan)]
+
+
+def price_of_drive(plan: Plan) -> list[str]:
+    return [*_unknown(plan), *_commands(plan)]
+
+
+def _unknown(plan: Plan) -> list[str]:
+    said = [f"{name} is not known, and left out: {how}" for name, how in plan.hand.open.items()]
+    return said + [f"in no public source: {text}" for text in plan.hand.product.get("check", ())]
 
 
 def settings(plan: Plan) -> dict[str, Any]:

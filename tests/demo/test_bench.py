@@ -1,0 +1,58 @@
+"""The demonstration of a bench as a user runs it: pads, or a wrist alone, and a gripper."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from vegrip.demo.bench import open_bench_product
+from vegrip.errors import InputError
+
+SHORT_S = "12"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bench", ["papillarray+robotiq", "wrist=bota+robotiq"])
+def test_what_a_bench_holds_does_not_slide(tmp_path, bench):
+    command = [
+        "demo",
+        "--bench",
+        bench,
+        "--headless",
+        "--json",
+        "--duration",
+        SHORT_S,
+        "-o",
+        str(tmp_path / "run"),
+    ]
+    run = subprocess.run(
+        [sys.executable, "-m", "vegrip", *command], capture_output=True, text=True, check=False, timeout=300
+    )
+    assert run.returncode == 0, run.stderr
+    said = json.loads(run.stdout)["bench"]
+    assert said["largest_slide"] < 1e-3
+    assert said["best_by_steps"] >= 20.0  # the least that this gripper can
+    assert said["force_over_best"] < 2.5  # the figure is held in simulated time, see test_bench_grip.py
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("papillarray", "name a sensor and a drive"),
+        ("papillaray+robotiq", "there is no sensor 'papillaray'"),
+        ("papillarray+bota", "there is no drive 'bota'"),
+    ],
+)
+def test_a_bench_that_cannot_be_is_refused_in_one_sentence(tmp_path, text, said):
+    with pytest.raises(InputError) as refused:
+        open_bench_product(text, tmp_path)
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_the_drive_of_a_word_is_the_shortest_name_and_its_launch_file_is_left_to_be_read(tmp_path):
+    product = open_bench_product("papillarray+robotiq", tmp_path)
+    assert product.name == "contactile-papillarray + robotiq-2f85"
+    assert product.fingers == ("left", "right")
+    assert (tmp_path / "bench.toml").is_file()

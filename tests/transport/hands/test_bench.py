@@ -1,0 +1,93 @@
+"""A launch file names what feels and what squeezes; what does not fit together is refused in a sentence."""
+
+import pytest
+from benches import GRIPPER, PAD, write_bench
+
+from vegrip.errors import VegripError
+from vegrip.runtime.launch_file import read_launch_file
+from vegrip.transport.open import Hand, open_endpoint
+
+NODE = '[[node]]\nprogram = "grasp_force"\n'
+
+
+def read(folder, text):
+    (folder / "bench.toml").write_text(text)
+    return read_launch_file(folder / "bench.toml")
+
+
+def test_a_launch_file_names_what_feels_and_what_squeezes(tmp_path):
+    (node,) = read_launch_file(write_bench(tmp_path))
+    assert node.program == "grasp_force"
+    assert node.fingers == ("left", "right")
+    assert node.transport["kind"] == "bench"
+    assert node.parameters["thumb"] == "left"
+    assert node.parameters["grip"]["drive_lag"] == pytest.approx(0.03 + 1 / 50)
+    assert node.parameters["limits"]["max_force"] == 60.0  # what the sensors are believed, below 235 N
+
+
+def test_what_is_stated_goes_before_what_the_maps_say(tmp_path):
+    extra = NODE + "parameters.limits.max_force = 30.0\nparameters.grip.drive_lag = 0.1\n"
+    (node,) = read_launch_file(write_bench(tmp_path, extra=extra))
+    assert node.parameters["limits"]["max_force"] == 30.0
+    assert node.parameters["grip"]["drive_lag"] == 0.1
+    assert node.transport["largest"] == 30.0
+
+
+def test_products_by_name_and_port_are_parts_and_take_the_finger_before_them(tmp_path):
+    sensors = '["left=contactile-papillarray@/dev/ttyACM0", "right=contactile-papillarray@/dev/ttyACM1"]'
+    write_bench(tmp_path)
+    (node,) = read(tmp_path, f'sensors = {sensors}\ndrive = "gripper.toml"\n')
+    assert node.fingers == ("left", "right")
+    (node,) = read(tmp_path, 'sensors = ["contactile-papillarray@/dev/ttyACM0"]\ndrive = "gripper.toml"\n')
+    assert node.fingers == ("first", "second")
+
+
+TWO = 'sensors = ["left.toml", "right.toml"]\n'
+WITH_COMMAND = PAD + '[packets.c]\nstart = "CC"\nlength = 5\n[packets.c.fields]\nf = "f32 le @1 * 1 N"\n'
+WITH_COMMAND += '[fingers.{finger}.command]\nsignal = "c.f"\n'
+
+
+def opened(folder, text):
+    (node,) = read(folder, text)
+    return open_endpoint(node.transport, Hand(node.fingers))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (TWO + 'drive = "left.toml"', "left.toml maps no command, so it is no drive"),
+        (TWO + 'drive = "nothing.toml"', "there is no map 'nothing.toml'"),
+        (TWO + 'drive = "robotiq@/dev/ttyUSB0"', "there is no map of 'robotiq'"),
+        (TWO + 'drive = "gripper.toml"\nserves = ["left", "rihgt"]', "'rihgt', which no sensor feels"),
+        ('sensors = ["left.toml", "left.toml"]\ndrive = "gripper.toml"', "left is a finger of"),
+        (TWO + 'drive = "gripper.toml"\n[transport]\nkind = "can"', "[transport] is of a hand of one map"),
+        ('drive = "gripper.toml"', "nothing feels"),
+        (TWO + 'serves = ["left"]', "name the 'drive' that presses"),
+        (TWO + 'drive = "gripper.toml"\n[load]\nfrom = "left.toml"', "'mass'"),
+        (
+            TWO
+            + 'drive = "gripper.toml"\n[[node]]\nprogram = "grasp_force"\nparameters.limits.max_force = 15.0',
+            "the least that",
+        ),
+        (TWO + 'drive = "gripper.toml"\n[load]\nmass = 0.9', "[load] needs from"),
+        (
+            'sensors = ["both.toml", "right.toml"]\ndrive = "gripper.toml"',
+            "left is commanded by",
+        ),
+        (
+            'sensors = ["left.toml", "same.toml"]\ndrive = "gripper.toml"',
+            "each has its own port",
+        ),
+        (TWO + 'drive = "stiff.toml"', "'unit'"),
+    ],
+)
+def test_what_does_not_fit_together_is_refused_in_one_sentence(tmp_path, text, said):
+    write_bench(tmp_path)
+    (tmp_path / "both.toml").write_text(WITH_COMMAND.format(finger="left", port="/dev/ttyX"))
+    (tmp_path / "same.toml").write_text(PAD.format(finger="right", port=tmp_path / "tty_left"))
+    stiff = GRIPPER.format(port="/dev/ttyX", minimum=20.0) + 'unit = "K"\n'
+    (tmp_path / "stiff.toml").write_text(stiff)
+    with pytest.raises(VegripError) as refused:
+        opened(tmp_path, text)
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)

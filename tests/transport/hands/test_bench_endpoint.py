@@ -1,0 +1,151 @@
+"""Two pads and one gripper are one hand: one force goes out, and where one dies what is left goes on."""
+
+import time
+from contextlib import ExitStack, closing
+
+import pytest
+from benches import Devices, command, write_bench
+
+from vegrip.clock import NS
+from vegrip.errors import DeviceError
+from vegrip.messages import FingertipState
+from vegrip.runtime.launch_file import read_launch_file
+from vegrip.transport.hands import bench_endpoint
+from vegrip.transport.open import Hand, open_endpoint
+
+PATIENCE = 5.0  # [s]
+
+
+class Rig:
+    """The bench of a folder, opened, and its devices."""
+
+    def __init__(self, folder, stack, **keys):
+        (node,) = read_launch_file(write_bench(folder, **keys))
+        self.devices = Devices(folder, stack)
+        self.endpoint = stack.enter_context(closing(open_endpoint(node.transport, Hand(node.fingers))))
+        self.heard = []
+
+    def until(self, is_so, **forces):
+        """Exchange states and commands until ``is_so()``."""
+        deadline = time.monotonic() + PATIENCE
+        while not is_so():
+            assert time.monotonic() < deadline, (self.devices.told, self.endpoint.rejected)
+            self.devices.feel(**forces)
+            self.heard += self.endpoint.receive(0.001)
+
+    def press(self, **forces):
+        now = time.monotonic_ns()
+        for finger, force in forces.items():
+            self.endpoint.send(command(finger, force, now))
+
+
+@pytest.fixture
+def rig(tmp_path):
+    with ExitStack() as stack:
+        yield Rig(tmp_path, stack)
+
+
+def test_states_of_all_parts_come_under_the_names_of_the_hand(rig):
+    rig.until(lambda: {each.finger for each in rig.heard} >= {"left", "right"}, left=3.0, right=2.9)
+    felt = {each.finger: each.normal_force for each in rig.heard if isinstance(each, FingertipState)}
+    assert felt["left"] == pytest.approx(3.0)
+    assert felt["right"] == pytest.approx(2.9)
+
+
+def test_the_drive_gets_the_largest_force_that_a_finger_needs_rounded_up_to_its_steps(rig):
+    rig.until(lambda: bool(rig.heard), left=3.0, right=3.0)
+    rig.press(left=22.0, right=26.0)
+    rig.until(lambda: bool(rig.devices.told))
+    rig.until(lambda: rig.press(left=22.0, right=26.0) or rig.devices.told[-1] >= 26.0)
+    assert rig.devices.told[-1] == pytest.approx(20.0 + 8 * 0.84)  # 26.72
+    assert min(rig.devices.told) >= 20.0
+
+
+def test_what_the_gripper_cannot_do_is_said_and_not_pretended(rig, monkeypatch):
+    monkeypatch.setattr(bench_endpoint, "LOOK_NS", 0)
+    rig.press(left=2.0, right=3.3)
+    rig.until(lambda: "more_than_needed" in rig.endpoint.rejected, left=20.0, right=20.0)
+    said = rig.endpoint.hints["more_than_needed"]
+    assert said == "the least that this gripper can is 20 N, 6.1 times what is needed (3.3 N)"
+
+
+def test_a_sensor_that_dies_is_named_and_the_rest_goes_on(rig, monkeypatch):
+    monkeypatch.setattr(bench_endpoint, "LOOK_NS", 0)
+    monkeypatch.setattr(bench_endpoint, "SILENT_NS", NS // 10)
+    rig.until(lambda: {each.finger for each in rig.heard} >= {"left", "right"}, left=25.0, right=25.0)
+    rig.press(left=25.0, right=25.0)
+    rig.devices.unplug("left")
+    rig.until(lambda: "lost_left" in rig.endpoint.rejected, right=25.0)
+    assert "left.toml" in rig.endpoint.hints["lost_left"]
+    assert "right and the drive go on" in rig.endpoint.hints["lost_left"]
+    assert "lost_right" not in rig.endpoint.rejected
+    before = len(rig.heard)
+    rig.until(lambda: len(rig.heard) > before, right=25.0)
+    assert rig.devices.told[-1] >= 25.0
+
+
+def test_a_drive_that_dies_is_named_and_the_sensors_are_still_heard(rig, monkeypatch):
+    monkeypatch.setattr(bench_endpoint, "LOOK_NS", 0)
+    rig.until(lambda: bool(rig.heard), left=25.0, right=25.0)
+    rig.press(left=25.0, right=25.0)
+    rig.devices.unplug("gripper")
+    rig.until(
+        lambda: rig.press(left=25.0, right=25.0) or "lost_drive" in rig.endpoint.rejected,
+        left=25.0,
+        right=25.0,
+    )
+    said = rig.endpoint.hints["lost_drive"]
+    assert "does not answer" in said
+    assert "25" in said
+    before = len(rig.heard)
+    rig.until(lambda: len(rig.heard) > before, left=25.0, right=25.0)
+
+
+def test_jaws_that_feel_different_forces_are_named_with_both(rig, monkeypatch):
+    monkeypatch.setattr(bench_endpoint, "LOOK_NS", 0)
+    rig.until(lambda: "uneven_jaws" in rig.endpoint.hints, left=25.0, right=15.0)
+    assert "one touches something else" in rig.endpoint.hints["uneven_jaws"]
+
+
+def test_jaws_that_feel_the_same_but_for_their_gains_are_not(rig):
+    end = time.monotonic() + 1.5
+    rig.until(lambda: time.monotonic() > end, left=25.0, right=23.5)
+    assert "uneven_jaws" not in rig.endpoint.rejected
+
+
+def test_a_hand_of_one_map_is_the_same_endpoint_with_one_part(tmp_path):
+    write_bench(tmp_path, minimum=5.0)
+    with ExitStack() as stack:
+        devices = Devices(tmp_path, stack, ("gripper",))
+        table = {
+            "kind": "serial",
+            "map": str(tmp_path / "gripper.toml"),
+            "address": str(tmp_path / "tty_gripper"),
+        }
+        endpoint = stack.enter_context(closing(open_endpoint(table, Hand(("gripper",)))))
+        assert isinstance(endpoint, bench_endpoint.BenchEndpoint)
+        endpoint.send(command("gripper", 6.0, time.monotonic_ns()))
+        deadline = time.monotonic() + PATIENCE
+        while not devices.told and time.monotonic() < deadline:
+            devices.feel(gripper=5.0)
+            endpoint.receive(0.001)
+    assert devices.told[-1] == pytest.approx(5.0 + 2 * 0.84)
+
+
+@pytest.mark.parametrize("missing", ["left", "gripper"])
+def test_a_port_that_is_not_there_is_named_and_the_others_are_given_back(tmp_path, missing):
+    (node,) = read_launch_file(write_bench(tmp_path))
+    with ExitStack() as stack:
+        Devices(tmp_path, stack, {"left", "right", "gripper"} - {missing})
+        for _ in range(2):  # a port that was not given back would be busy the second time
+            with pytest.raises(DeviceError, match=f"tty_{missing} cannot be opened: there is no such file"):
+                open_endpoint(node.transport, Hand(node.fingers))
+
+
+def test_a_port_that_another_program_has_is_named(tmp_path):
+    (node,) = read_launch_file(write_bench(tmp_path))
+    with ExitStack() as stack:
+        Devices(tmp_path, stack)
+        stack.enter_context(closing(open_endpoint(node.transport, Hand(node.fingers))))
+        with pytest.raises(DeviceError, match="another program has it"):
+            open_endpoint(node.transport, Hand(node.fingers))

@@ -1,0 +1,75 @@
+"""The load that fingers share, from the wrist: the gripper is taken off, and what is not known is counted."""
+
+import math
+
+import pytest
+
+from vegrip.clock import NS
+from vegrip.config import build
+from vegrip.errors import ConfigError
+from vegrip.messages import FingertipState
+from vegrip.transport.hands.wrist_load import LoadSettings, WristLoad, without_source
+
+GRIPPER, OBJECT, G = 0.9, 0.5, 9.81  # [kg], [kg], [m/s^2]
+PERIOD = NS // 100
+
+
+def settings(**keys):
+    return build(LoadSettings, without_source({"from": "wrist.toml", "mass": GRIPPER, **keys}), "[load]")
+
+
+def shares(mass, *, acceleration=lambda _: 0.0, pull=lambda _: 0.0, seconds=10.0, zero=(3.0, -2.0, 1.0)):
+    """Return the share of a finger over time; the object is there after two seconds.
+
+    ``acceleration`` is of the wrist along y [m/s^2], ``pull`` a force at the object along y [N].
+    """
+    wrist, found = WristLoad(settings()), []
+    for number in range(1, round(seconds * 100)):
+        t = number / 100
+        held = mass if t > 2.0 else 0.0
+        late = max(t - 2.0, 0.0)
+        force = (GRIPPER + held) * (-G - acceleration(late)) + pull(late)
+        wrist.note(FingertipState(number * PERIOD, "tip", number, zero[2], zero[0], zero[1] + force))
+        found.append(wrist.share(number * PERIOD))
+    return found
+
+
+def test_the_weight_of_the_gripper_and_the_zero_of_the_sensor_are_taken_off():
+    assert shares(0.0)[150] == pytest.approx(0.0, abs=1e-6)
+    assert shares(OBJECT)[-1] == pytest.approx(0.5 * OBJECT * G, rel=1e-3)
+
+
+def test_nothing_is_told_before_the_tare_and_after_a_silence():
+    found = shares(OBJECT)
+    assert all(math.isnan(one) for one in found[:99])
+    wrist = WristLoad(settings())
+    for number in range(1, 200):
+        wrist.note(FingertipState(number * PERIOD, "tip", number, 1.0, 0.0, 0.0))
+    assert wrist.share(199 * PERIOD) == pytest.approx(0.0, abs=1e-6)
+    assert math.isnan(wrist.share(199 * PERIOD + NS))
+
+
+def test_the_bound_holds_what_inertia_and_what_a_pull_load_the_object_with():
+    def shaken(t):
+        return 3.0 * math.sin(2.0 * math.pi * 2.0 * t)
+
+    found = shares(OBJECT, acceleration=shaken, seconds=20.0)
+    true = [0.5 * OBJECT * abs(G + shaken(number / 100 - 2.0)) for number in range(1, len(found) + 1)]
+    assert all(one >= 0.97 * other for one, other in zip(found[1600:], true[1600:], strict=True))
+    assert max(found[1600:]) < 0.5 * (OBJECT * G + (OBJECT + GRIPPER) * 3.0) * 1.05
+
+    def pulled(t):
+        return -4.0 if t > 4.0 else 0.0
+
+    found = shares(OBJECT, pull=pulled)
+    assert min(found[601:]) >= 0.97 * 0.5 * (OBJECT * G + 4.0)
+
+
+def test_the_share_is_uncertain_as_a_gain_is():
+    assert settings().parameters == {"tangential_gain": 1.0, "tangential_gain_std": 0.3}
+
+
+@pytest.mark.parametrize("keys", [{"mass": 0.0}, {"mass": 900.0}, {"share": 0.0}, {"share_std": -0.1}])
+def test_what_cannot_be_is_refused(keys):
+    with pytest.raises(ConfigError, match=next(iter(keys))):
+        settings(**keys)

@@ -1,0 +1,122 @@
+"""The parts of a hand one by one: which answers, which pad is which, and the launch file that joins them."""
+
+import math
+import time
+from collections import Counter
+from collections.abc import Mapping
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from vegrip.config import build
+from vegrip.errors import VegripError
+from vegrip.messages import FingertipState
+from vegrip.runtime.doctor import Finding, fail, ok, warn
+from vegrip.runtime.launch_file import read_launch_file
+from vegrip.transport.endpoint import Endpoint
+from vegrip.transport.hands.bench import BenchSettings, Source, read_bench
+from vegrip.types import Floats
+
+LISTEN_S: Final = 3.0  # [s] for a device to answer; a Bota takes two to begin
+ENOUGH: Final = 50  # states of each finger
+BELIEVED_N: Final = 60.0  # [N] that a fingertip may read (watchdog.ranges.normal_force)
+AT_REST_N: Final = 2.0  # [N] more than a zero that has drifted
+OTHER_DEVICE: Final = ("unknown_packet", "bad_checksum", "bad_length", "bad_end", "bad_record", "foreign")
+FORCES: Final = ("tangential_force_x", "tangential_force_y", "normal_force")
+
+
+@dataclass
+class Heard:
+    """What came of one part."""
+
+    states: dict[str, list[FingertipState]] = field(default_factory=dict)
+    seconds: float = 0.0
+    rejected: Mapping[str, int] = field(default_factory=Counter)
+    skipped: int = 0  # bytes that belong to no packet
+
+    def mean(self, finger: str) -> Floats:
+        """Return the mean force (x, y, normal) [N], NaN where it is not felt."""
+        rows = [[getattr(state, name) for name in FORCES] for state in self.states.get(finger, ())]
+        return np.mean(rows, axis=0) if rows else np.full(3, np.nan)
+
+
+def take(endpoint: Endpoint, heard: Heard, timeout: float) -> None:
+    """Take what comes within ``timeout`` [s]."""
+    for message in endpoint.receive(timeout):
+        if isinstance(message, FingertipState):
+            heard.states.setdefault(message.finger, []).append(message)
+
+
+def listen(endpoint: Endpoint, seconds: float, enough: int = 0) -> Heard:
+    """Return what comes within ``seconds``, at once when ``enough`` states of a finger have come."""
+    heard, begin = Heard(), time.monotonic()
+    while (now := time.monotonic()) < begin + seconds:
+        take(endpoint, heard, min(0.02, begin + seconds - now))
+        if enough and heard.states and min(map(len, heard.states.values())) >= enough:
+            break
+    heard.seconds, heard.rejected = time.monotonic() - begin, endpoint.rejected
+    heard.skipped = getattr(endpoint, "skipped", 0)
+    return heard
+
+
+def try_parts(path: Path, seconds: float = LISTEN_S) -> list[Finding]:
+    """Open each part of the hands in a launch file alone, and say what answers; of one map, none."""
+    found = []
+    for node in read_launch_file(path):
+        if node.transport.get("kind") != "bench" or node.program != "grasp_force":
+            continue
+        bench = read_bench(build(BenchSettings, node.transport, str(path)), str(path))
+        found += [
+            _tried(name, source, seconds, is_drive=source == bench.drive)
+            for name, source in bench.parts.items()
+        ]
+    return found
+
+
+def _tried(name: str, source: Source, seconds: float, *, is_drive: bool) -> Finding:
+    try:
+        with closing(source.open(source.text)) as endpoint:
+            heard = listen(endpoint, seconds, 0 if is_drive else ENOUGH)
+    except VegripError as error:
+        return fail(name, str(error), "see `ls /dev/serial/by-id`, and the [transport] of its map")
+    return _of_drive(name, source, heard) if is_drive else _of_sensor(name, source, heard)
+
+
+def _of_drive(name: str, source: Source, heard: Heard) -> Finding:
+    if any(heard.rejected.get(each) for each in ("unanswered", "silent", "link_lost", "no_traffic")):
+        return _mute(name, source, heard)
+    drive = source.plan.hand.drive
+    ends = f"{drive.minimum:g} to {drive.maximum:g} N in steps of {drive.resolution:g} N"
+    return ok(name, f"{source.where} answers; it makes {ends}")
+
+
+def _of_sensor(name: str, source: Source, heard: Heard) -> Finding:
+    mute = [ours for theirs, ours in source.names.items() if theirs not in heard.states]
+    if len(mute) == len(source.names):
+        return _mute(name, source, heard)
+    if mute:
+        text = f"{source.where}: nothing comes of {', '.join(mute)}"
+        return fail(name, text, "look at its plug, and at `trigger` in the map")
+    forces = {ours: heard.mean(theirs)[2] for theirs, ours in source.names.items()}
+    rate = min(map(len, heard.states.values())) / heard.seconds
+    felt = ", ".join(f"{ours} {force:.2f} N" for ours, force in forces.items())
+    text = f"{source.where}: {rate:.0f} states/s, {felt}"
+    largest = max((abs(force) for force in forces.values() if not math.isnan(force)), default=0.0)
+    if largest > BELIEVED_N:
+        return fail(
+            name, f"{text}: no fingertip feels that at rest", "its 'unit' or 'scale' in the map is wrong"
+        )
+    if largest > AT_REST_N:
+        return warn(name, text, "take its zero (`vegrip zero`), if nothing touches it")
+    return ok(name, text)
+
+
+def _mute(name: str, source: Source, heard: Heard) -> Finding:
+    if heard.skipped or any(heard.rejected.get(each) for each in OTHER_DEVICE):
+        text = f"{source.where}: bytes come, but nothing of this map: another device, or another baud rate"
+        return fail(name, text, "swap the ports in the launch file, or see baud in the map")
+    text = f"{source.where}: it opens, and nothing comes within {heard.seconds:.0f} s"
+    return fail(name, text, "switch it on; is it this port? another device there does not answer either")

@@ -1,0 +1,343 @@
+"""A hand in parts, as a launch file names them: pads that feel, a drive that presses, a sensor at the wrist.
+
+::
+
+    sensors = ["left.toml", "right.toml"]    # files, or [FINGER=]PRODUCT@PORT
+    drive = "robotiq-2f@/dev/ttyUSB0"
+    serves = ["left", "right"]               # the drive's fingers; none: all
+    load = { from = "wrist.toml", mass = 0.9 }
+
+A hand of one map is the case where all of it is one file.
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+from vegrip.config import build, parameter
+from vegrip.errors import ConfigError, suggestion
+from vegrip.grip.safety.drive import DriveLimits
+from vegrip.transport.endpoint import Endpoint
+from vegrip.transport.hands.bench_endpoint import BenchEndpoint, Drive, Part
+from vegrip.transport.hands.virtual_bench import VirtualBench
+from vegrip.transport.hands.wrist_load import LoadSettings, WristLoad, without_source
+from vegrip.transport.mapped.largest_force import largest_felt, largest_force
+from vegrip.transport.mapped.plan import Plan, open_plan
+from vegrip.transport.mapped.price import price, price_of_drive, price_of_sensors, settings
+from vegrip.transport.maps.products import map_of
+from vegrip.transport.open import Hand, open_alone
+
+JAWS: Final = ("left", "right")
+"""The fingers of a gripper without sensors in them, unless ``serves`` names them."""
+NEVER_FROZEN: Final = {"force_frozen_after": 3600.0, "doubt_after": 3600.0, "frozen_chance": 0.0}
+"""For a normal force that is not measured but told to the drive: that it stands still says nothing."""
+MOST_LAG: Final = 0.2  # [s] by which a load is led
+
+
+@dataclass(frozen=True)
+class BenchSettings:
+    """``[transport]`` of a hand in parts."""
+
+    kind: str = parameter("bench")
+    sensors: tuple[str, ...] = parameter((), doc="maps that feel: files, or [FINGER=]PRODUCT@PORT")
+    drive: str = parameter("", doc="map of the gripper that presses")
+    serves: tuple[str, ...] = parameter((), doc="fingers that it presses with; none: all")
+    load: dict[str, Any] = parameter({}, doc="from, mass [kg], share, share_std: of a sensor at the wrist")
+    largest: float = parameter(math.inf, unit="N", low=0.0, doc="limits.max_force, which no step is above")
+    virtual: bool = parameter(False, doc="be the devices, for a virtual hand, instead of speaking to them")
+
+
+@dataclass(frozen=True)
+class Source:
+    """One map and where its device is."""
+
+    text: str  # as it is named
+    path: Path
+    plan: Plan
+    transport: Mapping[str, Any]
+    names: Mapping[str, str]  # its finger -> that of the hand
+
+    @property
+    def where(self) -> str:
+        port = self.transport.get("address") or self.transport.get("channel") or "its port"
+        return self.text if "@" in self.text else f"{self.text} at {port}"
+
+    @property
+    def commanded(self) -> tuple[str, ...]:
+        return tuple(name for name, finger in self.plan.hand.fingers.items() if finger.command is not None)
+
+    def under_our_names(self) -> Iterator[str]:
+        """Yield what its owner must know, with our names of its fingers."""
+        for text in price_of_sensors(self.plan):
+            head, colon, rest = text.partition(": ")
+            yield f"{self.names[head]}{colon}{rest}" if head in self.names else text
+
+    def open(self, where: str, *, virtual: bool = False) -> Endpoint:
+        table = {**self.transport, "map": str(self.path)}
+        if virtual:
+            at = {"address": self.transport.get("address"), "channel": self.transport.get("channel")}
+            table = {"kind": "device", "map": str(self.path)} | {key: one for key, one in at.items() if one}
+        return open_alone(table, Hand(tuple(one.name for one in self.plan.fingers)), where)
+
+
+@dataclass(frozen=True)
+class Bench:
+    """All parts of a hand."""
+
+    sensors: tuple[Source, ...]
+    drive: Source | None
+    wrist: Source | None
+    load: LoadSettings | None
+    serves: tuple[str, ...]
+
+    @property
+    def fingers(self) -> tuple[str, ...]:
+        felt = [ours for source in self.sensors for ours in source.names.values()]
+        return tuple(dict.fromkeys([*felt, *self.serves]))
+
+    @property
+    def parts(self) -> dict[str, Source]:
+        """Each device once, by what it is called."""
+        found = {"_".join(source.names.values()): source for source in self.sensors}
+        others = {"drive": self.drive, "wrist": self.wrist}
+        return found | {
+            name: one for name, one in others.items() if one is not None and one not in found.values()
+        }
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the parameters of the grip controller that follow from the parts."""
+        merged: dict[str, Any] = {}
+        for source in self.sensors:
+            found = settings(source.plan)
+            if gains := found.pop("sensors", {}):
+                own = {ours: gains.get("fingers", {}).get(name, {}) for name, ours in source.names.items()}
+                rest = {key: value for key, value in gains.items() if key != "fingers"}
+                found["sensors"] = {"fingers": {ours: rest | one for ours, one in own.items()}}
+            merged = _largest(merged, found)
+        if self.wrist is not None and self.load is not None:
+            found = settings(self.wrist.plan)
+            noise = found.get("noise", {}).get("tangential_force", 0.0) * self.load.share
+            merged = _largest(merged, {"noise": {"tangential_force": noise} if noise else {}})
+            blind = [name for name in self.serves if not self._feels_load(name)]
+            gains = dict.fromkeys(blind, self.load.parameters)
+            merged = _largest(merged, {"sensors": {"fingers": gains}} if gains else {})
+            if not self.sensors:
+                wait = found.get("watchdog", {})
+                merged["watchdog"] = wait | NEVER_FROZEN
+        if self.drive is not None:
+            merged = _merged_drive(merged, self)
+        return merged
+
+    def _feels_load(self, finger: str) -> bool:
+        return any(
+            "tangential_force_x" in one.measured
+            for source in self.sensors
+            for one in source.plan.fingers
+            if source.names[one.name] == finger
+        )
+
+    def sentences(self) -> list[str]:
+        """Return what the owner must know before it grips."""
+        if self.drive is None and self.wrist is None:
+            return [text for source in self.sensors for text in price(source.plan)]
+        said = [text for source in self.sensors for text in source.under_our_names()]
+        if self.wrist is not None and self.load is not None:
+            said.append(
+                f"the load of {', '.join(self.serves)} is felt at {self.wrist.where}, and a finger "
+                f"carries {self.load.share:g} +- {self.load.share_std:g} of it; no torque is known, and the "
+                "gripper must be empty for a second at the start, and be weighed again (`vegrip zero`) once "
+                "it is turned"
+            )
+        if self.drive is not None:
+            said += [*price_of_drive(self.drive.plan), *_of_steps(self.drive.plan.hand.drive)]
+        return list(dict.fromkeys(said))
+
+
+def read_bench(given: BenchSettings, where: str) -> Bench:
+    """Read all maps of a hand in parts.
+
+    Raises:
+        ConfigError: a map that is not there or not one, or parts that do not belong together.
+
+    """
+    sensors = tuple(read_source(text, where) for text in given.sensors)
+    drive = read_source(given.drive, where) if given.drive else None
+    if given.load and "from" not in given.load:
+        raise ConfigError(f"{where}: [load] needs from = 'wrist.toml', the map of the sensor at the wrist")
+    load = build(LoadSettings, without_source(given.load), f"{where} [load]") if given.load else None
+    wrist = read_source(load.source, where) if load is not None else None
+    _check_names(sensors, where)
+    felt = [ours for source in sensors for ours in source.names.values()]
+    serves = (given.serves or tuple(felt) or JAWS) if drive is not None else ()
+    for finger in serves if sensors else ():
+        if finger not in felt:
+            raise ConfigError(
+                f"{where}: 'serves' has {finger!r}, which no sensor feels; "
+                f"{suggestion(finger, felt, 'there are')}"
+            )
+    if drive is None and (given.serves or wrist is not None or not sensors):
+        raise ConfigError(f"{where}: name the 'drive' that presses, or the 'sensors' of a hand of one map")
+    if drive is not None and not drive.commanded:
+        raise ConfigError(f"{where}: {drive.text} maps no command, so it is no drive; {_drives()}")
+    if drive is not None and not sensors and wrist is None:
+        raise ConfigError(
+            f"{where}: nothing feels: name 'sensors', or a sensor at the wrist by [load] from = 'wrist.toml'"
+        )
+    if drive is not None and drive.plan.hand.drive.minimum >= given.largest:
+        raise ConfigError(
+            f"{where}: limits.max_force is {given.largest:g} N, and the least that {drive.text} can is "
+            f"{drive.plan.hand.drive.minimum:g} N; state what fingers and object bear, or take another "
+            "gripper"
+        )
+    for source in sensors:
+        both = [ours for name, ours in source.names.items() if ours in serves and name in source.commanded]
+        if both and drive is not None and source.path != drive.path:
+            raise ConfigError(
+                f"{where}: {both[0]} is commanded by {source.text} and by {drive.text}; leave it out of "
+                f"'serves', or take [fingers.{both[0]}.command] out of {source.text}"
+            )
+    return Bench(sensors, drive, wrist, load, serves)
+
+
+def read_source(text: str, where: str) -> Source:
+    """Read ``FILE`` or ``[FINGER=]PRODUCT@PORT``; of FINGER= only the first finger of the map is taken."""
+    head, at, port = text.partition("@")
+    finger, equals, product = head.rpartition("=")
+    path = map_of(product) if at else Path(text)
+    if not at and not path.is_file():
+        raise ConfigError(f"{where}: there is no map {text!r}; give a file, or PRODUCT@PORT")
+    plan = open_plan(path)
+    if equals:
+        plan = open_plan(path, (plan.fingers[0].name,))
+    transport = dict(plan.hand.transport)
+    if not transport:
+        raise ConfigError(f"{where}: {text} does not say where its device is; add [transport] to it")
+    if at:
+        transport["channel" if transport.get("kind", "can") == "can" else "address"] = port
+    names = {one.name: finger or one.name for one in plan.fingers}
+    return Source(text, path, plan, transport, names)
+
+
+def open_bench(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
+    """Open all parts of a hand."""
+    given = build(BenchSettings, table, where)
+    bench = read_bench(given, where)
+    missing = [finger for finger in hand.fingers if finger not in bench.fingers]
+    if missing:
+        raise ConfigError(
+            f"{where}: no part has the finger {missing[0]!r}; "
+            f"{suggestion(missing[0], bench.fingers, 'there are')}"
+        )
+    with ExitStack() as stack:
+        parts = _open_parts(bench, stack, where, virtual=given.virtual)
+        joined = _joined(bench, parts, given)
+        stack.pop_all()
+    return joined
+
+
+def _open_parts(bench: Bench, stack: ExitStack, where: str, *, virtual: bool) -> dict[str, Part]:
+    found = {}
+    for name, source in bench.parts.items():
+        endpoint = stack.enter_context(source.open(f"{where} {source.text}", virtual=virtual))
+        role = name if name in ("drive", "wrist") else "sensor"
+        found[name] = Part(name, source.where, endpoint, source.names, role)
+    return found
+
+
+def _joined(bench: Bench, parts: Mapping[str, Part], given: BenchSettings) -> Endpoint:
+    if given.virtual:
+        mass = bench.load.mass if bench.load is not None else 0.0
+        return VirtualBench(list(parts.values()), bench.serves or bench.fingers, mass)
+    drives = []
+    if (driven := bench.drive) is not None:
+        part = next(parts[name] for name, source in bench.parts.items() if source == driven)
+        limits = _bounded(driven.plan.hand.drive, given.largest)
+        drives.append(Drive(part, driven.commanded, bench.serves, limits))
+    wrist = WristLoad(bench.load) if bench.load is not None else None
+    return BenchEndpoint(list(parts.values()), drives, wrist, bench.sentences)
+
+
+def open_map(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
+    """Open a hand of one map: the case of one part, which presses with its own fingers."""
+    plan = open_plan(table["map"], hand.fingers)
+    endpoint = open_alone(table, hand, where)
+    part = Part("hand", str(table["map"]), endpoint, {one.name: one.name for one in plan.fingers})
+    commanded = [name for name in part.names if plan.hand.fingers[name].command is not None]
+    limits = plan.hand.drive
+    drives = [Drive(part, (name,), (name,), limits) for name in commanded if limits != DriveLimits()]
+    return BenchEndpoint([part], drives, sentences=lambda: endpoint.sentences)
+
+
+def settings_of_bench(table: Mapping[str, Any], where: str) -> tuple[tuple[str, ...], dict[str, Any]]:
+    """Return the fingers of a hand in parts, and the parameters of the grip controller that follow."""
+    bench = read_bench(build(BenchSettings, table, where), where)
+    return bench.fingers, bench.parameters()
+
+
+def _bounded(drive: DriveLimits, largest: float) -> DriveLimits:
+    """Return ``drive`` with its steps ending at ``largest`` [N]."""
+    return replace(drive, maximum=largest) if drive.minimum < largest < drive.maximum else drive
+
+
+def _check_names(sensors: Iterable[Source], where: str) -> None:
+    owner: dict[str, Source] = {}
+    ports: dict[str, str] = {}
+    for source in sensors:
+        for ours in source.names.values():
+            if ours in owner:
+                raise ConfigError(
+                    f"{where}: {ours} is a finger of {owner[ours].text} and of {source.text}; say whose is "
+                    f"which, as in 'left={source.text.rpartition('=')[2]}', or rename one in its file"
+                )
+            owner[ours] = source
+        port = str(source.transport.get("address", ""))
+        if port and port in ports:
+            raise ConfigError(
+                f"{where}: {ports[port]} and {source.text} are both at {port}; each has its own port"
+            )
+        ports[port] = source.text
+
+
+def _drives() -> str:
+    return "`vegrip connect --list` has those with commands"
+
+
+def _largest(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """Return both; of two numbers the larger: one noise and one patience serve all fingers."""
+    both: dict[str, Any] = {**base, **over}
+    for key in base.keys() & over.keys():
+        one, other = base[key], over[key]
+        if isinstance(one, Mapping) and isinstance(other, Mapping):
+            both[key] = _largest(one, other)
+        elif not isinstance(one, (str, bool)) and not isinstance(other, (str, bool)):
+            both[key] = max(one, other)
+    return both
+
+
+def _merged_drive(merged: dict[str, Any], bench: Bench) -> dict[str, Any]:
+    assert bench.drive is not None  # noqa: S101 (asked by the caller)
+    drive, hand = bench.drive.plan.hand.drive, bench.drive.plan.hand
+    known = [largest_force(bench.drive.plan), *(largest_felt(source.plan) for source in bench.sensors)]
+    forces = [one.force for one in known if one is not None]
+    limits = {"max_force": min(forces)} if forces else {}
+    lag = drive.delay + (1.0 / drive.rate if drive.rate > 0.0 else 0.0)
+    found = {**merged, "limits": {**merged.get("limits", {}), **limits, **hand.limits}}
+    if lag:
+        found["grip"] = {"drive_lag": round(min(lag, MOST_LAG), 4)}
+    found["thumb"] = bench.serves[0] if len(bench.serves) == 2 else ""
+    return found
+
+
+def _of_steps(drive: DriveLimits) -> Sequence[str]:
+    if drive == DriveLimits():
+        return [
+            "[drive] of the gripper's map says nothing of steps, pace and delay: it is asked for any force"
+        ]
+    most = f" to {drive.maximum:g} N" if math.isfinite(drive.maximum) else ""
+    return [
+        f"the gripper makes forces from {drive.minimum:g}{most} in steps of {drive.resolution:g} N, at most "
+        f"{drive.rate:g} a second, {1e3 * drive.delay:.0f} ms late: what is needed is rounded up"
+    ]

@@ -1,0 +1,282 @@
+"""The endpoint of a hand in parts, each a map at a transport of its own; a hand of one map is one part.
+
+States go up under the names of the hand, commands go to the part that presses with their finger. One drive
+of several fingers gets the largest force that any of them needs, of those that it can make.
+"""
+
+import math
+import select
+import time
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence, Set
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+from vegrip.clock import NOT_YET, NS
+from vegrip.grip.safety.drive import DriveLimits
+from vegrip.messages import DeviceReport, FingertipState, ForceCommand, Message, make_row
+from vegrip.transport.endpoint import Endpoint
+from vegrip.transport.hands.drive_steps import Told, least_force_sentence, next_force
+from vegrip.transport.hands.jaw_balance import JawBalance
+from vegrip.transport.hands.wrist_load import WristLoad
+from vegrip.transport.sender_clock import ClockEstimate
+
+NAP: Final = 1e-3  # [s] after which each part is asked again: it may have something to say
+LOOK_NS: Final = NS // 5  # [ns] between two looks at how the parts are
+SILENT_NS: Final = NS  # [ns] without a word of a part that had spoken
+FIRST_WORD_NS: Final = 3 * NS  # [ns] for its first: an opening takes its time
+LOST: Final = ("link_lost", "silent", "bus_lost", "no_traffic")
+"""What an endpoint counts when its device has gone."""
+
+
+@dataclass(slots=True)
+class Part:
+    """One device, or bus, of a hand."""
+
+    name: str
+    where: str  # its map and port
+    endpoint: Endpoint
+    names: Mapping[str, str]  # its finger -> that of the hand
+    role: str = "sensor"  # or drive, or wrist
+    heard: int = 0  # [ns] when it last said something
+    lost: int = 0  # of its counts
+
+
+@dataclass(slots=True)
+class Drive:
+    """A drive that presses with some fingers at once."""
+
+    part: Part
+    fingers: tuple[str, ...]  # as its map calls them
+    serves: tuple[str, ...]
+    limits: DriveLimits
+    told: Told = field(default_factory=Told)
+    felt: float = math.nan  # [N] as it says itself
+    _needs: dict[str, float] = field(default_factory=dict)
+    _sent: int = NOT_YET
+
+    @property
+    def need(self) -> float:
+        return max(self._needs.values(), default=0.0)
+
+    def take(self, command: ForceCommand) -> None:
+        """Take the command of a finger; tell the drive, no sooner than it can take it."""
+        if not 0.0 <= command.normal_force < math.inf:
+            return
+        self._needs[command.finger] = command.normal_force
+        before, now = self.told, command.stamp
+        self.told = next_force(self.limits, before, self.need, now)
+        is_new = self.told.force != before.force
+        if not is_new and self.limits.rate > 0.0 and now - self._sent < NS / self.limits.rate:
+            return
+        self._sent = now
+        change = self.told.force - before.force
+        for finger in self.fingers:
+            values = (now, finger, command.seq, self.told.force, change, command.reason, command.expires)
+            self.part.endpoint.send(make_row(ForceCommand, values))
+
+    def pressing(self, now: int) -> float:
+        """Return what it surely presses with [N]: what it says, else what it was told less hysteresis."""
+        if not math.isnan(self.felt):
+            return self.felt
+        is_there = now - self.told.at >= self.limits.delay * NS
+        return max(self.told.force - self.limits.hysteresis, 0.0) if is_there else 0.0
+
+
+class BenchEndpoint(Endpoint):
+    """All parts of a hand as one.
+
+    Besides what the parts count, ``rejected`` has ``lost_NAME`` of a part that has gone, ``uneven_jaws`` of
+    states in which two opposed fingers felt too different forces, and ``more_than_needed`` of looks at a
+    drive whose least force is far above what is needed; :attr:`hints` says which, in its own words.
+
+    Args:
+        parts: of the hand.
+        drives: of which each presses with some fingers; with others the part presses that has them.
+        wrist: the load of the fingers of the first drive, felt by a part.
+        sentences: what their owner must know.
+
+    """
+
+    def __init__(
+        self,
+        parts: Sequence[Part],
+        drives: Sequence[Drive] = (),
+        wrist: WristLoad | None = None,
+        sentences: Callable[[], Sequence[str]] = tuple,
+    ) -> None:
+        self._parts, self._wrist, self._sentences = tuple(parts), wrist, sentences
+        self._drives = {finger: drive for drive in drives for finger in drive.serves}
+        self._drive = drive = next(iter(drives), None)
+        self._of = {ours: part for part in parts if part.role == "sensor" for ours in part.names.values()}
+        served = drive.serves if drive is not None else ()
+        self._shared = served if wrist is not None else ()
+        self._blind = tuple(finger for finger in self._shared if finger not in self._of)
+        is_pair = len(served) == 2 and not self._blind
+        self._balance = JawBalance(served[0], served[1]) if is_pair else None
+        self._counts: Counter[str] = Counter()
+        self._hints: dict[str, str] = {}
+        self._looked, self._seq = time.monotonic_ns(), 0
+        self._opened = self._looked
+        self.broken: dict[str, int] = {}
+
+    def receive(self, timeout: float) -> Sequence[Message]:
+        """Wait up to ``timeout`` [s] for a state of any part, then take what is there."""
+        deadline = time.monotonic_ns() + round(timeout * NS)
+        messages: list[Message] = []
+        arrivals: list[int] = []
+        is_alone = len(self._parts) == 1
+        while True:
+            for part in self._parts:
+                self._take(part, timeout if is_alone else 0.0, messages, arrivals)
+            now = time.monotonic_ns()
+            if messages or is_alone or now >= deadline:
+                break
+            self._wait(min((deadline - now) / NS, NAP))
+        if now - self._looked >= LOOK_NS:
+            self._look(now)
+        self.arrivals = arrivals
+        return messages
+
+    def send(self, message: Message) -> None:
+        """Send a command to what presses with its finger; other messages are not for a foreign hand."""
+        if not isinstance(message, ForceCommand):
+            return
+        if (drive := self._drives.get(message.finger)) is not None:
+            drive.take(message)
+        elif (part := self._of.get(message.finger)) is not None:
+            part.endpoint.send(message)
+
+    @property
+    def rejected(self) -> Mapping[str, int]:
+        found = Counter(self._counts)
+        for part in self._parts:
+            found.update(part.endpoint.rejected)
+        return dict(found)
+
+    @property
+    def conditions(self) -> Set[str]:
+        return frozenset().union(*(part.endpoint.conditions for part in self._parts))
+
+    @property
+    def hints(self) -> Mapping[str, str]:  # type: ignore[override]
+        return self._hints
+
+    @property
+    def sentences(self) -> Sequence[str]:
+        return self._sentences()
+
+    @property
+    def clock(self) -> ClockEstimate | None:
+        return next((part.endpoint.clock for part in self._parts if part.endpoint.clock is not None), None)
+
+    @property
+    def in_trouble(self) -> bool:
+        return any(part.endpoint.in_trouble for part in self._parts)
+
+    def bus_load(self) -> float:
+        """Return that of the only part, NaN where there are several."""
+        return self._parts[0].endpoint.bus_load() if len(self._parts) == 1 else math.nan
+
+    def select(self, kinds: Collection[type[Message]]) -> None:
+        for part in self._parts:
+            part.endpoint.select(kinds)
+
+    def zero(self) -> bool:
+        asked = [part.endpoint.zero() for part in self._parts]
+        if self._wrist is not None:
+            self._wrist.take_tare()
+        return any(asked) or self._wrist is not None
+
+    def close(self) -> None:
+        for part in self._parts:
+            part.endpoint.close()
+
+    def _take(self, part: Part, timeout: float, messages: list[Message], arrivals: list[int]) -> None:
+        heard = part.endpoint.receive(timeout)
+        if part.endpoint.broken:
+            self.broken |= {part.names.get(name, name): count for name, count in part.endpoint.broken.items()}
+        if not heard:
+            return
+        part.heard = part.endpoint.arrivals[-1]
+        for message, arrival in zip(heard, part.endpoint.arrivals, strict=True):
+            for each in self._as_ours(part, message):
+                messages.append(each)
+                arrivals.append(arrival)
+
+    def _as_ours(self, part: Part, message: Message) -> Sequence[Message]:
+        """Return the states of our fingers that ``message`` of a part makes."""
+        if part.role == "sensor":
+            return (self._felt(part, message),)
+        if not isinstance(message, FingertipState):
+            return ()
+        if part.role == "drive" and self._drive is not None:
+            self._drive.felt = message.normal_force
+        if part.role != "wrist" or self._wrist is None or self._drive is None:
+            return ()
+        self._wrist.note(message)
+        self._seq += 1
+        force, share = self._drive.pressing(message.stamp), self._wrist.share(message.stamp)
+        return [
+            FingertipState(message.stamp, finger, self._seq, force, share, share * 0.0)
+            for finger in self._blind
+        ]
+
+    def _felt(self, part: Part, message: Message) -> Message:
+        finger = getattr(message, "finger", "")
+        ours = part.names.get(finger, finger)
+        if isinstance(message, DeviceReport):
+            return replace(message, finger=ours)
+        changes: dict[str, Any] = {"finger": ours} if ours != finger else {}
+        if isinstance(message, FingertipState):
+            if self._wrist is not None and ours in self._shared and math.isnan(message.tangential_force_x):
+                share = self._wrist.share(message.stamp)
+                changes |= {"tangential_force_x": share, "tangential_force_y": share * 0.0}
+            if self._balance is not None and self._balance.note(ours, message.normal_force, message.stamp):
+                self._counts["uneven_jaws"] += 1
+            return replace(message, **changes) if changes else message
+        return message
+
+    def _wait(self, seconds: float) -> None:
+        ready = [one for part in self._parts for one in part.endpoint.descriptors]
+        if ready:
+            select.select(ready, [], [], seconds)
+        else:
+            time.sleep(seconds)
+
+    def _look(self, now: int) -> None:
+        """See which part has gone, and put what is wrong into words."""
+        self._looked = now
+        for part in self._parts if len(self._parts) > 1 else ():
+            lost = sum(part.endpoint.rejected.get(name, 0) for name in LOST)
+            last = part.heard + SILENT_NS if part.heard else self._opened + FIRST_WORD_NS
+            is_mute = part.role != "drive" and now > last
+            if is_mute or lost > part.lost:
+                self._counts[f"lost_{part.name}"] += 1
+                self._hints[f"lost_{part.name}"] = self._of_loss(part)
+            part.lost = lost
+        if self._balance is not None and self._counts["uneven_jaws"]:
+            told = ", ".join(f"{name} {force:.1f} N" for name, force in self._balance.means.items())
+            self._hints["uneven_jaws"] = (
+                f"the jaws feel different forces ({told}), more than noise and gains allow: one touches "
+                "something else, or carries weight along the closing direction, or has lost its zero "
+                "(`vegrip zero`)"
+            )
+        for drive in self._drives.values():
+            if drive.told.force > 0.0 and (said := least_force_sentence(drive.limits, drive.need)):
+                self._counts["more_than_needed"] += 1
+                self._hints["more_than_needed"] = f"{said} ({drive.need:.1f} N)"
+
+    def _of_loss(self, part: Part) -> str:
+        """Return which part has gone, and what is left."""
+        if part.role == "drive" and self._drive is not None:
+            return (
+                f"the drive {part.where} does not answer, so the force cannot change: it holds "
+                f"{self._drive.told.force:.1f} N if it holds by itself; it is opened again each second, and "
+                "margins are still estimated"
+            )
+        fingers = self._blind if part.role == "wrist" else tuple(part.names.values())
+        rest = ", ".join(name for name in self._of if name not in fingers)
+        goes_on = f"; {rest} and the drive go on" if rest else ""
+        whose = ", ".join(fingers) or "the load of all fingers"
+        return f"{part.where} is silent: {whose} held, then at the fail-safe force, no lower{goes_on}"
