@@ -3,6 +3,8 @@
 import asyncio
 import ipaddress
 import json
+import math
+import time
 from pathlib import Path
 from typing import Annotated
 
@@ -16,11 +18,6 @@ app = group(
 )
 
 
-@app.callback()
-def bridge() -> None:
-    """Keep the name of the bridge in the command while there is one alone."""
-
-
 @app.command()
 def foxglove(
     port: Annotated[int, typer.Option(min=0, max=65535, help="to listen on; 0 = any free one")] = 8765,
@@ -30,7 +27,7 @@ def foxglove(
     cdr: Annotated[bool, typer.Option("--cdr", help="send ROS 2 types in CDR, as PlotJuggler wants")] = False,
     newest: Annotated[bool, typer.Option("--newest", help="send the newest message of 40 ms alone")] = False,
     layout: Annotated[
-        Path | None, typer.Option(help="write a layout for Foxglove to this file, and end")
+        Path | None, typer.Option(help="write a layout for Foxglove, or FILE.xml for PlotJuggler, and end")
     ] = None,
 ) -> None:
     """Serve every topic of running nodes to Foxglove and PlotJuggler, over WebSocket.
@@ -43,9 +40,9 @@ def foxglove(
     if layout is not None:
         _write_layout(layout)
         return
-    from vegrip.bridges import require_websockets
+    from vegrip.bridges import require
 
-    require_websockets()
+    require("websockets", "the bridge to Foxglove", "foxglove")
     from vegrip.bridges.foxglove_channels import Cdr, Json
     from vegrip.bridges.foxglove_server import FoxgloveServer
     from vegrip.bridges.node_topics import NodeTopics
@@ -65,8 +62,36 @@ def foxglove(
             complain(f"{server.left_out} messages were left out for clients that read slowly")
 
 
+@app.command()
+def mcap(
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="MCAP file to write; not one that is there.")
+    ],
+    duration: Annotated[float, typer.Option(min=0.0, help="in s; 0 = until Ctrl-C")] = 0.0,
+) -> None:
+    """Write what running nodes say to an MCAP file of ROS 2 types, which stays readable if this is killed.
+
+    Example: vegrip bridge mcap -o grasp.mcap --duration 60
+    """
+    from vegrip.bridges.node_topics import NodeTopics
+    from vegrip.bridges.ros2_mcap import record_ros2_mcap
+    from vegrip.cli._outputs import claim_file
+    from vegrip.whole_file import writing
+
+    claim_file(output, force=False)
+    source, count = NodeTopics(), 0
+    try:
+        with writing(output):
+            for count in record_ros2_mcap(output, source, time.monotonic() + (duration or math.inf)):  # noqa: B007
+                pass
+    finally:
+        source.rest()
+        typer.echo(f"{output}: {count} messages")
+
+
 def _write_layout(path: Path) -> None:
     from vegrip.bridges.foxglove_layout import FINGERS, layout
+    from vegrip.bridges.plotjuggler_layout import plotjuggler_layout
     from vegrip.errors import InputError
     from vegrip.runtime.registry import running_nodes
     from vegrip.whole_file import write_whole, writing
@@ -75,10 +100,12 @@ def _write_layout(path: Path) -> None:
     for entry in running_nodes():
         hands.setdefault(entry.namespace, {}).update(dict.fromkeys(entry.fingers))
     fingers = {namespace: tuple(names) for namespace, names in hands.items() if names} or {"": FINGERS}
+    is_xml = path.suffix.lower() == ".xml"
+    text = plotjuggler_layout(fingers) if is_xml else json.dumps(layout(fingers), indent=2) + "\n"
     with writing(path, InputError):
-        write_whole(path, json.dumps(layout(fingers), indent=2) + "\n")
-    count = sum(map(len, fingers.values()))
-    typer.echo(f"{path}: {count} fingers; in Foxglove: layouts, import from file")
+        write_whole(path, text)
+    where = "PlotJuggler: load layout" if is_xml else "Foxglove: layouts, import from file"
+    typer.echo(f"{path}: {sum(map(len, fingers.values()))} fingers; in {where}")
 
 
 def _is_loopback(host: str) -> bool:
