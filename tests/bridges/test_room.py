@@ -24,13 +24,19 @@ def test_a_bridge_is_imported_by_its_own_command_alone() -> None:
     code = "import sys, vegrip.cli, vegrip.cli.topic, vegrip.cli.bridge; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert not [
-        name for name in loaded.split() if name.startswith(("vegrip.bridges", "websockets", "mujoco"))
+        name
+        for name in loaded.split()
+        if name.startswith(("vegrip.bridges", "websockets", "mujoco", "cyclonedds", "pyarrow"))
     ]
 
 
 @pytest.mark.parametrize(
     ("words", "extra"),
-    [("bridge foxglove", "foxglove"), ("controllers --plant mujoco --grasp pinch", "mujoco")],
+    [
+        ("bridge foxglove", "foxglove"),
+        ("bridge ros2", "ros2"),
+        ("controllers --plant mujoco --grasp pinch", "mujoco"),
+    ],
 )
 def test_without_the_extra_a_sentence_says_what_to_install(
     monkeypatch, capsys, words: str, extra: str

@@ -22,6 +22,7 @@ TYPES: Final = {kind: {name: properties(kind)[name] for name in names} for kind,
 LITTLE_ENDIAN: Final = b"\x00\x01\x00\x00"  # CDR_LE and no options: RTPS 2.3, 10.2.1.2
 WRENCH: Final = "geometry_msgs/msg/WrenchStamped"
 DIAGNOSTICS: Final = "diagnostic_msgs/msg/DiagnosticArray"
+JOINTS: Final = "sensor_msgs/msg/JointState"
 LOG: Final = "foxglove_msgs/msg/Log"
 LOG_LEVELS: Final = {"info": 2, "warning": 3, "error": 4}
 """Of foxglove_msgs/msg/Log."""
@@ -33,6 +34,9 @@ PARTS: Final = {
     "geometry_msgs/msg/Vector3": "float64 x\nfloat64 y\nfloat64 z\n",
     "geometry_msgs/msg/Wrench": "geometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque\n",
     WRENCH: "std_msgs/Header header\ngeometry_msgs/Wrench wrench\n",
+    JOINTS: (
+        "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n"
+    ),
     "diagnostic_msgs/msg/KeyValue": "string key\nstring value\n",
     "diagnostic_msgs/msg/DiagnosticStatus": (
         "byte OK=0\nbyte WARN=1\nbyte ERROR=2\nbyte STALE=3\nbyte level\nstring name\nstring message\n"

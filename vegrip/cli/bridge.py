@@ -63,6 +63,51 @@ def foxglove(
 
 
 @app.command()
+def ros2(
+    states: Annotated[
+        str,
+        typer.Option(help="ZeroMQ address at which the states that come are published, for a node to hear."),
+    ] = "",
+    fingers: Annotated[str, typer.Option(help="Of which wrenches are read, by commas.")] = "thumb,index",
+    namespace: Annotated[str, typer.Option(help="Before the topics that are read, such as /left.")] = "",
+    domain: Annotated[int, typer.Option(min=0, max=232, help="ROS_DOMAIN_ID")] = 0,
+    interface: Annotated[str, typer.Option(help='of the network; "" = any, and the network may send')] = "lo",
+    multicast: Annotated[bool, typer.Option("--multicast", help="Find others by multicast.")] = False,
+) -> None:
+    """Speak ROS 2 without an installation of ROS: topics of running nodes out, wrenches of fingers in.
+
+    Out: wrench_command of every finger, /diagnostics and vegrip_msgs of every topic. In, with --states:
+    /hand/FINGER/wrench and /joint_states, to be heard by a node whose transport is zmq.
+
+    Example: vegrip bridge ros2 --states tcp://127.0.0.1:5701 --fingers thumb,index
+    """
+    from vegrip.bridges import require
+
+    require("cyclonedds", "the bridge to ROS 2", "ros2")
+    from vegrip.bridges.node_topics import NodeTopics
+    from vegrip.bridges.ros2_dds import Incoming, Link, relay
+    from vegrip.transport.open import Hand, open_endpoint
+
+    if interface != "lo":
+        complain(f"every program that reaches {interface or 'this machine'} may read and send, without a key")
+    names = tuple(name.strip() for name in fingers.split(",") if name.strip())
+    link = Link(domain, interface, multicast, complain)
+    typer.echo(f"domain {domain} on {interface or 'any interface'}; Ctrl-C ends")
+    source = NodeTopics()
+    try:
+        if not states:
+            relay(link, source)
+        else:
+            hand = Hand(names, namespace=namespace)
+            with open_endpoint({"kind": "zmq", "publish": states}, hand, "--states") as endpoint:
+                relay(link, source, Incoming(link, names, namespace), endpoint.send)
+    finally:
+        source.rest()
+        if link.left_out:
+            complain(f"{link.left_out} messages were left out: of second publishers, or for slow readers")
+
+
+@app.command()
 def mcap(
     output: Annotated[
         Path, typer.Option("-o", "--output", help="MCAP file to write; not one that is there.")
