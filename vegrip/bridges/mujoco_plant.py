@@ -68,7 +68,8 @@ def elliptic_least_force(
     if not (force > 0.0 and radius > 0.0):
         return 0.0 if tangential + torque == 0.0 else math.inf
     plain = math.hypot(tangential, torque / (TORSION * radius)) / mu
-    return force * (plain / force) ** (1.0 / (1.0 - friction_exponent))
+    least: float = force * (plain / force) ** (1.0 / (1.0 - friction_exponent))
+    return least
 
 
 class MujocoHand:

@@ -10,7 +10,7 @@ from vegrip.transport.codec.schema import Topics
 def plotjuggler_layout(hands: Mapping[str, Sequence[str]]) -> str:
     """Return what PlotJuggler loads; ``hands``: namespace, "" = none, -> fingers. One tab a finger."""
     root = ET.Element("root")
-    tabs = ET.SubElement(root, "tabbed_widget", name="Main Window", parent="main_window")
+    tabs = ET.SubElement(root, "tabbed_widget", {"name": "Main Window", "parent": "main_window"})
     for namespace, fingers in hands.items():
         for finger in fingers:
             _tab(tabs, Topics(namespace), finger, f"{namespace} {finger}".strip())

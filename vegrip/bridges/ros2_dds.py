@@ -53,7 +53,8 @@ def idl_type(name: str, text: str = "") -> Any:
             continue
         plain = kind.removesuffix("[]")
         one = KINDS[plain] if plain in KINDS else idl_type(plain.replace("/", "/msg/"))
-        fields[member] = idl.sequence[one] if kind.endswith("[]") else one
+        sequence: Any = idl.sequence
+        fields[member] = sequence[one] if kind.endswith("[]") else one
     package, _, short = name.rpartition("/")
     return make_idl_struct(f"{short}_", f"{package.replace('/', '.')}.dds_.{short}_", fields)
 

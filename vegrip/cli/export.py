@@ -135,6 +135,29 @@ def mcap_(
     )
 
 
+@app.command("lerobot")
+def lerobot_(
+    recording: Annotated[Path, typer.Argument(help="Recording or session.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the data set.")],
+    fps: Annotated[int, typer.Option(min=0, help="Frames a second; 0 = as many as there are rows.")] = 0,
+    task: Annotated[str, typer.Option(help="What is done, in words.")] = "hold an object",
+    force: FORCE = False,
+    as_json: JSON = False,
+) -> None:
+    """Write a recording as a data set of LeRobot: wrench, margin and its bound, friction of every finger.
+
+    Example: vegrip sample press && vegrip export lerobot press -o touch
+    """
+    from vegrip.identification.recording.lerobot import LAYOUT, write_lerobot
+
+    claim_folder(output, force=force)
+    info = write_lerobot(recording, output, fps=fps, task=task)
+    counts = {name: info[name] for name in ("total_episodes", "total_frames", "fps")}
+    told = {"folder": str(output), "layout": LAYOUT, **counts, "features": sorted(info["features"])}
+    words = f"{output}: {counts['total_frames']} frames, {counts['total_episodes']} episodes, layout {LAYOUT}"
+    answer(told, lambda: typer.echo(words), as_json=as_json)
+
+
 @app.command("learned")
 def learned(
     model: Model,
