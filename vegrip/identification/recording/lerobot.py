@@ -186,7 +186,7 @@ def _feature(name: str, values: Any) -> dict[str, Any]:
 def _stats(values: Any) -> dict[str, list[float]]:
     rows = values.reshape(len(values), -1).astype(float)
     known = np.where(np.isfinite(rows).any(axis=0), rows, 0.0)  # a column that was never known: zeros
-    figures = {"min": np.nanmin, "max": np.nanmax, "mean": np.nanmean, "std": np.nanstd}
+    figures: dict[str, Any] = {"min": np.nanmin, "max": np.nanmax, "mean": np.nanmean, "std": np.nanstd}
     return {name: figure(known, axis=0).tolist() for name, figure in figures.items()} | {"count": [len(rows)]}
 
 
@@ -214,7 +214,7 @@ def read_touch(path: Path, radius: float = math.nan) -> dict[str, Recording]:
     found = {}
     for finger, channels in fingers.items():
         tip = Fingertip(radius if math.isfinite(radius) else radii.get(finger, math.nan), name=finger)
-        source = {"file": path.name, "recovered": True}
+        source: dict[str, str | bool] = {"file": path.name, "recovered": True}
         found[finger] = Recording(f"{path.stem}-{finger}", t, episode, channels, tip, source=source)
         found[finger].report.rows_kept = len(t)
     return found
