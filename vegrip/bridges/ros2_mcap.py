@@ -161,7 +161,7 @@ def record_ros2_mcap(path: Path, source: NodeTopics, ends: float) -> Iterator[in
     start = time.monotonic_ns()
     since_1970 = time.time_ns() - start
     now = datetime.now(UTC).isoformat(timespec="seconds")
-    with path.open("xb") as file, Ros2Mcap(file, about("", {}, now)) as mcap:
+    with path.open("wb") as file, Ros2Mcap(file, about("", {}, now)) as mcap:
         topics: dict[str, type[Message]] = {}
         look_due = 0.0
         while time.monotonic() < ends:

@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from vegrip.cli._options import group
+from vegrip.cli._outputs import FORCE, claim_file
 from vegrip.cli._terminal import complain
 
 app = group(
@@ -113,6 +114,7 @@ def mcap(
         Path, typer.Option("-o", "--output", help="MCAP file to write; not one that is there.")
     ],
     duration: Annotated[float, typer.Option(min=0.0, help="in s; 0 = until Ctrl-C")] = 0.0,
+    force: FORCE = False,
 ) -> None:
     """Write what running nodes say to an MCAP file of ROS 2 types, which stays readable if this is killed.
 
@@ -120,10 +122,9 @@ def mcap(
     """
     from vegrip.bridges.node_topics import NodeTopics
     from vegrip.bridges.ros2_mcap import record_ros2_mcap
-    from vegrip.cli._outputs import claim_file
     from vegrip.whole_file import writing
 
-    claim_file(output, force=False)
+    claim_file(output, force=force)
     source, count = NodeTopics(), 0
     try:
         with writing(output):
