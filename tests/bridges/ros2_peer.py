@@ -100,6 +100,7 @@ def main(domain: int, how: str, count: int) -> int:
     answers = []
     if how == "joints":
         joints.write(JointState(Header(Time(1, 0), ""), ["wrist", "thumb"], [9.0, 1e-3], [], []))
+        joints.wait_for_acks(duration(seconds=PATIENCE))
     for n in range(count):
         vector = Vector3(0.0, 0.0, float(n))
         writer.write(WrenchStamped(Header(Time(n, 5), "thumb"), Wrench(vector, Vector3(0.0, 0.0, 0.0))))

@@ -148,13 +148,15 @@ def lerobot_(
 
     Example: vegrip sample press && vegrip export lerobot press -o touch
     """
-    from vegrip.identification.recording.lerobot import LAYOUT, write_lerobot
+    from vegrip.identification.recording.lerobot import SET_LAYOUT, write_lerobot
 
     claim_folder(output, force=force)
     info = write_lerobot(recording, output, fps=fps, task=task)
     counts = {name: info[name] for name in ("total_episodes", "total_frames", "fps")}
-    told = {"folder": str(output), "layout": LAYOUT, **counts, "features": sorted(info["features"])}
-    words = f"{output}: {counts['total_frames']} frames, {counts['total_episodes']} episodes, layout {LAYOUT}"
+    told = {"folder": str(output), "layout": SET_LAYOUT, **counts, "features": sorted(info["features"])}
+    words = (
+        f"{output}: {counts['total_frames']} frames, {counts['total_episodes']} episodes, layout {SET_LAYOUT}"
+    )
     answer(told, lambda: typer.echo(words), as_json=as_json)
 
 

@@ -39,7 +39,7 @@ from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, SlipM
 from vegrip.types import Floats
 from vegrip.whole_file import filled_folder, reading
 
-LAYOUT: Final = "v3.0"
+SET_LAYOUT: Final = "v3.0"
 SCHEMA: Final = "observation.tactile.*, version 1"
 TOUCH: Final = "observation.tactile."
 WRENCH: Final = ("tangential_force_x", "tangential_force_y", "normal_force", "", "", "torque_z")
@@ -101,7 +101,7 @@ def write_lerobot(
     columns: dict[str, Any] = touch | {"timestamp": (frames.number / rate).astype(np.float32)}
     columns |= {name: values.astype(np.int64) for name, values in zip(COUNTERS, counters, strict=True)}
     info = {
-        "codebase_version": LAYOUT, "robot_type": "vegrip", "total_episodes": len(length),
+        "codebase_version": SET_LAYOUT, "robot_type": "vegrip", "total_episodes": len(length),
         "total_frames": total, "total_tasks": 1, "chunks_size": 1000, "data_files_size_in_mb": 100,
         "video_files_size_in_mb": 200, "fps": rate, "splits": {"train": f"0:{len(length)}"},
         "data_path": DATA, "video_path": None,
@@ -117,7 +117,7 @@ def write_lerobot(
     }  # fmt: skip
     radii = {one.fingertip.name: one.fingertip.radius for one in recordings.values()}
     radii = {name: radius for name, radius in radii.items() if math.isfinite(radius)}
-    about = {"version": vegrip.__version__, "layout": LAYOUT, "schema": SCHEMA, "radius_m": radii}
+    about = {"version": vegrip.__version__, "layout": SET_LAYOUT, "schema": SCHEMA, "radius_m": radii}
     texts = {"info": info, "stats": {name: _stats(one) for name, one in columns.items()}, "vegrip": about}
     tasks = pa.table({"task_index": pa.array([0], pa.int64()), "task": [task]})
     parts = {
@@ -243,7 +243,7 @@ def _read_set(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
             raise RecordingError(f"{path}: meta/info.json is damaged ({error})") from None
         if not version.startswith("v3."):
             raise RecordingError(
-                f"{path}: has layout {version}; convert it to {LAYOUT} with LeRobot's program"
+                f"{path}: has layout {version}; convert it to {SET_LAYOUT} with LeRobot's program"
             )
         files = sorted((path / "data").glob("chunk-*/file-*.parquet"))
         if not files:
