@@ -101,6 +101,8 @@ def main(domain: int, how: str, count: int) -> int:
     if how == "joints":
         joints.write(JointState(Header(Time(1, 0), ""), ["wrist", "thumb"], [9.0, 1e-3], [], []))
         joints.wait_for_acks(duration(seconds=PATIENCE))
+        print("there", flush=True)
+        sys.stdin.readline()  # until it was read
     for n in range(count):
         vector = Vector3(0.0, 0.0, float(n))
         writer.write(WrenchStamped(Header(Time(n, 5), "thumb"), Wrench(vector, Vector3(0.0, 0.0, 0.0))))

@@ -164,7 +164,11 @@ def test_a_finger_whose_model_fails_and_a_node_that_is_not_active_are_warnings()
 def test_a_joint_of_the_fingers_name_is_its_displacement(link: Link, peer) -> None:
     incoming, states = Incoming(link, ("thumb",)), []
     incoming.read(0)
-    peer("joints", 50)
+    process = peer("joints", 50)
+    assert process.stdout.readline() == "there\n"
+    assert incoming.read(0) == []
+    process.stdin.write("go\n")
+    process.stdin.flush()
 
     def turn() -> bool:
         states.extend(incoming.read(0))
