@@ -156,3 +156,9 @@ def test_a_file_that_is_no_npz_is_refused(tmp_path: Path, capsys, beginning: byt
     assert main(["import", str(tmp_path / "x.npz"), "-o", str(tmp_path / "back")]) == 3
     assert "no .npz file" in capsys.readouterr().err
     assert main(["import", str(tmp_path / "x.npz"), "-o", str(tmp_path / "back"), "--map", "t=time"]) == 2
+
+
+def test_objects_in_a_file_are_not_made(tmp_path: Path, capsys) -> None:
+    np.savez(tmp_path / "x.npz", timestamps=np.array([{}], dtype=object), normal_force=np.ones((1, 2)))
+    assert main(["import", str(tmp_path / "x.npz"), "-o", str(tmp_path / "back")]) == 3
+    assert "plain numbers" in capsys.readouterr().err

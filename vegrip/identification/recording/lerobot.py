@@ -223,7 +223,7 @@ def read_touch(path: Path, radius: float = math.nan) -> dict[str, Recording]:
 def _read_npz(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
     with reading(path, RecordingError):
         try:
-            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+            with path.open("rb") as stream, np.load(stream) as file:
                 named = {re.split(r"[/.]", name)[-1]: file[name] for name in file.files}
         except (ValueError, EOFError, zipfile.BadZipFile) as error:
             raise RecordingError(f"{path}: is no .npz file of plain numbers ({error})") from None
