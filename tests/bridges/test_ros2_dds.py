@@ -17,7 +17,16 @@ from vegrip.messages import Condition, ForceCommand, Lifecycle, ModelHealth, Nod
 
 pytest.importorskip("cyclonedds")
 
-from vegrip.bridges.ros2_dds import Incoming, Link, Outgoing, diagnostics, idl_type, own_idl_type, wrench
+from vegrip.bridges.ros2_dds import (
+    Incoming,
+    Link,
+    Outgoing,
+    diagnostics,
+    idl_type,
+    own_idl_type,
+    relay,
+    wrench,
+)
 
 PEER = Path(__file__).with_name("ros2_peer.py")
 COUNT = 1000
@@ -177,6 +186,25 @@ def test_a_joint_of_the_fingers_name_is_its_displacement(link: Link, peer) -> No
     until(turn)
     assert states[-1].displacement == 1e-3
     assert math.isnan(states[-1].slip)  # not measured
+
+
+def test_what_nodes_say_goes_out_and_what_comes_in_goes_to_a_node(link: Link, peer) -> None:
+    got: list[float] = []
+
+    class Source:
+        def look(self):
+            return {"/hand/thumb/force_command": ForceCommand}
+
+        def read(self, topics, period):
+            assert (list(topics), period > 0.0) == (["/hand/thumb/force_command"], True)
+            if len(got) >= 20:
+                raise KeyboardInterrupt
+            return [("/hand/thumb/force_command", command(3.0))]
+
+    peer("publish", 20)
+    with pytest.raises(KeyboardInterrupt):
+        relay(link, Source(), Incoming(link, ("thumb",)), lambda state: got.append(state.normal_force))
+    assert got == [float(n) for n in range(20)]
 
 
 def test_an_interface_that_is_not_there_is_one_sentence(capsys) -> None:
