@@ -3,7 +3,8 @@
 ``python -m benchmarks.page_cost [--pairs 4] [--priority 10]`` prints the 99th percentile of the node
 with and without the page, and the processor time of both processes. With and without take turns, so that
 other work on the machine falls on both. The watcher reads the events as a browser does and draws nothing.
-``--priority`` gives node, hand and bus a real-time priority, as on a hand.
+``--priority`` gives node, hand and bus a real-time priority, as on a hand. ``--beside bridges`` measures the
+bridges to ROS 2 and to MCAP instead of the page, both of which take every topic.
 """
 
 import argparse
@@ -14,10 +15,11 @@ import re
 import statistics
 import subprocess
 import sys
+import tempfile
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -33,6 +35,7 @@ WINDOW = 6  # [s] measured, of each turn
 SETTLE = 2.0  # [s] before
 PATIENCE = 60.0  # [s] for the page to open
 SMALLEST = {"PAIRS": 1, "WINDOW": 1, "SETTLE": 0.0}
+ROS_DOMAIN = "97"
 TICKS = os.sysconf("SC_CLK_TCK")
 
 
@@ -52,7 +55,7 @@ def run() -> dict[str, dict[str, float]]:
     return {"node_p99_with_page": {"ours_us": ours, "theirs_us": theirs, "ratio": theirs / ours}}
 
 
-def measured(pairs: int, priority: int) -> dict[str, Any]:
+def measured(pairs: int, priority: int, beside: str = "page") -> dict[str, Any]:
     """Return medians over all seconds, with the page and without."""
     without, watched = Turns(), Turns()
     with ExitStack() as stack:
@@ -61,9 +64,9 @@ def measured(pairs: int, priority: int) -> dict[str, Any]:
             stack.enter_context(running("grasp_force", CHANNEL))
             stack.enter_context(running("virtual_hand", CHANNEL))
         for _ in range(pairs):
-            _measure(without, None)
-            with page() as pid:
-                _measure(watched, pid)
+            _measure(without, ())
+            with BESIDE[beside]() as pids:
+                _measure(watched, pids)
     return {
         "p99_with_us": statistics.median(watched.p99),
         "p99_without_us": statistics.median(without.p99),
@@ -75,8 +78,8 @@ def measured(pairs: int, priority: int) -> dict[str, Any]:
 
 
 @contextmanager
-def page() -> Iterator[int]:
-    """Serve the live page, let a watcher read it, and yield the process number."""
+def page() -> Iterator[Sequence[int]]:
+    """Serve the live page, let a watcher read it, and yield its process number."""
     with subprocess.Popen(
         [sys.executable, "-m", "vegrip", "monitor", "--web", "--port", "0"],
         stdout=subprocess.PIPE,
@@ -90,10 +93,31 @@ def page() -> Iterator[int]:
         watcher = threading.Thread(target=_watch, args=(int(found[1]), found[2]), daemon=True)
         watcher.start()
         try:
-            yield process.pid
+            yield (process.pid,)
         finally:
             process.terminate()
             watcher.join()
+
+
+@contextmanager
+def bridges() -> Iterator[Sequence[int]]:
+    """Run the bridges that take every topic, and yield their process numbers."""
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        words = ["ros2", "--domain", ROS_DOMAIN], ["mcap", "-o", f"{folder}/all.mcap"]
+        started = [
+            stack.enter_context(
+                subprocess.Popen([sys.executable, "-m", "vegrip", "bridge", *one], stdout=subprocess.DEVNULL)
+            )
+            for one in words
+        ]
+        try:
+            yield [process.pid for process in started]
+        finally:
+            for process in started:
+                process.terminate()
+
+
+BESIDE: dict[str, Callable[[], AbstractContextManager[Sequence[int]]]] = {"page": page, "bridges": bridges}
 
 
 def _watch(port: int, key: str) -> None:
@@ -109,21 +133,19 @@ def _watch(port: int, key: str) -> None:
     connection.close()
 
 
-def _measure(turns: Turns, page_pid: int | None) -> None:
+def _measure(turns: Turns, pids: Sequence[int]) -> None:
     time.sleep(SETTLE)
     node = find_node("grasp_force")
-    before, page_before = _used(node.pid), _used(page_pid)
+    before, page_before = _used(node.pid), sum(map(_used, pids))
     started = time.monotonic()
     turns.p99 += latencies_p99("grasp_force", WINDOW)
     passed = time.monotonic() - started
     turns.node.append((_used(node.pid) - before) / passed)
-    turns.page.append((_used(page_pid) - page_before) / passed)
+    turns.page.append((sum(map(_used, pids)) - page_before) / passed)
 
 
-def _used(pid: int | None) -> float:
+def _used(pid: int) -> float:
     """Return the processor time of a process so far [s]."""
-    if pid is None:
-        return 0.0
     fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / TICKS
 
@@ -133,8 +155,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="The cost of the live page beside a node.")
     parser.add_argument("--pairs", type=int, default=4)
     parser.add_argument("--priority", type=int, default=0)
+    parser.add_argument("--beside", choices=BESIDE, default="page")
     given = parser.parse_args()
-    print(json.dumps(measured(given.pairs, given.priority), indent=2))
+    print(json.dumps(measured(given.pairs, given.priority, given.beside), indent=2))
 
 
 if __name__ == "__main__":

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from vegrip.bridges.foxglove_channels import TYPES
 from vegrip.bridges.foxglove_layout import layout
+from vegrip.bridges.ros2_types import TYPES
 from vegrip.cli import main
 from vegrip.transport.codec.schema import Topics
 

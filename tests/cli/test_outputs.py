@@ -41,6 +41,10 @@ BEFORE_ANY_WORK = {
     "controllers": [],
     "export c": ["model.toml"],
     "export learned": ["absent.toml", "absent.txt"],
+    "export mujoco": ["model.toml"],
+    "export mcap": ["absent"],
+    "export lerobot": ["absent"],
+    "bridge mcap": [],
 }
 ENDINGS = {"changed": ".png", "controllers": ".png", "draft": ".py"}  # that the name of an output must have
 GROWS = {"check"}  # its output is a folder that the next run goes on with
@@ -59,8 +63,8 @@ def existing(folder: Path, name: str) -> Path:
     if name in ENDINGS:
         (folder / f"old{ENDINGS[name]}").write_text("measured")
         return folder / f"old{ENDINGS[name]}"
-    is_file = name in ("fit", "add", "refine", "experiment", "fleet", "connect", "report", "export learned")
-    if is_file:
+    files = ("fit", "add", "refine", "experiment", "fleet", "connect", "report", "export learned")
+    if name in (*files, "export mujoco", "export mcap", "bridge mcap"):
         (folder / "old").write_text("measured")
         return folder / "old"
     (folder / "old").mkdir()

@@ -9,12 +9,12 @@ from importlib.util import find_spec
 from vegrip.errors import UsageError
 
 
-def require_websockets() -> None:
-    """Say what to install where Foxglove cannot be served.
+def require(module: str, what: str, extra: str) -> None:
+    """Say what to install where ``module`` is not.
 
     Raises:
-        UsageError: websockets is not installed.
+        UsageError: it is not installed.
 
     """
-    if find_spec("websockets") is None:
-        raise UsageError("the bridge to Foxglove needs websockets; pip install 'vegrip[foxglove]'")
+    if find_spec(module) is None:
+        raise UsageError(f"{what} needs {module}; pip install 'vegrip[{extra}]'")

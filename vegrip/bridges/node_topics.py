@@ -45,8 +45,8 @@ class NodeTopics:
         self._sources = self._sources | found
         return {topic: source.kind for topic, source in self._sources.items()}
 
-    def read(self, topics: Collection[str]) -> list[tuple[str, Message]]:
-        """Return topic and message of what comes on ``topics`` within some hundredths of a second."""
+    def read(self, topics: Collection[str], period: float = READ_PERIOD) -> list[tuple[str, Message]]:
+        """Return topic and message of what comes on ``topics`` within ``period`` [s]."""
         sources = {topic: self._sources[topic] for topic in topics if topic in self._sources}
         self._reader = self._reader or TelemetryReader(())
         for topic, source in sources.items():
@@ -55,7 +55,7 @@ class NodeTopics:
                 self._reader.add(source.entry, [self._begin + topic])
         heard = [
             (topic, message, (entry.name, direction))
-            for entry, topic, direction, message in self._reader.read(READ_PERIOD)
+            for entry, topic, direction, message in self._reader.read(period)
             if topic in sources
         ]
         places = {topic: (source.entry.name, source.direction) for topic, source in sources.items()}

@@ -3,22 +3,20 @@
 import asyncio
 import ipaddress
 import json
+import math
+import time
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from vegrip.cli._options import group
+from vegrip.cli._outputs import FORCE, claim_file
 from vegrip.cli._terminal import complain
 
 app = group(
     "Show running hands in the programs of others.\n\nExample: vegrip bridge foxglove --layout hand.json"
 )
-
-
-@app.callback()
-def bridge() -> None:
-    """Keep the name of the bridge in the command while there is one alone."""
 
 
 @app.command()
@@ -30,7 +28,7 @@ def foxglove(
     cdr: Annotated[bool, typer.Option("--cdr", help="send ROS 2 types in CDR, as PlotJuggler wants")] = False,
     newest: Annotated[bool, typer.Option("--newest", help="send the newest message of 40 ms alone")] = False,
     layout: Annotated[
-        Path | None, typer.Option(help="write a layout for Foxglove to this file, and end")
+        Path | None, typer.Option(help="write a layout for Foxglove, or FILE.xml for PlotJuggler, and end")
     ] = None,
 ) -> None:
     """Serve every topic of running nodes to Foxglove and PlotJuggler, over WebSocket.
@@ -43,9 +41,9 @@ def foxglove(
     if layout is not None:
         _write_layout(layout)
         return
-    from vegrip.bridges import require_websockets
+    from vegrip.bridges import require
 
-    require_websockets()
+    require("websockets", "the bridge to Foxglove", "foxglove")
     from vegrip.bridges.foxglove_channels import Cdr, Json
     from vegrip.bridges.foxglove_server import FoxgloveServer
     from vegrip.bridges.node_topics import NodeTopics
@@ -65,8 +63,81 @@ def foxglove(
             complain(f"{server.left_out} messages were left out for clients that read slowly")
 
 
+@app.command()
+def ros2(
+    states: Annotated[
+        str,
+        typer.Option(help="ZeroMQ address at which the states that come are published, for a node to hear."),
+    ] = "",
+    fingers: Annotated[str, typer.Option(help="Of which wrenches are read, by commas.")] = "thumb,index",
+    namespace: Annotated[str, typer.Option(help="Before the topics that are read, such as /left.")] = "",
+    domain: Annotated[int, typer.Option(min=0, max=232, help="ROS_DOMAIN_ID")] = 0,
+    interface: Annotated[str, typer.Option(help='of the network; "" = any, and the network may send')] = "lo",
+    multicast: Annotated[bool, typer.Option("--multicast", help="Find others by multicast.")] = False,
+) -> None:
+    """Speak ROS 2 without an installation of ROS: topics of running nodes out, wrenches of fingers in.
+
+    Out: wrench_command of every finger, /diagnostics and vegrip_msgs of every topic. In, with --states:
+    /hand/FINGER/wrench and /joint_states, to be heard by a node whose transport is zmq.
+
+    Example: vegrip bridge ros2 --states tcp://127.0.0.1:5701 --fingers thumb,index
+    """
+    from vegrip.bridges import require
+
+    require("cyclonedds", "the bridge to ROS 2", "ros2")
+    from vegrip.bridges.node_topics import NodeTopics
+    from vegrip.bridges.ros2_dds import Incoming, Link, relay
+    from vegrip.transport.open import Hand, open_endpoint
+
+    if interface != "lo":
+        complain(f"every program that reaches {interface or 'this machine'} may read and send, without a key")
+    names = tuple(name.strip() for name in fingers.split(",") if name.strip())
+    link = Link(domain, interface, multicast, complain)
+    typer.echo(f"domain {domain} on {interface or 'any interface'}; Ctrl-C ends")
+    source = NodeTopics()
+    try:
+        if not states:
+            relay(link, source)
+        else:
+            hand = Hand(names, namespace=namespace)
+            with open_endpoint({"kind": "zmq", "publish": states}, hand, "--states") as endpoint:
+                relay(link, source, Incoming(link, names, namespace), endpoint.send)
+    finally:
+        source.rest()
+        if link.left_out:
+            complain(f"{link.left_out} messages were left out: of second publishers, or for slow readers")
+
+
+@app.command()
+def mcap(
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="MCAP file to write; not one that is there.")
+    ],
+    duration: Annotated[float, typer.Option(min=0.0, help="in s; 0 = until Ctrl-C")] = 0.0,
+    force: FORCE = False,
+) -> None:
+    """Write what running nodes say to an MCAP file of ROS 2 types, which stays readable if this is killed.
+
+    Example: vegrip bridge mcap -o grasp.mcap --duration 60
+    """
+    from vegrip.bridges.node_topics import NodeTopics
+    from vegrip.bridges.ros2_mcap import record_ros2_mcap
+    from vegrip.whole_file import writing
+
+    claim_file(output, force=force)
+    source, count = NodeTopics(), 0
+    try:
+        with writing(output):
+            for count in record_ros2_mcap(output, source, time.monotonic() + (duration or math.inf)):  # noqa: B007
+                pass
+    finally:
+        source.rest()
+        typer.echo(f"{output}: {count} messages")
+
+
 def _write_layout(path: Path) -> None:
     from vegrip.bridges.foxglove_layout import FINGERS, layout
+    from vegrip.bridges.plotjuggler_layout import plotjuggler_layout
     from vegrip.errors import InputError
     from vegrip.runtime.registry import running_nodes
     from vegrip.whole_file import write_whole, writing
@@ -75,10 +146,12 @@ def _write_layout(path: Path) -> None:
     for entry in running_nodes():
         hands.setdefault(entry.namespace, {}).update(dict.fromkeys(entry.fingers))
     fingers = {namespace: tuple(names) for namespace, names in hands.items() if names} or {"": FINGERS}
+    is_xml = path.suffix.lower() == ".xml"
+    text = plotjuggler_layout(fingers) if is_xml else json.dumps(layout(fingers), indent=2) + "\n"
     with writing(path, InputError):
-        write_whole(path, json.dumps(layout(fingers), indent=2) + "\n")
-    count = sum(map(len, fingers.values()))
-    typer.echo(f"{path}: {count} fingers; in Foxglove: layouts, import from file")
+        write_whole(path, text)
+    where = "PlotJuggler: load layout" if is_xml else "Foxglove: layouts, import from file"
+    typer.echo(f"{path}: {sum(map(len, fingers.values()))} fingers; in {where}")
 
 
 def _is_loopback(host: str) -> bool:

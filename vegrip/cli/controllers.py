@@ -15,7 +15,7 @@ from vegrip.errors import UsageError, suggestion
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from vegrip.trials.fronts import QualityTrial, Surroundings
+    from vegrip.trials.fronts import PlantMake, QualityTrial, Surroundings
 
 BOTH = "both"
 
@@ -54,6 +54,10 @@ WORLD = Annotated[
         " of the tangential forces, as measured by others; or both.",
     ),
 ]
+PLANT = Annotated[
+    str, typer.Option("--plant", help="ours, or mujoco: a gripper of two pads in MuJoCo, for the pinch.")
+]
+PLANTS = ("ours", "mujoco")
 JOBS = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Processes.")]
 PICTURE = Annotated[Path | None, typer.Option("-o", "--output", help="Picture of the fronts.")]
 
@@ -73,6 +77,7 @@ def controllers(
     no_slip_channel: NO_CHANNEL = False,
     measure_lag: LAG = False,
     world: WORLD = BOTH,
+    plant: PLANT = "ours",
     jobs: JOBS = 1,
     output: PICTURE = None,
     force: FORCE = False,
@@ -82,7 +87,8 @@ def controllers(
 
     Every controller meets the same simulated hands, objects and disturbances. The least possible force is
     that of a controller that knows the true friction and contact at every instant. In the old world friction
-    is constant; in the published one it falls with the load, as measured by others.
+    is constant; in the published one it falls with the load, as measured by others. With --plant mujoco
+    the world is one that is not ours, and the creep of the simulator itself is shown beside.
 
     Example: vegrip controllers --grasp pinch --seeds 2 --only vegrip --only constant
 
@@ -90,7 +96,7 @@ def controllers(
     """
     from vegrip.trials import fronts
 
-    names, worlds = _known(grasp, only or []), _worlds(world)
+    names, worlds, hands = _known(grasp, only or []), _worlds(world), _plant(plant, grasp)
     if no_slip_channel and slip_channel != "sound":
         raise UsageError(f"give --slip-channel {slip_channel} or --no-slip-channel, not both")
     channel = "absent" if no_slip_channel else slip_channel
@@ -104,13 +110,25 @@ def controllers(
         told = {}
         for here in worlds:
             trials = fronts.trials_of(
-                knobs, seen, duration, grasp, around, measures_lag=measure_lag, world=here
+                knobs, seen, duration, grasp, around, measures_lag=measure_lag, world=here, plant=hands
             )
             told[here] = fronts.told_of(_run(trials, jobs, here), grasp)
         outputs.write(output, lambda path: fronts.draw_fronts(told, grasp, path))
-        said = {"grasp": grasp, "seeds": seeds, "duration": duration, "slip_channel": channel}
+        said: dict[str, Any] = {
+            "grasp": grasp,
+            "seeds": seeds,
+            "duration": duration,
+            "slip_channel": channel,
+            "plant": plant,
+        }
+        if plant == "mujoco":
+            from vegrip.bridges.mujoco_plant import simulator_creep
+
+            said["creep"] = simulator_creep()
         figures = {"controllers": told[worlds[0]], "worlds": told}
         answer(said | figures, lambda: _print(told, measure_lag), as_json=as_json)
+        if not as_json:
+            _print_creep(said.get("creep", []))
 
 
 def _run(trials: "Sequence[QualityTrial]", jobs: int, world: str) -> "dict[str, dict[float, dict[str, Any]]]":
@@ -124,6 +142,31 @@ def _run(trials: "Sequence[QualityTrial]", jobs: int, world: str) -> "dict[str, 
             lambda done: (
                 None if done % every else report(f"{done} of {len(trials)} scenarios, {world} world")
             ),
+        )
+
+
+def _plant(name: str, grasp: str) -> "PlantMake":
+    from vegrip.trials.fronts import OURS, PlantMake
+
+    if name not in PLANTS:
+        raise UsageError(f"there is no plant {name!r}; {suggestion(name, PLANTS)}")
+    if name == "ours":
+        return OURS
+    if grasp != "pinch":
+        raise UsageError("the gripper of MuJoCo has two fingers; give --grasp pinch")
+    from vegrip.bridges import require
+
+    require("mujoco", "--plant mujoco", "mujoco")
+    from vegrip.bridges.mujoco_plant import MujocoHand, elliptic_least_force
+
+    return PlantMake(MujocoHand, elliptic_least_force)
+
+
+def _print_creep(creep: list[dict[str, float]]) -> None:
+    for row in creep:
+        setting = f"impratio {row['impratio']:g}, noslip_iterations {row['noslip_iterations']:g}"
+        typer.echo(
+            f"creep of MuJoCo itself, held by a constant force, {setting}: {1e3 * row['creep']:.2g} mm/s"
         )
 
 

@@ -1,4 +1,4 @@
-"""``vegrip export``: the estimator for firmware, and what firmware has learned back into a model."""
+"""``vegrip export``: the estimator for firmware and what it learned there, a model for MuJoCo."""
 
 import dataclasses
 from pathlib import Path
@@ -11,13 +11,13 @@ from vegrip.cli._outputs import FORCE, claim_file, claim_folder
 from vegrip.cli._terminal import answer, print_json, printer
 from vegrip.config import build, read_toml
 from vegrip.errors import InputError, UsageError
-from vegrip.whole_file import writing
+from vegrip.whole_file import write_whole, writing
 
 if TYPE_CHECKING:
     from vegrip.export import Exported, Request
 
 app = group(
-    "Write the estimator for firmware; read what firmware has learned.\n\n"
+    "Write the estimator for firmware, or a model for other programs; read what firmware has learned.\n\n"
     "Example: vegrip sample press.toml && vegrip export c press.toml -o firmware"
 )
 CONTROL = ("grip", "limits", "fail_safe", "watchdog")
@@ -70,6 +70,94 @@ def c_(
     with writing(output):
         exported = write_export(request, output)
     answer(_as_dict(exported, precision), lambda: _show(request, exported, output), as_json=as_json)
+
+
+@app.command("mujoco")
+def mujoco_(
+    model: Model,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="MJCF file to write, for <include>.")
+    ] = None,
+    mass: Annotated[
+        float,
+        typer.Option(help="Effective mass, in kg: 1 / (1/fingertip + 1/object); the force goes with it."),
+    ] = 0.03,
+    hold: Annotated[float, typer.Option(help="The force after this hold is fitted, in s.")] = 1.0,
+    force: FORCE = False,
+    as_json: JSON = False,
+) -> None:
+    """Write MuJoCo's solref, solimp and friction nearest to MODEL, and in numbers what they cannot represent.
+
+    Example: vegrip sample press.toml && vegrip export mujoco press.toml -o fingertip.xml
+    """
+    from vegrip.bridges.mujoco_contact import nearest_contact
+    from vegrip.model import read_model
+
+    for name, value, high in (("--mass", mass, 1e3), ("--hold", hold, 1e4)):
+        if not 1e-6 <= value <= high:
+            raise UsageError(f"{name} is {value:g}; give 1e-6 to {high:g}")
+    if output is not None:
+        claim_file(output, force=force)
+    nearest = nearest_contact(read_model(model), mass, hold)
+    if output is not None:
+        with writing(output):
+            write_whole(output, str(nearest))
+
+    def say() -> None:
+        for line in nearest.misfit.sentences() if output else [str(nearest)]:
+            typer.echo(line)
+        if output is not None:
+            typer.echo(f"{output}: written")
+
+    answer(nearest.to_json(), say, as_json=as_json)
+
+
+@app.command("mcap")
+def mcap_(
+    recording: Annotated[Path, typer.Argument(help="Recording or session.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="MCAP file to write.")],
+    force: FORCE = False,
+    as_json: JSON = False,
+) -> None:
+    """Write a recording as MCAP of ROS 2 types: WrenchStamped, vegrip_msgs, slips and verdicts as a log.
+
+    Example: vegrip sample press && vegrip export mcap press -o press.mcap
+    """
+    from vegrip.bridges.ros2_mcap import write_ros2_mcap
+
+    claim_file(output, force=force)
+    with writing(output):
+        count = write_ros2_mcap(recording, output)
+    answer(
+        {"file": str(output), "messages": count},
+        lambda: typer.echo(f"{output}: {count} messages"),
+        as_json=as_json,
+    )
+
+
+@app.command("lerobot")
+def lerobot_(
+    recording: Annotated[Path, typer.Argument(help="Recording or session.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the data set.")],
+    fps: Annotated[int, typer.Option(min=0, help="Frames a second; 0 = as many as there are rows.")] = 0,
+    task: Annotated[str, typer.Option(help="What is done, in words.")] = "hold an object",
+    force: FORCE = False,
+    as_json: JSON = False,
+) -> None:
+    """Write a recording as a data set of LeRobot: wrench, margin and its bound, friction of every finger.
+
+    Example: vegrip sample press && vegrip export lerobot press -o touch
+    """
+    from vegrip.identification.recording.lerobot import SET_LAYOUT, write_lerobot
+
+    claim_folder(output, force=force)
+    info = write_lerobot(recording, output, fps=fps, task=task)
+    counts = {name: info[name] for name in ("total_episodes", "total_frames", "fps")}
+    told = {"folder": str(output), "layout": SET_LAYOUT, **counts, "features": sorted(info["features"])}
+    words = (
+        f"{output}: {counts['total_frames']} frames, {counts['total_episodes']} episodes, layout {SET_LAYOUT}"
+    )
+    answer(told, lambda: typer.echo(words), as_json=as_json)
 
 
 @app.command("learned")

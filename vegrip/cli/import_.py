@@ -24,7 +24,8 @@ SRC = Annotated[
     list[Path],
     typer.Argument(
         help="Table (CSV, also .gz), CAN log (.asc, .blf, .trc, .mf4, candump), .mcap, rosbag, or a "
-        "recording to go to .mcap. Several tables or bags become the episodes of one recording."
+        "recording to go to .mcap; a data set of LeRobot, or .npz of the Open-Tactile-Schema. "
+        "Several tables or bags become the episodes of one recording."
     ),
 ]
 OUT = Annotated[
@@ -109,15 +110,18 @@ def import_(
     }
     table_options |= {"--zero": zeros, "--baseline": baseline, "--step": step, "--decimal": decimal}
     table_options |= {"--thousands": thousands, "--delimiter": delimiter}
-    is_alone = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
+    is_mcap = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
+    is_alone = is_mcap or _is_touch(one)
     if len(src) > 1 and (is_alone or any(map(_is_can_log, src))):
-        raise UsageError(
-            "only tables and mapped bags can be joined; import MCAP files and CAN logs one by one"
-        )
+        raise UsageError("only tables and mapped bags can be joined; import all else one by one")
     if is_alone:
+        table_options |= {"--spread": spread, "--channel": channel, "--frame": frame}
+        table_options |= {"--radius": radius} if is_mcap else {}
         _refuse_options(
-            {**table_options, "--radius": radius, "--spread": spread, "--channel": channel, "--frame": frame},
-            "a recording in MCAP, which describes itself",
+            table_options,
+            "a recording in MCAP, which describes itself"
+            if is_mcap
+            else "touch data, which describe themselves",
         )
     elif _is_can_log(one):
         table_options["--frame"] = frame
@@ -129,7 +133,7 @@ def import_(
     _claim(output, one, fingers, force=force)
     has_own_zeros = False
     if is_alone:
-        found = _mcap(one, output)
+        found = _mcap(one, output) if is_mcap else _touch(one, output, metres, force=force)
     elif _is_can_log(one):
         found = _can_log(one, output, fingers, metres, channel, spread=spread, accepted=accept)
     else:
@@ -200,6 +204,21 @@ def _mcap(src: Path, output: Path) -> "Mapping[Path, Recording]":
         return write_mcap(src, output)
     with replaced(output):
         return read_mcap(src, output)
+
+
+def _is_touch(path: Path) -> bool:
+    return path.suffix.lower() == ".npz" or (path / "meta" / "info.json").is_file()
+
+
+def _touch(src: Path, output: Path, radius: float, *, force: bool) -> "Mapping[Path, Recording]":
+    from vegrip.identification.recording.lerobot import read_touch
+
+    found = read_touch(src, radius)
+    if len(found) == 1:
+        return _written({output: next(iter(found.values()))})
+    for finger in found:
+        claim_recording(output / finger, force=force)
+    return _written({output / finger: recording for finger, recording in found.items()})
 
 
 def _can_log(

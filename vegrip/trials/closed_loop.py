@@ -19,7 +19,7 @@ from vegrip.grip.parameters import GraspParameters, estimator_factory
 from vegrip.hand_sample import HandSample
 from vegrip.messages import ContactEstimate, FingertipState
 from vegrip.trials.candidates import BOUND, parameters
-from vegrip.trials.known_contact import KnownContact
+from vegrip.trials.known_contact import KnownContact, LeastForce, Plant, least_force
 from vegrip.trials.published_friction import TANGENTIAL_GAIN_RANGE, draw_friction
 from vegrip.types import Floats
 from vegrip.virtual import Disturbance, HandSettings, VirtualHand, disturbances
@@ -133,6 +133,7 @@ class Course:
     contact: list[Floats] = field(default_factory=list)
     """True tangential force [N], torque [N m], friction, contact radius [m] and pressure exponent."""
     friction_exponent: float = 0.0  # [-] by which friction falls with the force
+    least: LeastForce = least_force  # of the contacts
     stated: list[Floats] = field(default_factory=list)
     """Mean and std of ln mu as stated of each finger, (fingers, 2); NaN without a contact or look."""
     friction: list[tuple[float, float, float]] = field(default_factory=list)
@@ -147,7 +148,7 @@ class Course:
         kept = time >= start
         return time[kept], np.array(self.margin)[kept], np.array(self.force)[kept]
 
-    def sample(self, hand: VirtualHand, commands: Iterable[float]) -> None:
+    def sample(self, hand: Plant, commands: Iterable[float]) -> None:
         """Add the truth of ``hand``, whose fingers are those of the course, and the commands [N]."""
         truth = hand.truths()
         self.time.append(hand.time)
@@ -159,7 +160,7 @@ class Course:
         self.contact.append(np.column_stack([pull, np.abs(truth[:, TORQUE]), rest]))
         self.command.append(np.array(commands))
 
-    def finish(self, hand: VirtualHand) -> None:
+    def finish(self, hand: Plant) -> None:
         self.slips, self.dropped = hand.slips, hand.dropped
         self.largest_micro_slip = hand.largest_micro_slip
         self.slid = float(hand.truths()[:, SLIP_DISTANCE].max())
@@ -176,10 +177,16 @@ class Course:
 class Loop:
     """Steps a hand and its controller against each other."""
 
-    def __init__(self, hand: VirtualHand, grip: GripController, spoil: Spoil | None = None) -> None:
+    def __init__(
+        self,
+        hand: Plant,
+        grip: GripController,
+        spoil: Spoil | None = None,
+        least: LeastForce = least_force,
+    ) -> None:
         self.hand, self.grip, self._spoil = hand, grip, spoil
         self.commands = np.full(len(hand.fingers), np.nan)  # [N]
-        self.course = Course(hand.fingers, friction_exponent=hand.friction_exponent)
+        self.course = Course(hand.fingers, friction_exponent=hand.friction_exponent, least=least)
 
     def run(self, duration: float) -> Course:
         """Run to ``duration`` [s] of simulated time, or until the object is lost."""
@@ -240,19 +247,21 @@ def grip_of(
 
 
 def run_grip(
-    hand: VirtualHand,
+    hand: Plant,
     settings: GraspParameters,
     duration: float,
     *,
     knows: bool = False,
     spoil: Spoil | None = None,
+    least: LeastForce = least_force,
 ) -> Course:
     """Run a controller to ``duration`` [s], or until the object is lost.
 
-    One that ``knows`` has the truth of friction and contact instead of an estimate.
+    One that ``knows`` has the truth of friction and contact instead of an estimate; ``least`` is the limit
+    of the hand's contacts.
     """
-    grip = grip_of(settings, hand.fingers, partial(KnownContact, hand) if knows else None)
-    course = Loop(hand, grip, spoil).run(duration)
+    grip = grip_of(settings, hand.fingers, partial(KnownContact, hand, least=least) if knows else None)
+    course = Loop(hand, grip, spoil, least).run(duration)
     course.lags = tuple(map(grip.drive_lag, hand.fingers))
     return course
 

@@ -18,7 +18,7 @@ from scipy.special import betaincinv
 from vegrip.plotting import new_figure, save_figure
 from vegrip.trials.candidates import BOUND, KNOBS, parameters, told_of_slip
 from vegrip.trials.closed_loop import SAMPLING_S, SETTLED_S, Course, Scenario, run_grip
-from vegrip.trials.known_contact import least_force
+from vegrip.trials.known_contact import LeastForce, Plant, least_force
 from vegrip.types import Floats
 from vegrip.virtual import Disturbance, HandSettings, VirtualHand
 from vegrip.virtual.disturbance import AddedMass, Push, Shake, SlowLoad, Turn, Twist, Wetting
@@ -69,7 +69,7 @@ def least_forces(course: Course) -> Floats:
     forces, contacts = np.array(course.force), np.array(course.contact).reshape(-1, 5)
     rows = zip(forces.ravel().tolist(), contacts.tolist(), strict=True)
     g = course.friction_exponent
-    least = [least_force(force, f, m, mu, radius, k, g) for force, (f, m, mu, radius, k) in rows]
+    least = [course.least(force, f, m, mu, radius, k, g) for force, (f, m, mu, radius, k) in rows]
     return np.array(least).reshape(-1, len(course.fingers))
 
 
@@ -243,6 +243,17 @@ class Surroundings:
 
 
 @dataclass(frozen=True)
+class PlantMake:
+    """How a simulated hand is made, and the limit of its contacts."""
+
+    make: Callable[[HandSettings, int, Sequence[Disturbance]], Plant] = VirtualHand
+    least: LeastForce = least_force
+
+
+OURS = PlantMake()
+
+
+@dataclass(frozen=True)
 class QualityTrial:
     """One run: which controller, with which knob, through which scenario, in which surroundings."""
 
@@ -254,6 +265,7 @@ class QualityTrial:
     surroundings: Surroundings = Surroundings()
     measures_lag: bool = False  # of the drives, instead of being told
     world: str = "old"  # one of WORLDS
+    plant: PlantMake = OURS
 
     @property
     def scenario(self) -> Scenario:
@@ -267,8 +279,9 @@ def run_quality_trial(trial: QualityTrial) -> Course:
     grip = replace(settings.grip, measure_lag=trial.measures_lag and settings.grip.drive_lag > 0.0)
     settings = replace(settings, grip=grip)
     return run_grip(
-        VirtualHand(hand, trial.seed, scenario.events), settings, trial.duration,
+        trial.plant.make(hand, trial.seed, scenario.events), settings, trial.duration,
         knows=trial.name == BOUND, spoil=wrong_slip(trial.surroundings.slip_channel, trial.seed),
+        least=trial.plant.least,
     )  # fmt: skip
 
 
@@ -286,10 +299,11 @@ def trials_of(
     *,
     measures_lag: bool = False,
     world: str = "old",
+    plant: PlantMake = OURS,
 ) -> list[QualityTrial]:
     """Return every controller with every knob on every seed; those that lead the load may measure the lag."""
     return [
-        QualityTrial(name, seed, duration, knob, grasp, surroundings, measures_lag, world)
+        QualityTrial(name, seed, duration, knob, grasp, surroundings, measures_lag, world, plant)
         for name, values in knobs.items()
         for knob in values
         for seed in seeds

@@ -1,12 +1,55 @@
 """An estimator that knows the truth of its contact: the bound of what any of them can reach."""
 
 import math
+from collections.abc import Callable
+from typing import Protocol
 
 from vegrip.contact.limit_surface.fast import least_normal_force
+from vegrip.hand_sample import HandSample
 from vegrip.messages import ContactEstimate, Estimate, FingertipState, ModelHealth, SlipMargin
-from vegrip.virtual import VirtualHand
+from vegrip.types import Floats
 
 HERTZ_POWER = 1.0 / 3.0
+
+LeastForce = Callable[[float, float, float, float, float, float, float], float]
+"""What :func:`least_force` is: the limit of a simulated contact, asked for its least normal force [N]."""
+
+
+class Plant(Protocol):
+    """A simulated hand that holds an object and knows the truth; ours is ``vegrip.virtual.VirtualHand``."""
+
+    @property
+    def fingers(self) -> tuple[str, ...]:
+        """Their names."""
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+
+    @property
+    def slips(self) -> int:
+        """Slides of a whole patch by more than 0.1 mm, so far."""
+
+    @property
+    def largest_micro_slip(self) -> float:
+        """The longest shorter slide [m]."""
+
+    @property
+    def dropped(self) -> bool:
+        """The object is lost."""
+
+    @property
+    def friction_exponent(self) -> float:
+        """By which friction falls with the normal force [-]."""
+
+    def advance(self, dt: float, commands: Floats) -> list[HandSample]:
+        """Go on by ``dt`` [s] under normal forces [N], NaN = none; return the samples on the way."""
+
+    def truths(self) -> Floats:
+        """Return the true contacts, in the order of ``vegrip.virtual.hand.TRUTHS``."""
+
+    def contact(self, number: int) -> tuple[float, float, float, float]:
+        """Return true normal force [N], friction, contact radius [m] and exponent of a finger."""
 
 
 def least_force(
@@ -36,8 +79,9 @@ def least_force(
 class KnownContact:
     """The contact of one finger of a simulated hand, as it is."""
 
-    def __init__(self, hand: VirtualHand, finger: str) -> None:
+    def __init__(self, hand: Plant, finger: str, least: LeastForce = least_force) -> None:
         self._hand, self._finger, self._number = hand, finger, hand.fingers.index(finger)
+        self._least = least
         self.reset()
 
     @property
@@ -80,7 +124,7 @@ class KnownContact:
         force, mu, radius, exponent = self._hand.contact(self._number)
         tangential, torque = self._load if load is None else load
         falls = self._hand.friction_exponent
-        return least_force(force, tangential, abs(torque), mu * (1.0 - margin), radius, exponent, falls)
+        return self._least(force, tangential, abs(torque), mu * (1.0 - margin), radius, exponent, falls)
 
     def reset(self) -> None:
         self._stamp, self._load = 0, (0.0, 0.0)

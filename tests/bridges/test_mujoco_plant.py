@@ -1,0 +1,83 @@
+"""The gripper in MuJoCo as a plant: what holds in it by mechanics, whatever the solver does."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vegrip.bridges.mujoco_plant import MujocoHand, elliptic_least_force
+from vegrip.cli import main
+from vegrip.errors import UsageError
+from vegrip.trials.closed_loop import FORCE, FORCE_X, FORCE_Y, GRASPS, TORQUE
+from vegrip.virtual.hand import TRUTHS
+
+PINCH = GRASPS["pinch"]
+
+
+def gripped(force: float, seconds: float, **plate: float) -> MujocoHand:
+    hand = MujocoHand(replace(PINCH, plate=replace(PINCH.plate, **plate)), 3, ())
+    hand.advance(seconds, np.full(2, force))
+    return hand
+
+
+def test_the_pads_carry_the_weight_and_press_alike() -> None:
+    hand = gripped(6.0, 2.0)
+    truth = hand.truths()
+    weight = PINCH.plate.mass * PINCH.plate.gravity
+    assert truth[:, FORCE] == pytest.approx([6.0, 6.0], rel=1e-3)
+    assert truth[:, FORCE_Y].sum() == pytest.approx(-weight, rel=1e-3)  # it pulls the fingertips down
+    assert truth[0, FORCE_X] - truth[1, FORCE_X] == pytest.approx(0.0, abs=1e-3)  # frames turned about y
+
+
+def test_a_centre_of_mass_beside_the_grasp_twists_both_pads() -> None:
+    hand = gripped(8.0, 2.0, offset_x=4e-3, offset_y=0.0)
+    twist = hand.truths()[:, TORQUE]
+    weight = PINCH.plate.mass * PINCH.plate.gravity
+    assert twist[1] - twist[0] == pytest.approx(-4e-3 * weight, rel=0.05)  # each in its frame
+
+
+@pytest.mark.parametrize(("share", "holds"), [(1.05, True), (0.95, False)])
+def test_an_object_slides_below_its_least_force_and_not_above(share: float, *, holds: bool) -> None:
+    plate = replace(PINCH.plate, offset_x=0.0, offset_y=0.0)
+    hand = MujocoHand(replace(PINCH, plate=plate, spread=0.0), 3, ())
+    hand.advance(2.0, np.full(2, 6.0))
+    load = 0.5 * plate.mass * plate.gravity
+    least = elliptic_least_force(6.0, load, 0.0, PINCH.tip.friction, 3e-3, 2.0)
+    assert least == pytest.approx(load / PINCH.tip.friction)  # Coulomb's law
+    hand.advance(1.5, np.full(2, share * least))
+    assert (hand.slips == 0) is holds
+
+
+def test_the_margin_is_the_distance_to_the_least_force() -> None:
+    hand = gripped(5.0, 2.0)
+    for number, row in enumerate(hand.truths()):
+        force, mu, a, k = hand.contact(number)
+        least = elliptic_least_force(force, np.hypot(row[FORCE_X], row[FORCE_Y]), abs(row[TORQUE]), mu, a, k)
+        assert row[TRUTHS.index("utilisation")] == pytest.approx(least / force, rel=1e-3)
+
+
+def test_the_same_seed_senses_the_same_to_the_bit() -> None:
+    one, two = (MujocoHand(PINCH, 7).advance(0.2, np.full(2, 3.0)) for _ in range(2))
+    assert all(np.array_equal(a.values, b.values, equal_nan=True) for a, b in zip(one, two, strict=True))
+
+
+def test_a_hand_of_five_fingers_is_refused(capsys) -> None:
+    with pytest.raises(UsageError, match="two fingers"):
+        MujocoHand(GRASPS["hand"])
+    assert main(["controllers", "--plant", "mujoco"]) == 2
+    assert "--grasp pinch" in capsys.readouterr().err
+    assert main(["controllers", "--plant", "mojuco"]) == 2
+    assert "mujoco" in capsys.readouterr().err
+
+
+def test_the_table_of_controllers_has_the_creep_of_the_simulator_beside(capsys) -> None:
+    words = (
+        "controllers --plant mujoco --grasp pinch --seeds 1 --duration 2.5 --only constant --world old --json"
+    )
+    assert main(words.split()) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["controllers"]["constant"]["trials"] == 1
+    without, with_noslip = said["creep"][1], said["creep"][-1]
+    assert without["noslip_iterations"] == 0 < with_noslip["noslip_iterations"]
+    assert with_noslip["creep"] < 1e-5 < without["creep"]

@@ -1,0 +1,214 @@
+"""ROS 2 over DDS on loopback, against a peer process that shares no code with vegrip."""
+
+import math
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from vegrip.bridges import ros2_types as ros2
+from vegrip.cli import main
+from vegrip.errors import DeviceError
+from vegrip.messages import Condition, ForceCommand, Lifecycle, ModelHealth, NodeStatus, Reason
+
+pytest.importorskip("cyclonedds")
+
+from vegrip.bridges.ros2_dds import (
+    Incoming,
+    Link,
+    Outgoing,
+    diagnostics,
+    idl_type,
+    own_idl_type,
+    relay,
+    wrench,
+)
+
+PEER = Path(__file__).with_name("ros2_peer.py")
+COUNT = 1000
+PATIENCE = 60.0  # [s] on a busy machine
+STAMP = 1_700_000_000_000_000_005
+
+
+@pytest.fixture
+def link() -> Iterator[Link]:
+    told: list[str] = []
+    made = Link(101 + os.getpid() % 100, complain=told.append)
+    made.told = told  # type: ignore[attr-defined]
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def peer(link: Link) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    started: list[subprocess.Popen[str]] = []
+
+    def start(how: str, count: int = 0) -> subprocess.Popen[str]:
+        words = [sys.executable, str(PEER), str(link.domain), how, str(count)]
+        process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        started.append(process)
+        assert process.stdout.readline() == "ready\n"
+        return process
+
+    yield start
+    for process in started:
+        process.stdin.close()
+        process.wait(PATIENCE)
+        process.stdout.close()
+
+
+def command(force: float) -> ForceCommand:
+    return ForceCommand(1, "thumb", 0, force, 0.0, Reason.HOLD, 9)
+
+
+def until(done: Callable[[], object]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not done():
+        assert time.monotonic() < end
+
+
+def test_a_thousand_messages_go_each_way_in_order(link: Link, peer) -> None:
+    incoming, outgoing = Incoming(link, ("thumb",)), Outgoing(link)
+    outgoing.send("/hand/thumb/force_command", command(-1.0))  # so that it is there
+    process = peer("echo", COUNT)
+    states = []
+
+    def turn() -> bool:
+        for state in incoming.read(7):
+            states.append(state)
+            outgoing.send("/hand/thumb/force_command", command(state.normal_force))
+        return len(states) >= COUNT
+
+    until(turn)
+    assert [state.normal_force for state in states] == [float(n) for n in range(COUNT)]
+    assert [state.seq for state in states] == list(range(1, COUNT + 1))
+    assert process.stdout.readline() == f"{COUNT} True\n"
+    assert link.left_out == 0
+
+
+def test_a_second_publisher_of_a_finger_is_named_and_counted(link: Link, peer) -> None:
+    incoming, states = Incoming(link, ("thumb",)), []
+    incoming.read(0)
+    for _ in range(2):
+        peer("publish", 50)
+
+    def turn() -> bool:
+        states.extend(incoming.read(0))
+        return len(states) + link.left_out == 100
+
+    until(turn)
+    assert (len(states), link.left_out) == (50, 50)
+    assert link.told == ["two publishers send /hand/thumb/wrench; the first is heard, stop one of them"]
+
+
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        ("other_type", "publishes /hand/thumb/wrench as geometry_msgs::msg::dds_::Wrench_"),
+        ("version", "another version of geometry_msgs::msg::dds_::WrenchStamped_"),
+        ("best_effort", "/hand/thumb/wrench is published best effort and not heard"),
+    ],
+)
+def test_what_does_not_fit_is_named_once(link: Link, peer, how: str, said: str) -> None:
+    Incoming(link, ("thumb",)).read(0)
+    peer(how)
+
+    def turn() -> bool:
+        link.look()
+        return bool(link.told)
+
+    until(turn)
+    link.look()
+    (sentence,) = link.told
+    assert said in sentence
+
+
+def test_the_bytes_are_those_of_rosbags() -> None:
+    typesys = pytest.importorskip("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+    health = ModelHealth(5, "thumb", 7, Condition.OK, 1.5, consistent=True, channel="", suspect="adhesion")
+    sent = [
+        (ros2.WRENCH, wrench(STAMP, "thumb", 3.0)),
+        (ros2.DIAGNOSTICS, diagnostics(health, ros2.row_of(health, 0), STAMP)),
+        (
+            ros2.JOINTS,
+            idl_type(ros2.JOINTS)(wrench(STAMP, "", 0.0).header, ["a", "bc"], [0.1, 0.2], [], [1.0]),
+        ),
+    ]
+    for name, sample in sent:
+        data = sample.serialize()
+        assert bytes(store.serialize_cdr(store.deserialize_cdr(data, name), name)) == data, name
+
+
+def test_our_types_have_the_same_bytes_in_a_file_and_on_the_wire() -> None:
+    for kind in ros2.TYPES:
+        row = {name: "word" if one["type"] == "string" else "1.5" for name, one in ros2.TYPES[kind].items()}
+        values = [cell if cell == "word" else float(cell) for cell in row.values()]
+        assert own_idl_type(kind)(*values).serialize() == ros2.own_message(kind, row)
+
+
+def test_the_message_files_of_the_package_are_what_is_sent() -> None:
+    folder = Path(__file__).parents[2] / "proto" / "ros2" / "vegrip_msgs" / "msg"
+    assert {path.stem for path in folder.glob("*.msg")} == {kind.__name__ for kind in ros2.TYPES}
+    for kind in ros2.TYPES:
+        assert (folder / f"{kind.__name__}.msg").read_text() == ros2.own_lines(kind)
+
+
+def test_a_finger_whose_model_fails_and_a_node_that_is_not_active_are_warnings() -> None:
+    for good, message in (
+        (True, ModelHealth(5, "thumb", 7, Condition.OK, 1.0, consistent=True)),
+        (False, ModelHealth(5, "thumb", 7, Condition.OK, 9.0, consistent=False)),
+        (False, ModelHealth(5, "thumb", 7, Condition.STALE, 1.0, consistent=True)),
+        (True, NodeStatus(5, "/grip", 1, Lifecycle.ACTIVE)),
+        (False, NodeStatus(5, "/grip", 1, Lifecycle.INACTIVE)),
+    ):
+        (status,) = diagnostics(message, ros2.row_of(message, 0), STAMP).status
+        assert (status.level == ros2.OK) is good, message
+
+
+def test_a_joint_of_the_fingers_name_is_its_displacement(link: Link, peer) -> None:
+    incoming, states = Incoming(link, ("thumb",)), []
+    incoming.read(0)
+    process = peer("joints", 50)
+    assert process.stdout.readline() == "there\n"
+    assert incoming.read(0) == []
+    process.stdin.write("go\n")
+    process.stdin.flush()
+
+    def turn() -> bool:
+        states.extend(incoming.read(0))
+        return len(states) == 50
+
+    until(turn)
+    assert states[-1].displacement == 1e-3
+    assert math.isnan(states[-1].slip)  # not measured
+
+
+def test_what_nodes_say_goes_out_and_what_comes_in_goes_to_a_node(link: Link, peer) -> None:
+    got: list[float] = []
+
+    class Source:
+        def look(self):
+            return {"/hand/thumb/force_command": ForceCommand}
+
+        def read(self, topics, period):
+            assert (list(topics), period > 0.0) == (["/hand/thumb/force_command"], True)
+            if len(got) >= 20:
+                raise KeyboardInterrupt
+            return [("/hand/thumb/force_command", command(3.0))]
+
+    peer("publish", 20)
+    with pytest.raises(KeyboardInterrupt):
+        relay(link, Source(), Incoming(link, ("thumb",)), lambda state: got.append(state.normal_force))
+    assert got == [float(n) for n in range(20)]
+
+
+def test_an_interface_that_is_not_there_is_one_sentence(capsys) -> None:
+    with pytest.raises(DeviceError, match="--interface"):
+        Link(230, "none9")
+    assert main(["bridge", "ros2", "--domain", "229", "--interface", "none9"]) == DeviceError.exit_code
+    assert len([line for line in capsys.readouterr().err.splitlines() if "domain 229" in line]) == 1

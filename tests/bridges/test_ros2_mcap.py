@@ -1,0 +1,163 @@
+"""MCAP of ROS 2 types is read by readers that did not write it, whole or cut off."""
+
+import contextlib
+import math
+import signal
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vegrip import Fingertip, Recording, messages, read_recording, write_recording
+from vegrip.bridges.ros2_types import TYPES
+from vegrip.cli import main
+
+rosbags = pytest.importorskip("rosbags.highlevel")
+mcap_ros2 = pytest.importorskip("mcap_ros2.decoder")
+SLIP_ROWS = slice(40, 60)
+
+
+@pytest.fixture
+def recorded(tmp_path: Path) -> Path:
+    t = np.arange(100) / 100.0
+    slip = np.zeros(100)
+    slip[SLIP_ROWS] = 1.0
+    columns = {"normal_force": 1.0 + t, "tangential_force_x": 0.1 * t, "torque_z": -1e-3 * t, "slip": slip}
+    tip = Fingertip(8e-3, name="thumb")
+    made = Recording("pull", t, np.zeros(100, np.int64), columns, tip, source={"date": "2026-03-01"})
+    write_recording(made, tmp_path / "pull")
+    return tmp_path / "pull"
+
+
+@pytest.fixture
+def file(recorded: Path, tmp_path: Path) -> Path:
+    assert main(["export", "mcap", str(recorded), "-o", str(tmp_path / "pull.mcap")]) == 0
+    return tmp_path / "pull.mcap"
+
+
+def read(path: Path) -> dict[str, list]:
+    from rosbags.highlevel import AnyReader
+
+    found: dict[str, list] = {}
+    with AnyReader([path]) as reader:
+        for connection, _, data in reader.messages():
+            found.setdefault(connection.topic, []).append(reader.deserialize(data, connection.msgtype))
+    return found
+
+
+def test_rosbags_reads_wrenches_slips_and_our_types(file: Path) -> None:
+    found = read(file)
+    assert [m.wrench.force.z for m in found["/hand/thumb/wrench"]] == [1.0 + n / 100.0 for n in range(100)]
+    assert {m.header.frame_id for m in found["/hand/thumb/wrench"]} == {"thumb"}
+    assert [m.message for m in found["/vegrip/events"]] == ["slip", "over: slip"]
+    assert sum(m.slip for m in found["/hand/thumb/state"]) == 20.0
+    times = [m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec for m in found["/hand/thumb/wrench"]]
+    begin = found["/vegrip/events"][0].timestamp
+    assert begin.sec + 1e-9 * begin.nanosec == pytest.approx(times[SLIP_ROWS.start])
+
+
+def test_the_decoder_of_mcap_reads_the_same_and_the_metadata(file: Path) -> None:
+    from mcap.reader import make_reader
+
+    with file.open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[mcap_ros2.DecoderFactory()])
+        (about,) = list(reader.iter_metadata())
+        decoded = [m for _, _, _, m in reader.iter_decoded_messages(topics=["/hand/thumb/wrench"])]
+    assert [m.wrench.force.z for m in decoded] == [1.0 + n / 100.0 for n in range(100)]
+    said = about.metadata
+    assert (said["hand"], said["pad.thumb"], said["date"]) == ("pull", "radius 0.008 m", "2026-03-01")
+
+
+def test_it_comes_back_as_a_recording_by_a_map_of_one_topic(
+    file: Path, recorded: Path, tmp_path: Path
+) -> None:
+    chart = "normal_force=/hand/thumb/wrench:wrench.force.z"
+    words = ["import", str(file), "-o", str(tmp_path / "back"), "--map", chart, "--unit", "normal_force=N"]
+    assert main(words) == 0
+    back = read_recording(tmp_path / "back")
+    assert np.array_equal(back.columns["normal_force"], read_recording(recorded).columns["normal_force"])
+
+
+def test_a_bag_of_two_frames_on_one_topic_is_asked_about(tmp_path: Path, capsys) -> None:
+    from vegrip.bridges import ros2_types as ros2
+    from vegrip.bridges.ros2_mcap import Ros2Mcap
+
+    with (tmp_path / "two.mcap").open("wb") as stream, Ros2Mcap(stream, {}) as mcap:
+        for n in range(40):
+            data = ros2.wrench_message(n * 10**7, ("thumb", "palm")[n % 2], (0, 0, 1.0), (0, 0, 0))
+            mcap._standard("/wrench", ros2.WRENCH, data, n * 10**7)
+    chart = "normal_force=/wrench:wrench.force.z"
+    words = ["import", str(tmp_path / "two.mcap"), "-o", str(tmp_path / "out"), "--map", chart]
+    assert main([*words, "--unit", "normal_force=N"]) == 3
+    assert "frame" in capsys.readouterr().err
+
+
+WRITER = """
+import os, signal, sys
+from pathlib import Path
+from vegrip.bridges.ros2_mcap import Ros2Mcap
+from vegrip.messages import FingertipState
+with open(sys.argv[1], "xb") as file:
+    mcap = Ros2Mcap(file, {"hand": "killed"})
+    for n in range(2000):
+        row = {"t": str(n / 200), "normal_force": "1.0"}
+        mcap.add("/hand/thumb/state", FingertipState, row, n * 5_000_000)
+        mcap._flush_due = 0.0
+        mcap.flush()
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_file_whose_writer_was_killed_is_read_to_the_last_second(tmp_path: Path) -> None:
+    from mcap.exceptions import EndOfFile, McapError
+    from mcap.records import Message
+    from mcap.stream_reader import StreamReader
+
+    path = tmp_path / "killed.mcap"
+    ended = subprocess.run([sys.executable, "-c", WRITER, str(path)], check=False, timeout=120)
+    assert ended.returncode == -signal.SIGKILL
+    stamps = []
+    with path.open("rb") as stream, contextlib.suppress(EndOfFile, McapError):
+        for record in StreamReader(stream).records:
+            if isinstance(record, Message):
+                stamps.append(record.log_time)  # noqa: PERF401 (what came before the end counts)
+    assert 1999 / 200 - max(stamps) * 1e-9 < 1.0
+    assert len(set(stamps)) > 1800
+
+
+def test_a_layout_for_plotjuggler_names_fields_that_are_written(tmp_path: Path, runtime) -> None:
+    assert main(["bridge", "foxglove", "--layout", str(tmp_path / "hand.xml")]) == 0
+    curves = [one.get("name", "") for one in ET.parse(tmp_path / "hand.xml").iter("curve")]  # noqa: S314 (ours)
+    kinds = {"slip_margin": "SlipMargin", "state": "FingertipState", "contact": "ContactEstimate"}
+    kinds |= {"force_command": "ForceCommand", "model_health": "ModelHealth"}
+    assert "/hand/thumb/slip_margin/lower_bound" in curves
+    for curve in curves:
+        _, _, _, topic, column = curve.split("/")
+        assert column in TYPES[getattr(messages, kinds[topic])]
+
+
+def test_what_is_no_recording_is_refused(tmp_path: Path, capsys) -> None:
+    assert main(["export", "mcap", str(tmp_path / "none"), "-o", str(tmp_path / "x.mcap")]) == 3
+    assert not (tmp_path / "x.mcap").exists()
+    assert math.inf > len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_running_hands_are_written_as_they_speak(tmp_path: Path) -> None:
+    from vegrip.bridges.ros2_mcap import record_ros2_mcap
+
+    class Source:
+        def look(self):
+            return {"/hand/thumb/state": messages.FingertipState}
+
+        def read(self, topics):
+            assert set(topics) == {"/hand/thumb/state"}
+            return [("/hand/thumb/state", messages.FingertipState(10, "thumb", 1, normal_force=2.0))]
+
+    writing = record_ros2_mcap(tmp_path / "live.mcap", Source(), math.inf)
+    counts = [next(writing) for _ in range(5)]
+    writing.close()
+    assert counts == [2, 4, 6, 8, 10]  # a state and its wrench
+    assert [m.wrench.force.z for m in read(tmp_path / "live.mcap")["/hand/thumb/wrench"]] == [2.0] * 5
