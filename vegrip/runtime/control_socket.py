@@ -96,7 +96,7 @@ class NodeCalls:
                 )
             if not self._runner.zero():
                 raise UsageError(
-                    "this hand has no command for its zero; see `zero` in [device] of docs/tutorials/your-sensor.md"
+                    "this hand has no command for its zero; state it as `zero` in [device] of its map"
                 )
 
         self._in_loop(call)
