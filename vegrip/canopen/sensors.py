@@ -120,12 +120,12 @@ class Sensor:
         self._dictionary = dictionary
         self._send = send
         self._is_master = is_master
-        self._told: int | None = None  # [ns] when it was last told to start
+        self._started: int | None = None  # [ns] when it was last told to start
         self._reader: SdoReader | None = None
         self.is_verified = False
 
     def begin(self) -> None:
-        self.difference, self.is_verified, self._told = "", False, None
+        self.difference, self.is_verified, self._started = "", False, None
         asked = network.essentials(self._dictionary)
         self._reader = SdoReader(asked, lambda data: self._send(network.SDO_REQUEST + self.node, data))
 
@@ -140,8 +140,8 @@ class Sensor:
             if self._reader.is_done:
                 self._compare(self._reader)
         is_asleep = self.is_verified and self._is_master and state not in (None, network.OPERATIONAL)
-        if is_asleep and (self._told is None or now - self._told >= RESTART_PERIOD_NS):
-            self._told = now
+        if is_asleep and (self._started is None or now - self._started >= RESTART_PERIOD_NS):
+            self._started = now
             self._send(network.NMT, bytes([network.START, self.node]))
 
     def _compare(self, reader: SdoReader) -> None:

@@ -215,9 +215,9 @@ def _print(found: "TangentialGain", assumed: list[str], launch: Path | None) -> 
             "their differences; lift with other shares too, best with one finger alone"
         )
     if found.load_dependence:
-        told = ", ".join(f"{one.gain} at {one.mass:g} kg" for one in found.weights)
+        gains = ", ".join(f"{one.gain} at {one.mass:g} kg" for one in found.weights)
         console.print(
-            f"the gain depends on the load: {told} differ by more than their errors; the std covers both"
+            f"the gain depends on the load: {gains} differ by more than their errors; the std covers both"
         )
     for sentence in assumed:
         console.print(f"- {sentence}")

@@ -307,7 +307,7 @@ def _tell(
     if proposal is not None and output is not None:
         _write(output, text)
     if as_json:
-        told = {
+        result = {
             "map": str(output) if output is not None else None,
             "ready": plan is not None,
             "fingers": {f.name: sorted(f.measured) for f in plan.fingers} if plan is not None else {},
@@ -319,7 +319,7 @@ def _tell(
             "rows": report.account([traffic.report] if traffic is not None else []),
             "price": prices,
         }
-        typer.echo(json.dumps(told))
+        typer.echo(json.dumps(result))
     else:
         if output is None and text:
             typer.echo(text)

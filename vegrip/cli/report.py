@@ -44,5 +44,5 @@ def report(
     with Outputs(force=force) as outputs:
         if outputs.write(target, lambda path: write_whole(path, text)):
             said = f"{target}: open it in a browser, print it to PDF there"
-            told = {"report": str(target), "bytes": len(text.encode())}
-            answer(told, lambda: printer().print(said), as_json=as_json)
+            result = {"report": str(target), "bytes": len(text.encode())}
+            answer(result, lambda: printer().print(said), as_json=as_json)

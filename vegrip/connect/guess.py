@@ -151,12 +151,12 @@ def all_signals(database: Database, numbers: tuple[str, ...] = ()) -> list[Guess
         place: _kind(database.messages[place[0]].signals[place[1]], set(words[1]), set(words[0]))
         for place, words in names.items()
     }
-    told = {
+    is_scalar = {
         names[place]: kind[0].partition("_")[0] not in VECTOR_QUANTITIES
         for place, kind in kinds.items()
         if kind
     }
-    family = Family(told, FINGER_NAMES)
+    family = Family(is_scalar, FINGER_NAMES)
     found = []
     for (message, signal), kind in kinds.items():
         words = names[message, signal]

@@ -158,11 +158,19 @@ def _by_finger(found: list[Guess], names: tuple[str, ...]) -> dict[str, list[Gue
     of_number = {n: order[n - first] if 0 <= n - first < len(order) else f"finger{n}" for n in numbers}
     fingers: dict[str, list[Guess]] = {}
     alone = order[0] if names else "thumb"
-    told = {_named(one.finger, of_number) for one in found if one.finger and one.channel in MAPPED_CHANNELS}
+    named_fingers = {
+        _named(one.finger, of_number) for one in found if one.finger and one.channel in MAPPED_CHANNELS
+    }
     for one in found:
         name = _named(one.finger, of_number)
         for each in (
-            [name] if name else sorted(told) if one.channel == "command" and told else [] if told else [alone]
+            [name]
+            if name
+            else sorted(named_fingers)
+            if one.channel == "command" and named_fingers
+            else []
+            if named_fingers
+            else [alone]
         ):
             fingers.setdefault(each, []).append(one)
     ordered = sorted(fingers, key=lambda name: (order.index(name) if name in order else 99, name))

@@ -332,7 +332,7 @@ class ContactEstimator:
             condition = Condition.STALE
         self._module.look_at_cells(self.numbers, float(self._hysteresis.failing), self._look)
         stamp, look = memory["SAMPLE_STAMP"], Look(*self._look.tolist())
-        failing = self._hysteresis.update(int(look.worst), look.misfit, look.misfit_told, stamp)
+        failing = self._hysteresis.update(int(look.worst), look.misfit, look.reported_misfit, stamp)
         channel = regime = ""
         if self.lost > 0.0:
             channel, regime = CHANNELS[0 if memory["DISPLACEMENT_STREAK"] > 0.0 else 1], LOST

@@ -29,7 +29,7 @@ class Look(NamedTuple):
     """The cell that fails most."""
     misfit: float
     """Of the worst cell."""
-    misfit_told: float
+    reported_misfit: float
     """Of the cell that was said to fail."""
     judged: float
     """Cells with enough samples."""
@@ -50,7 +50,7 @@ class HealthHysteresis:
         """Count anew what has lasted: the stamps come from another clock now."""
         self._outside = self._inside = None
 
-    def update(self, worst: int, misfit: float, misfit_told: float, stamp: int) -> int:
+    def update(self, worst: int, misfit: float, reported_misfit: float, stamp: int) -> int:
         """Judge the ``misfit`` of the ``worst`` cell at ``stamp`` [ns]; return which cell fails, or NO_CELL.
 
         ``misfit_told`` is that of :attr:`failing`.
@@ -59,7 +59,7 @@ class HealthHysteresis:
         self._inside = None if misfit >= CALM else stamp if self._inside is None else self._inside
         lasting = self._outside is not None and stamp - self._outside >= FAILS * NS
         if lasting or misfit > PLAIN:
-            if self.failing == NO_CELL or misfit > TAKES_OVER * misfit_told:
+            if self.failing == NO_CELL or misfit > TAKES_OVER * reported_misfit:
                 self.failing = worst
         elif self._inside is not None and stamp - self._inside >= MENDED * NS:
             self.failing = NO_CELL

@@ -1,4 +1,4 @@
-"""Serve a page on loopback until it is told to stop, to programs of this machine that know its key."""
+"""Serve a page on loopback until it is asked to stop, to programs of this machine that know its key."""
 
 import hmac
 import json
@@ -113,7 +113,7 @@ def serve(
     Args:
         routes: of the page.
         port: to listen on, 0 = any that is free.
-        announce: told the address, with its key, once it can be opened.
+        announce: gets the address, with its key, once it can be opened.
         opens: whether to open it in the browser.
 
     Raises:
@@ -191,12 +191,12 @@ async def asked(request: Request) -> dict[str, Any]:
     if request.method == "GET":
         return dict(request.query_params)
     try:
-        told = json.loads(await _body(request))
+        answer = json.loads(await _body(request))
     except (ValueError, RecursionError):  # also a thousand brackets
-        told = None
-    if not isinstance(told, dict):
+        answer = None
+    if not isinstance(answer, dict):
         raise UsageError("the request is no JSON object")
-    return told
+    return answer
 
 
 def answering(call: Callable[[dict[str, Any]], Any]) -> Callable[[Request], Any]:

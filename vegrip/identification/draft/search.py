@@ -586,7 +586,7 @@ def spans(base: CandidateFit) -> list[str]:
 
 def digest(recording: Recording) -> str:
     """Return a hash of what was recorded."""
-    told = hashlib.sha256(np.ascontiguousarray(recording.t).tobytes())
+    hashed = hashlib.sha256(np.ascontiguousarray(recording.t).tobytes())
     for name in sorted(recording.columns):
-        told.update(name.encode() + np.ascontiguousarray(recording.columns[name]).tobytes())
-    return told.hexdigest()[:16]
+        hashed.update(name.encode() + np.ascontiguousarray(recording.columns[name]).tobytes())
+    return hashed.hexdigest()[:16]

@@ -100,8 +100,8 @@ class Design:
                 f"{self.best.item}: {odds} (decides with probability {hypotheses.chance_to_decide(nats):.2f})"
             )
         most = f" (at most {self.tried[0].nats:.1f} nats, {self.tried[0].item})" if self.tried else ""
-        told = [effect(n).experiment for n in self.contest.names if n != hypotheses.NO_EFFECT]
-        hints = "; ".join(dict.fromkeys(text for text in told if text))
+        answer = [effect(n).experiment for n in self.contest.names if n != hypotheses.NO_EFFECT]
+        hints = "; ".join(dict.fromkeys(text for text in answer if text))
         return (
             f"no experiment on the menu distinguishes {between} within these limits{most}; what may: {hints}"
         )
@@ -306,5 +306,5 @@ def next_experiment(found: Diagnosis) -> dict[str, Any] | None:
     limits = complete_limits(RigLimits(), limits_of(found.start.problem.measured.recording))
     made = design(contest, limits, is_thorough=False).as_dict()
     effects = {e.name: e for model in contest.models.values() for e in model.effects}
-    told = {name: effects[name].experiment for name in contest.names if effects[name].experiment}
-    return {**made, "suggestions": told}
+    answer = {name: effects[name].experiment for name in contest.names if effects[name].experiment}
+    return {**made, "suggestions": answer}

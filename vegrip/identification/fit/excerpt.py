@@ -33,10 +33,10 @@ def excerpt(recording: Recording) -> Recording:
     drawn = np.random.default_rng(0).integers(of, size=-(-count // of)) + of * np.arange(-(-count // of))
     chosen = np.isin(number, drawn)
     pieces, rows = np.unique(number[chosen]).size, np.count_nonzero(chosen)
-    told = f"of this recording {pieces} of {count} pieces are used, {rows} of {len(recording)} rows"
+    note = f"of this recording {pieces} of {count} pieces are used, {rows} of {len(recording)} rows"
     cut = np.unique(recording.episode).size < count
     part = replace(recording, episode=number) if cut else recording
-    return replace(part.select(chosen), source={**recording.source, EXCERPT: told})
+    return replace(part.select(chosen), source={**recording.source, EXCERPT: note})
 
 
 def _pieces(recording: Recording) -> NDArray[np.int64]:

@@ -83,8 +83,8 @@ def read_recording(
 
 
 def _told_doubts(source: Mapping[str, Any]) -> list[str]:
-    told = source.get(DOUBTS, ())
-    return [str(one) for one in told] if isinstance(told, list | tuple) else [str(told)]
+    stated = source.get(DOUBTS, ())
+    return [str(one) for one in stated] if isinstance(stated, list | tuple) else [str(stated)]
 
 
 def write_recording(recording: Recording, folder: Path | str, *, compressed: bool = False) -> None:

@@ -177,15 +177,15 @@ class Board:
             and (row.pending[0] > messages.Condition.MISSING or now - row.pending[1] > FRESH * NS)
         }
         for condition in sorted(due):
-            told = []
+            changed = []
             for finger, row in self.rows.items():
                 if row.pending is None or row.pending[0] is not condition or not self._speaks(row.source):
                     continue
                 first, row.announced, row.pending = row.announced is None, condition, None
                 if not (first and condition is messages.Condition.OK):
-                    told.append(finger)
-            if told:
-                self._log_condition(told, condition, now)
+                    changed.append(finger)
+            if changed:
+                self._log_condition(changed, condition, now)
 
     def _log_condition(self, fingers: list[str], condition: messages.Condition, now: int) -> None:
         names = "all fingers" if len(fingers) == len(self.rows) > 1 else ", ".join(fingers)

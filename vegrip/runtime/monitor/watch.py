@@ -175,10 +175,10 @@ class Screen:
         live.update(render(self.board, now, self._title, size=self._console.size), refresh=True)
 
     def _print_lines(self) -> None:
-        due, told, fingers = self.board.start, 0, [""]
+        due, counted, fingers = self.board.start, 0, [""]
         while not self._stop.wait(REDRAW_PERIOD_S):
             now = self._refresh()
-            news, told = self.board.said - told, self.board.said
+            news, counted = self.board.said - counted, self.board.said
             lines = [str(log_line(line)) for line in list(self.board.log)[-news:]] if news else []
             before = fingers
             if now >= due and (fingers := finger_lines(self.board, now)) != before:

@@ -35,7 +35,7 @@ def routes(stream: EventLog) -> list[Route]:
         Route("/live", live),
         Route("/parameters", answering(_parameters), methods=["GET"]),
         Route("/parameters", answering(_set_parameter), methods=["POST"]),
-        Route("/state", answering(lambda told: ask(find_node(told["node"]), "state")), methods=["GET"]),
+        Route("/state", answering(lambda asked: ask(find_node(asked["node"]), "state")), methods=["GET"]),
         Route("/state", answering(_set_state), methods=["POST"]),
     ]
 
@@ -50,16 +50,16 @@ async def _texts(stream: EventLog) -> AsyncIterator[str]:
             yield text
 
 
-def _parameters(told: dict[str, Any]) -> Any:
-    return jsonable(ask(find_node(told["node"]), "parameters"))
+def _parameters(asked: dict[str, Any]) -> Any:
+    return jsonable(ask(find_node(asked["node"]), "parameters"))
 
 
-def _set_parameter(told: dict[str, Any]) -> Any:
-    return jsonable(ask(find_node(told["node"]), "set_parameter", name=told["name"], value=told["value"]))
+def _set_parameter(asked: dict[str, Any]) -> Any:
+    return jsonable(ask(find_node(asked["node"]), "set_parameter", name=asked["name"], value=asked["value"]))
 
 
-def _set_state(told: dict[str, Any]) -> Any:
-    return ask(find_node(told["node"]), "set_state", CONFIGURING_MAY_TAKE, target=told["target"])
+def _set_state(asked: dict[str, Any]) -> Any:
+    return ask(find_node(asked["node"]), "set_state", CONFIGURING_MAY_TAKE, target=asked["target"])
 
 
 EVERY_ONE = (messages.SlipMargin, messages.LearnedParameter)

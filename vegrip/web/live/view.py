@@ -174,7 +174,7 @@ def _label(alarm: Alarm | None) -> dict[str, str] | None:
 
 def _node(row: NodeRow, now: int) -> dict[str, Any]:
     status = row.status
-    told: dict[str, Any] = {
+    shown: dict[str, Any] = {
         "presence": row.presence.value,
         "age": finite(row.age(now), 3),
         "overdue": row.is_overdue(now),
@@ -183,8 +183,8 @@ def _node(row: NodeRow, now: int) -> dict[str, Any]:
         "refused": row.refusals(now),
     }
     if status is None:
-        return told
-    return told | {
+        return shown
+    return shown | {
         "state": status.state.name.lower(),
         "rate_in": finite(status.rate_in),
         "rate_out": finite(status.rate_out),
