@@ -76,7 +76,7 @@ announcer = Announcer()
 
 @cache
 def load_numba() -> ModuleType:
-    """Return numba, which from now on tells the announcer what it compiles."""
+    """Return numba, which from now on reports to the announcer what it compiles."""
     import numba  # noqa: PLC0415
     from numba.core import event  # noqa: PLC0415
 

@@ -71,7 +71,7 @@ class _Watched:
 class HeartbeatConsumer:
     """Watches that nodes go on beating.
 
-    A node is missing when nothing was heard of it for longer than its limit, or nothing at all for ``first``
+    A node is missing when it was silent for longer than its limit, or nothing at all for ``first``
     since the watch began; stricter than CiA 301, which begins to watch with the first heartbeat and so never
     misses a node that was never there.
     """
@@ -120,7 +120,7 @@ class Sensor:
         self._dictionary = dictionary
         self._send = send
         self._is_master = is_master
-        self._started: int | None = None  # [ns] when it was last told to start
+        self._started: int | None = None  # [ns] when it was last started
         self._reader: SdoReader | None = None
         self.is_verified = False
 

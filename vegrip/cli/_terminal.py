@@ -94,7 +94,7 @@ def progress(what: str) -> Iterator[Report]:
 
 
 def counted(report: Report, things: str = "rows") -> Callable[[int], None]:
-    """Return what tells a number of ``things``, at most once a second."""
+    """Return a function that reports a number of ``things``, at most once a second."""
     due = time.monotonic() + COUNT_PERIOD_S
 
     def report_count(count: int) -> None:

@@ -39,7 +39,7 @@ def weigh(
     *,
     as_json: bool,
 ) -> None:
-    """Tell the gains from the lifts in ``places``, or from what ``node`` feels now, and write them."""
+    """Report the gains from the lifts in ``places``, or from what ``node`` feels now, and write them."""
     from vegrip.identification.recording.units import parse_mass
     from vegrip.identification.tangential_gain import tangential_gain
 

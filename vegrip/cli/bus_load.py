@@ -32,7 +32,7 @@ def bus_load(
     ] = "fifo",
     as_json: JSON = False,
 ) -> None:
-    """Tell how busy a CAN bus will be, how late each frame can arrive, and whether it fits.
+    """Report how busy a CAN bus will be, how late each frame can arrive, and whether it fits.
 
     Example: vegrip bus-load --fingers 5 --rate 500 --layout fd --queue priority
     """

@@ -108,7 +108,7 @@ def calibrate(
 
     Example: vegrip calibrate tip --radius '9 mm'
 
-    --weight tells from a weight that is lifted by how much tangential forces read wrong: open the fingers,
+    --weight measures with a lifted weight by how much tangential forces read wrong: open the fingers,
     lift it, and hold it still for three seconds, live (--node) or in a recording.
 
     Example of it: vegrip sample lift && vegrip calibrate lift --weight 0.5

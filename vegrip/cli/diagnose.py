@@ -42,7 +42,7 @@ def diagnose(
     """Say which physical effects would explain what the model leaves of a recording.
 
     The verdict is one of four: adequate (nothing is missing that the recording can show), named, ambiguous
-    (one of these, and which experiment would tell), unexplained (none of the catalogue, and where it shows).
+    (one of these, and which experiment decides), unexplained (none of the catalogue, and where it shows).
 
     Example: vegrip sample press && vegrip diagnose press -o found
     """

@@ -53,9 +53,9 @@ def experiment(
     plot: PLOT = None,
     as_json: JSON = False,
 ) -> None:
-    """Find the next experiment that tells candidates apart, and write it as a protocol that a rig can do.
+    """Find the next experiment that separates candidates, and write it as a protocol that a rig can do.
 
-    The candidates are those that a diagnosis of the recording cannot tell apart, or those given. Each is
+    The candidates are those that a diagnosis of the recording cannot distinguish, or those given. Each is
     fitted to the recording; experiments of a menu, their amplitudes chosen within the limits of the rig (as
     in the recording, where nothing else is said), are judged by how far apart they put the fitted models
     after every refit, in nats: 20 decide, below 5 decide nothing.

@@ -54,7 +54,7 @@ def fleet(
     with Outputs(force=force) as outputs:
         outputs.file(output)
         if model is not None:
-            read_model(model)  # a wrong one is told here, once
+            read_model(model)  # a wrong one is reported here, once
             model = model.resolve()
         known = Ledger(
             ledger if ledger is not None else folder / ".vegrip-fleet.jsonl",

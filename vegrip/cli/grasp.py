@@ -46,7 +46,7 @@ def release(
     timeout: TIMEOUT = 5.0,
     as_json: JSON = False,
 ) -> None:
-    """Let go of what is held, slowly; the hand stays open until the next grasp.
+    """Release what is held, slowly; the hand stays open until the next grasp.
 
     Example: vegrip release grasp_force
 

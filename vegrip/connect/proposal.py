@@ -206,7 +206,7 @@ def _finger(found: list[Guess], database: Database) -> FingerDraft:
         draft.others = []
     elif "normal_force" not in draft.channels and forces:
         draft.channels["normal_force"] = _channel(forces[0], database)
-    # two shears of no named axis are x and y in their order, until a shear tells
+    # two shears of no named axis are x and y in their order, until a shear shows
     second = next((one for one in draft.others if one.channel == "tangential_force_x"), None)
     if second is not None and "tangential_force_y" not in draft.channels:
         draft.channels["tangential_force_y"] = _channel(second, database)
@@ -360,7 +360,7 @@ MOST_NAMED: Final = 8  # signals of no known use, counted without those alike
 
 
 def leave_out_unknown_units(proposal: Proposal) -> None:
-    """Take out of ``proposal`` what its unit does not tell in SI; say the option that keeps it."""
+    """Take out of ``proposal`` what its unit does not show in SI; say the option that keeps it."""
     options: dict[str, str] = {}  # -> what it is for
     forces = False
     for finger in proposal.fingers.values():
@@ -436,7 +436,7 @@ def _listed(alike: Sequence[Sequence[str]]) -> str:
 
 
 def option_of(signal: str, proposal: Proposal, database: Database) -> str:
-    """Return the option that makes ``signal``, of a unit that does not tell, the first channel that lacks."""
+    """Return the option that makes ``signal``, of a unit that does not show, the first channel that lacks."""
     fingers = [finger for finger in proposal.fingers.values() if finger.taxels is None]
     lacking = (one for one in ASKED if any(one not in finger.channels for finger in fingers))
     channel = next(lacking, "displacement")

@@ -1,4 +1,4 @@
-"""What a rest, a press, a shear and a twist tell of a proposed map: zeros, noise, signs, what is what.
+"""What a rest, a press, a shear and a twist show of a proposed map: zeros, noise, signs, what is what.
 
 Each is a window of time [s] of the traffic. A press is one of a fingertip against something, along its
 normal; a shear pulls it along its +x; a twist turns what it touches counter-clockwise about its outward
@@ -186,7 +186,7 @@ class _Finger:
         return found
 
     def _strengths(self, candidates: Mapping[str, drafts.Draft], window: Window) -> dict[str, float]:
-        """How far each goes in ``window``: in newtons, or where a unit does not tell, in steps of noise."""
+        """How far each goes in ``window``: in newtons, or where a unit does not show, in steps of noise."""
         comparable = not any(
             drafts.is_of_unknown_unit("normal_force", draft) for draft in candidates.values()
         )

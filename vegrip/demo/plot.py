@@ -19,7 +19,7 @@ from vegrip.types import Floats
 from vegrip.virtual import Disturbance
 
 COLOUR = {"vegrip": "#0072b2", "constant": "#6e6e6e", "cone": "#d55e00"}
-"""Told apart by people of every colour vision, and by their line styles in grey."""
+"""Distinguishable with every colour vision, and by their line styles in grey."""
 STYLE = {"vegrip": "-", "constant": "--", "cone": "-."}
 SLIP = {"vegrip": "1", "constant": "x", "cone": "+"}
 LEAST = "#222222"

@@ -1,7 +1,7 @@
 """The demonstration as a product: the virtual hand behind the virtual device of a map.
 
 Hand and node speak the product's own protocol, with its rate, polls, steps and gaps. The node copies what it
-hears and says to the bus of the demonstration, where it is watched and recorded.
+receives and sends to the bus of the demonstration, where it is watched and recorded.
 """
 
 import os
@@ -80,7 +80,7 @@ class Product:
         return device, {**table, **at, "map": str(self.path)}
 
     def describe(self) -> str:
-        """Return how it speaks, and what of the load it does not tell."""
+        """Return how it speaks, and what of the load it does not measure."""
         hand = self.plan.hand
         parts = [f"over {hand.transport['kind']}", f"{hand.rate:g} states/s" if hand.rate else ""]
         parts.append(f"asked {len(hand.device.poll)} ways" if hand.device.poll else "sending by itself")

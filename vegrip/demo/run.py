@@ -48,9 +48,9 @@ class FrameRecorder:
 
     def __init__(self, writer: RecordingWriter, channel: str, fingers: Sequence[str]) -> None:
         self.commands = 0
-        """Commands since the hand has told of itself; known when it is closed, as the next."""
+        """Commands since the hand has reported; known when it is closed, as the next."""
         self.held = 0  # of them that only held, because states came too late or not at all
-        self.since: int | None = None  # [ns] when the hand told of itself first
+        self.since: int | None = None  # [ns] when the hand reported first
         self._writer, self._fingers = writer, fingers
         self._log = FrameLog(writer.folder / FRAMES, channel)
 
@@ -289,7 +289,7 @@ def _play(
     refresh: Callable[[Demo], None],
     cores: "CoreCount",
 ) -> bool:
-    """Start both nodes and watch until the hand is done; tell whether it was interrupted."""
+    """Start both nodes and watch until the hand is done; return whether it was interrupted."""
     for child in (node, hand):  # both compile at the same time; the node is active before the hand speaks
         child.wait("ready")
     for child in (node, hand):

@@ -1,6 +1,6 @@
 """A node of the demonstration in a process of its own, tied to its parent by a pipe.
 
-The child says ``("ready", None)`` once it is configured, starts when told, streams news if its node has any,
+The child says ``("ready", None)`` once it is configured, starts when asked, streams news if its node has any,
 and ends with ``("done", RunStatistics)``. When the pipe breaks because the parent has gone it stops: no
 orphans.
 """
@@ -110,7 +110,7 @@ class RunStatistics:
     latency_p99: float  # [us]
     latency_max: float  # [us]
     rejected: Mapping[str, int]
-    rest: Any  # what the node itself has to tell
+    rest: Any  # what the node itself has to report
 
 
 def serve(pipe: Connection, job: Job) -> None:
@@ -218,14 +218,14 @@ class WorkerHandle:
         raise DeviceError(f"the process of {self.name} does not get ready within {START_PATIENCE:g} s")
 
     def say(self, word: str) -> None:
-        """Tell the child something; one that has gone does not hear it."""
+        """Send the child something; one that has gone does not receive it."""
         try:
             self._pipe.send(word)
         except (BrokenPipeError, OSError):
             return
 
     def listen(self) -> bool:
-        """Take in what the child has said; tell whether it still runs."""
+        """Take in what the child has said; return whether it still runs."""
         while self.statistics_at_end is None and self._pipe.poll():
             self._hear()
         return self.statistics_at_end is None

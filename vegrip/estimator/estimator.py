@@ -121,7 +121,7 @@ class ContactEstimator:
     def resume(self, memory: Floats) -> None:
         """Go on from a :attr:`memory` that was kept, this estimator's or that of its export in C.
 
-        For how long nothing was heard is not known: the next sample is taken as after a gap.
+        How long the silence was is not known: the next sample is taken as after a gap.
 
         Raises:
             InputError: it is of another model, or a number in it is none that a finger can have.

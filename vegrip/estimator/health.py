@@ -12,7 +12,7 @@ FAILS = 0.5  # [s] for which a cell has to be outside before the model is said t
 PLAIN = 2.0  # or so far outside
 CALM = 0.8  # of the way to the edge, within which all cells have to be
 MENDED = 10.0  # [s] for so long, before it is said to explain again
-TAKES_OVER = 1.25  # by how much another cell has to be worse than the one that was told
+TAKES_OVER = 1.25  # by how much another cell has to be worse than the one that was reported
 
 NO_CELL = -1
 

@@ -124,7 +124,7 @@ class CompiledRows:
 
 
 class CompiledBatch(CompiledRows):
-    """Rows of a batch; what is told of the fingers leaves as batches, too."""
+    """Rows of a batch; reports of the fingers leave as batches, too."""
 
     def __init__(self, fingers: Sequence[GraspFinger], needs: Floats) -> None:
         heads = [ROW_ID.pack(finger.numbers.on_wire.command_id) for finger in fingers]
@@ -170,7 +170,7 @@ class CompiledBatch(CompiledRows):
         return None if number is None else self.fingers[number]
 
     def report(self, names: Sequence[str], now: int) -> list[str]:
-        """Pack contacts and slip margins of fingers by their names; return whose were told, in that order."""
+        """Pack contacts and slip margins of fingers by their names; return those packed, in that order."""
         told: list[str] = []
         for name in names:
             finger = self._named[name]

@@ -24,11 +24,11 @@ from vegrip.transport.endpoint import BATCHES, FRAMES, PACKETS
 
 LONGEST_FRAME: Final = 64  # [bytes]
 REPORTS: Final = (ContactEstimate, SlipMargin)
-"""What is told of a finger as frames."""
+"""The reports of a finger as frames."""
 ROWS_EACH: Final = (2, 1)
 """Frames of a finger in them."""
 REPORTING: Final = bytes(1 if outcome & REPORT else 0 for outcome in range(256))
-"""Of what was done with a row: 1 where something is due to be told."""
+"""Of what was done with a row: 1 where something is due to be reported."""
 
 Guard = Callable[[Callable[..., Answered | None]], Callable[..., Any]]
 """Makes of what answers the function that an endpoint calls, which never raises; it returns None for None."""
@@ -116,7 +116,7 @@ class FramePath:
         return True, (finger,) if done & REPORT else ()
 
     def reports(self, fingers: Sequence[str], now: int) -> Iterator[Message | None]:
-        """Send what is due to be told of ``fingers`` that is ready as bytes; yield the rest to be sent.
+        """Send what is due to be reported of ``fingers`` that is ready as bytes; yield the rest to be sent.
 
         None is yielded for what was sent here.
         """

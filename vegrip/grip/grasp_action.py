@@ -42,7 +42,7 @@ class GraspGoal:
 
 @dataclass(frozen=True)
 class ReleaseGoal:
-    """How to let go."""
+    """How to release."""
 
     rate: float = parameter(10.0, unit="N/s", low=0.1, high=1e3, doc="by which the force falls")
     timeout: float = parameter(5.0, unit="s", low=0.1, high=600.0, doc="then the result is what there is")

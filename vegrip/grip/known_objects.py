@@ -1,4 +1,4 @@
-"""What was learned of an object, by its name: its friction is told to the next grasp of it.
+"""What was learned of an object, by its name: its friction is the prior of its next grasp.
 
 One file for each object, ``FOLDER/objects/<name>.json``, with mean and standard deviation of ln mu. The next
 grasp may touch the object elsewhere, or on another day, so it begins with ``ANEW`` more.
@@ -62,7 +62,7 @@ class KnownObjects:
         return None
 
     def write(self, name: str, friction: ObjectFriction) -> None:
-        """Keep what was learned; a folder that cannot be written is told."""
+        """Keep what was learned; a folder that cannot be written is reported."""
         path = self._file(name)
         told = {"ln_friction": friction.mean, "std": friction.std}
         try:

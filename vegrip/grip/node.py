@@ -93,7 +93,7 @@ class GraspForce(NodeBase):
         self._model_swap = model_swap
         self.diagnoser = diagnoser or NoDiagnosis()
         self._active = False
-        self._why_not_probing = ""  # as it was last told
+        self._why_not_probing = ""  # as last reported
         self._drive_log = DriveLog(name)
         self._worn = False  # the fingers have a past
         self._is_at_fault = False  # of this node itself, not of its input
@@ -245,12 +245,12 @@ class GraspForce(NodeBase):
         return answers
 
     def on_broken(self, finger: str, now: int) -> None:
-        """Tell the watchdog of ``finger``: the bus is there, but what it brings is not to be understood."""
+        """Inform the watchdog of ``finger``: the bus is there, but what it brings is not to be understood."""
         if finger in self.fingers:
             self.fingers[finger].note_broken(now)
 
     def on_fault(self, now: int) -> Iterable[Message]:
-        """Ride out a fault of this node itself, without the estimators."""
+        """Hold the last commands through a fault of this node itself, without the estimators."""
         self._is_at_fault = True
         return self.controller.ride_out(now) if self.controller is not None else []
 
@@ -319,7 +319,7 @@ class GraspForce(NodeBase):
         return packets.step(packet, expected, now)
 
     def reports(self, name: str, now: int) -> Iterator[Message]:
-        """Return what is due to be told of a finger; worked out when it is taken."""
+        """Return what is due to be reported of a finger; worked out when it is taken."""
         controller = self.controller
         return iter(()) if controller is None else self._reports(controller, controller.fingers[name], now)
 

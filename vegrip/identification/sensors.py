@@ -21,7 +21,7 @@ Channels = Collection[str]
 
 @dataclass(frozen=True)
 class Output:
-    """One thing that vegrip tells."""
+    """One thing that vegrip estimates."""
 
     name: str  # for people
     short: str  # the same as a heading
@@ -94,7 +94,7 @@ def answers(channels: Channels) -> dict[str, bool]:
 def lacking(channels: Channels, remedy: str = "") -> list[str]:
     """Return what a fingertip that measures ``channels`` does not measure and what that costs.
 
-    A sentence each, what costs most first. The ``remedy`` is put behind the sentence that tells of no margin.
+    A sentence each, what costs most first. The ``remedy`` stands behind the sentence on the missing margin.
     """
     if not _presses(channels):
         return ["no estimate at all: neither normal_force nor displacement is measured"]

@@ -1,4 +1,4 @@
-"""Gains of the tangential channels from a known weight: of their sum, and of each finger where shares tell.
+"""Gains of the tangential channels from a known weight: of their sum, and of each finger where shares differ.
 
 With ``read = gain * true`` each hold of a weight (:mod:`vegrip.identification.lifted_weight`) is an
 equation
@@ -9,7 +9,7 @@ equation
 each. The gain of the sum, ``G = sum_i T_i / (m g)``, is known from one lift, however the weight is shared.
 Those of the fingers are not: of ``ln g_i = c + d_i`` the common part c is free, and the differences d_i are
 normal with ALIKE_STD. One lift leaves them at that; lifts with other shares, best with one finger alone,
-tell them apart. The answer is the mode of this Gaussian problem (Gauss-Newton) with its covariance, widened
+distinguish them. The answer is the mode of this Gaussian problem (Gauss-Newton) with its covariance, widened
 where lifts scatter by more than was assumed (Birge ratio).
 """
 
@@ -73,7 +73,7 @@ class AtWeight:
 
 @dataclass(frozen=True, slots=True)
 class TangentialGain:
-    """What lifted weights tell of the tangential channels."""
+    """What lifted weights show of the tangential channels."""
 
     common: Gain  # of the sum
     fingers: Mapping[str, Gain]
@@ -108,7 +108,7 @@ class TangentialGain:
 
 
 def tangential_gain(names: Sequence[str], holds: Sequence[Hold]) -> TangentialGain:
-    """Return what ``holds`` tell of the fingers ``names``, in the order of their loads.
+    """Return what ``holds`` show of the fingers ``names``, in the order of their loads.
 
     Raises:
         InputError: a gain that no sensor has.
@@ -157,7 +157,7 @@ def _each(loads: Floats, weight: Floats, holds: Sequence[Hold]) -> tuple[Floats,
     assumed = _inverse(ALIKE_STD**2 * np.eye(count) + FREE_STD**2)
     errors, begin = _errors(holds), np.full(count, math.log(_of_sum(holds).value))
     x, covariance = _mode(loads, weight, errors, assumed, begin)
-    learned = count - float(np.trace(assumed @ covariance))  # numbers that the lifts tell
+    learned = count - float(np.trace(assumed @ covariance))  # numbers that the lifts determine
     wider = _birge(weight - loads @ np.exp(-x), holds, learned)
     return _mode(loads, weight, wider * errors, assumed, x)
 

@@ -65,7 +65,7 @@ def run_by(
 ) -> Any:
     """Return the module of a ``text`` as ``mode`` runs it, a :class:`ModuleC` where C does.
 
-    Where C cannot be had, numba runs it, and the reason is told once; the other arguments are those of
+    Where C cannot be had, numba runs it, and the reason is logged once; the other arguments are those of
     :func:`library_of` and :class:`ModuleC`, ``single`` for ``c-float`` alone.
     """
     library = library_by(mode, text, entries, place, more, single=single if mode == "c-float" else None)

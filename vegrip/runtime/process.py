@@ -91,7 +91,7 @@ SWITCH_INTERVAL = 0.0005
 
 
 def run_node(config: NodeConfig, autostart: bool = True) -> None:
-    """Run the node of ``config`` until it has finished or the process is told to end (SIGINT, SIGTERM)."""
+    """Run the node of ``config`` until it has finished or the process is asked to end (SIGINT, SIGTERM)."""
     require_descriptors(NODE_NEEDS)
     name = config.full_name
     context = NodeContext(name.rpartition("/")[2], config.namespace, config.fingers, config.loop.tick_period)

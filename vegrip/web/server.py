@@ -52,7 +52,7 @@ class Guard:
     def __init__(self, app: ASGIApp, key: str, port: int) -> None:
         self._app = app
         self._key = key
-        self._cookie = f"vegrip-{port}"  # cookies do not tell ports apart
+        self._cookie = f"vegrip-{port}"  # cookies do not distinguish ports
         self._hosts = {f"{name}:{port}" for name in HOST_NAMES}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:

@@ -122,7 +122,7 @@ class Calibration:
         return join_recordings(parts, self.folder.resolve().name), tuple(trials)
 
     def slip_channel(self) -> SlipChannel:
-        """Return what the slides tell of the channel that feels them."""
+        """Return what the slides show of the channel that feels them."""
         slides = [one for one in self.trials if one.kind == "slide"]
         return slip_channel(
             [
@@ -248,7 +248,7 @@ class Ended:
     added: list[str]  # effects that the paper's model lacked
     error: float  # rms of the whitened residuals; 1 is the noise
     known: list[Known]  # how well each parameter is known
-    slip: SlipChannel  # what the slides tell of the channel that feels them
+    slip: SlipChannel  # what the slides show of the channel that feels them
     account: dict[str, Any]  # everything that the report needs
 
     def as_dict(self) -> dict[str, Any]:

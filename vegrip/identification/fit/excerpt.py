@@ -1,6 +1,6 @@
 """What is fitted of a recording of an hour: pieces of it, drawn evenly over its whole length.
 
-Time and memory of a fit grow with the rows, and what a recording tells grows with their root: past some
+Time and memory of a fit grow with the rows, the information in a recording with their root: past some
 hundred thousand rows it is the forms of the laws that limit a verdict, and no more the noise. A piece is an
 episode, or where an episode is long about a minute of it, cut in its longest pauses in the air. Of
 neighbouring pieces one is drawn, so that a drift, a wear or a change shows as in the whole.

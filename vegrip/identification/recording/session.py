@@ -183,7 +183,7 @@ def _number(value: Any) -> float:
 
 
 def holds_recording(folder: Path) -> bool:
-    """Tell whether ``folder`` is a recording or a session, or what is left of one."""
+    """Return whether ``folder`` is a recording or a session, or what is left of one."""
     return any((folder / mark).is_file() for mark in MARKS)
 
 

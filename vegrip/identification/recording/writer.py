@@ -11,7 +11,7 @@
 
 Rows are whole lines, written out by :meth:`RecordingWriter.flush`, so that after a crash at most what came
 since the last flush is missing. Nothing here raises once the folder is made: what the disk refuses, and what
-is deleted while it is written, is counted in :attr:`RecordingWriter.lost`, told in the log when it happens,
+is deleted while it is written, is counted in :attr:`RecordingWriter.lost`, logged when it happens,
 and summed up in :attr:`RecordingWriter.problem`.
 """
 
@@ -164,7 +164,7 @@ class RecordingWriter:
         self._start: int | None = None
         self._began = datetime.now(UTC).isoformat(timespec="seconds")
         self._descriptions = {SESSION: f'began = "{self._began}"\n'}
-        self._refusal = ""  # why the disk takes nothing, as far as it was told
+        self._refusal = ""  # why the disk takes nothing, as it was last logged
         self._causes: dict[str, None] = {}  # of what is lost, in the order they were met
         self._make()
 

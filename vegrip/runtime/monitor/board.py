@@ -46,7 +46,7 @@ class Board:
     log: deque[LogLine] = field(default_factory=lambda: deque(maxlen=LOG_LINES))
     said: int = 0  # lines of the log since the start
     counts: dict[str, int] = field(default_factory=dict)
-    _limits: dict[str, str] = field(default_factory=dict)  # of each finger, as it was told
+    _limits: dict[str, str] = field(default_factory=dict)  # of each finger, as it was reported
     _slipping: set[str] = field(default_factory=set)
     _looked: int | None = None  # [ns]
     _awake_since: int = 0  # [ns]
@@ -75,7 +75,7 @@ class Board:
                 self.say(f"{message.finger}: slip detected, grip raised", now, "red")
         elif isinstance(message, messages.ModelHealth):
             self._log_limit(message, now)
-            # :meth:`refresh` tells a change of condition, several fingers in one line
+            # :meth:`refresh` reports a change of condition, several fingers in one line
             if message.condition is finger.announced or (
                 finger.announced is None and message.condition in ABSENT
             ):

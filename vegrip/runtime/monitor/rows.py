@@ -155,7 +155,7 @@ class NodeRow:
     late: float = 0.0  # [1/s] deadlines missed, over the last status period
     sends: bool = False  # states or commands, not only statuses
     recent: dict[str, int] = field(default_factory=dict)  # refusal: [ns] when it was last counted
-    is_compared: bool = False  # whether two statuses tell what was refused lately
+    is_compared: bool = False  # whether two statuses show what was refused lately
     _spoke: int = 0  # [ns] the newest message of any kind
     _streamed: int = 0  # [ns] the newest that is no status
     _pid: int = 0
@@ -215,7 +215,7 @@ class NodeRow:
         return Presence.RUNNING if self._spoke >= self.since else self.presence
 
     def _is_last_word(self) -> bool:
-        """Tell whether no new process of this name has begun since the last status."""
+        """Return whether no new process of this name has begun since the last status."""
         return self.present is None or self._status_at >= self.since
 
     def _patience(self) -> float:

@@ -48,7 +48,7 @@ class Sink(Protocol):
 
 
 class Watch:
-    """Hears all nodes of this machine; fingers carry their namespace."""
+    """Receives from all nodes of this machine; fingers carry their namespace."""
 
     def __init__(
         self,
@@ -68,7 +68,7 @@ class Watch:
         self._due = 0.0
 
     def run(self, sink: Sink, duration: float = 0.0) -> None:
-        """Tell ``sink`` what the nodes say until ``duration`` [s] has passed; 0 = for ever."""
+        """Give ``sink`` what the nodes say until ``duration`` [s] has passed; 0 = for ever."""
         ends = time.monotonic() + duration if duration > 0.0 else None
         while ends is None or time.monotonic() < ends:
             self.step(sink)

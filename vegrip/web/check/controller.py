@@ -98,7 +98,7 @@ class Controller(JobPage):
             self._start([*steps, self._diagnose] if rung.diagnosis is None else steps)
 
     def hold_back(self, episodes: str) -> None:
-        """Fit the model that is looked at without ``episodes``, and see how it foretells them.
+        """Fit the model that is looked at without ``episodes``, and see how it predicts them.
 
         Raises:
             UsageError: not a list of episodes, or the model was fitted so.
@@ -149,7 +149,7 @@ class Controller(JobPage):
         self._start([lambda: Task(f"comparing with {name}", arguments, store)])
 
     def plan(self, candidates: str, duration: str = "") -> None:
-        """Look for the experiment that tells ``candidates`` (by commas) apart, as a motion to export."""
+        """Look for the experiment that separates ``candidates`` (by commas), as a motion to export."""
         with self._lock:
             rung = self._standing()
             if not candidates.strip():

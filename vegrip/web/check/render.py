@@ -295,7 +295,7 @@ def _held_back_card(rung: Rung, *, is_busy: bool) -> str:
         form(
             "hold_back", "fit again", entry("episodes", "episodes", is_busy=is_busy, **given), is_busy=is_busy
         ),
-        '<p class="soft">The fit leaves them out, and its error on them shows whether the model foretells '
+        '<p class="soft">The fit leaves them out, and its error on them shows whether the model predicts '
         f"what it has not seen; {now}.</p>",
     )
 

@@ -44,7 +44,7 @@ def finger_view(
     """Return the finger as it is at ``now`` [ns].
 
     Args:
-        row: what has been heard of it.
+        row: what has been received of it.
         now: [ns].
         wanted: the margin its controller keeps, None = not known.
         learned: newest of each parameter, by symbol.

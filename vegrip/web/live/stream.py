@@ -1,4 +1,4 @@
-"""The thread that hears the nodes and turns what it hears into the events of the page, 25 a second."""
+"""The thread that turns what it receives from the nodes into the events of the page, 25 a second."""
 
 import asyncio
 import threading
@@ -70,7 +70,7 @@ ASK_PATIENCE = 0.5  # [s]
 
 
 class Stream:
-    """Hears all nodes of this machine in a thread of its own; pages read its ``log``."""
+    """Receives from all nodes of this machine in a thread of its own; pages read its ``log``."""
 
     def __init__(self) -> None:
         self._watch = Watch(EVERY_ONE, NEWEST_ONLY, waits=True)
@@ -132,7 +132,7 @@ class WantedMargins:
 
 
 def run(port: int, announce: Callable[[str], None], *, opens: bool = False) -> None:
-    """Hear all nodes of this machine, those that come later as well, and serve the page that shows them."""
+    """Receive from all nodes of this machine, also later ones, and serve the page that shows them."""
     with closing(Stream()) as stream:
         stream.start()
         serve(routes(stream.log), port, announce, opens=opens)

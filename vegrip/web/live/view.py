@@ -54,7 +54,7 @@ class Columns:
         self._stds[name] = std
 
     def close(self) -> Column:
-        """End the open column, keep and return it; what was not heard in it is None."""
+        """End the open column, keep and return it; what was not received in it is None."""
         column: Column = []
         for name in COLUMN_NAMES:
             column += [_short(v) for v in self._open.get(name, (math.nan,) * 3)]
