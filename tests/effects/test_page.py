@@ -16,12 +16,9 @@ catalogue = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(catalogue)
 
 
-def test_the_page_lists_every_effect_once_with_equation_and_residual():
-    rows = re.findall(
-        r"^\| \[(\w+)\]\(([^)]+)\) \| (`.+`.*|as \w+, `.+`.*) \| ([^|`]+) \|$", PAGE, re.MULTILINE
-    )
-    assert sorted(name for name, *_ in rows) == sorted(BUILT_IN)
-    assert all(file == f"../vegrip/effects/{name}.py" for name, file, *_ in rows)
+def test_the_page_lists_every_effect_once_and_links_to_its_file():
+    links = re.findall(r"\[(\w+)\]\(\.\./vegrip/effects/(\w+)\.py\)", PAGE)
+    assert sorted(links) == sorted((name, name) for name in BUILT_IN)
 
 
 def test_the_generated_catalogue_has_every_parameter_with_its_prior_and_the_motion():
@@ -35,9 +32,9 @@ def test_the_generated_catalogue_has_every_parameter_with_its_prior_and_the_moti
         assert effect(name).experiment in section
 
 
-def test_the_page_is_in_the_order_in_which_effects_act():
-    places = [PAGE.index(f"| [{name}]") for name in BUILT_IN]
-    assert places == sorted(places)
+def test_the_table_is_in_the_order_in_which_effects_act():
+    rows = re.findall(r"^\| \[(\w+)\]", PAGE, re.MULTILINE)
+    assert rows == [name for name in BUILT_IN if name in rows]
 
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "second_spot"
