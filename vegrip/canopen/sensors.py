@@ -62,7 +62,7 @@ class SdoReader:
 @dataclass(slots=True)
 class _Watched:
     limit: int  # [ns]
-    heard: int  # [ns] when last; when the watch began, if never
+    received_at: int  # [ns] when last; when the watch began, if never
     state: int | None = None  # of the last heartbeat
     missing: bool = False
     grace: int = 0  # [ns] on top of the limit until the first heartbeat
@@ -87,14 +87,14 @@ class HeartbeatConsumer:
         if watched is None:
             return False
         returned, watched.missing = watched.missing, False
-        watched.heard, watched.state, watched.grace = now, state, 0
+        watched.received_at, watched.state, watched.grace = now, state, 0
         return returned
 
     def newly_missing(self, now: int) -> list[int]:
         """Return the nodes that have become missing since the last call."""
         lost = []
         for node, watched in self._nodes.items():
-            if not watched.missing and now - watched.heard > watched.limit + watched.grace:
+            if not watched.missing and now - watched.received_at > watched.limit + watched.grace:
                 watched.missing, watched.state = True, None
                 lost.append(node)
         return lost

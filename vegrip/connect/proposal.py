@@ -65,7 +65,7 @@ class Proposal:
 
 def propose(
     database: Database,
-    heard: Mapping[str, Trace],
+    received: Mapping[str, Trace],
     traffic: Traffic | None,
     names: Sequence[str] = (),  # of the fingers, in the order of the hand's numbers
     nodes: Mapping[str, int] | None = None,
@@ -76,12 +76,12 @@ def propose(
     if any(not database.messages[one.message].asked for one in found if one.channel in MAPPED_CHANNELS):
         found = [one for one in found if not database.messages[one.message].asked]
     if traffic is not None:
-        if not heard:
-            raise InputError(_nothing_heard(database, traffic))
-        spoken = {name.partition(".")[0] for name in heard}
+        if not received:
+            raise InputError(_nothing_received(database, traffic))
+        spoken = {name.partition(".")[0] for name in received}
         measured = [one for one in found if one.channel in MAPPED_CHANNELS and one.finger]
-        heard_of = {one.finger for one in measured if one.message in spoken}
-        silent = sorted({one.message for one in measured if one.finger not in heard_of}, key=_natural)
+        with_traffic = {one.finger for one in measured if one.message in spoken}
+        silent = sorted({one.message for one in measured if one.finger not in with_traffic}, key=_natural)
         ordered = {one.message for one in found if one.channel == "command"}
         found = [one for one in found if one.message in spoken or one.message in ordered]
         found = [one for one in found if one.message in spoken or one.channel not in MAPPED_CHANNELS]
@@ -105,7 +105,7 @@ def propose(
     proposal.messages, doubts = find_protection(database, signals_of(proposal), found, traffic, said)
     proposal.doubts += doubts
     if traffic is not None:
-        _time(proposal, database, traffic, heard)
+        _time(proposal, database, traffic, received)
     _doubt(proposal, fingers)
     _doubt_names(proposal, database, tuple(names), silent)
     proposal.doubts += [f"left out: {why}" for why in database.left_out.values()]
@@ -122,7 +122,7 @@ def _take_units(drafts: Mapping[str, FingerDraft], database: Database) -> None:
                 draft.notes["unit"] = "as the database says"
 
 
-def _nothing_heard(database: Database, traffic: Traffic) -> str:
+def _nothing_received(database: Database, traffic: Traffic) -> str:
     if not traffic.frames:
         return (
             "no frame came; look at channel and bit rate, and whether the hand is switched on; of a log, "
@@ -256,13 +256,13 @@ def signals_of(proposal: Proposal) -> list[str]:
     ]
 
 
-def _time(proposal: Proposal, database: Database, traffic: Traffic, heard: Mapping[str, Trace]) -> None:
+def _time(proposal: Proposal, database: Database, traffic: Traffic, received: Mapping[str, Trace]) -> None:
     rates: list[float] = []
     for finger in proposal.fingers.values():
-        signals = [name for name in finger.signals if name in heard]
+        signals = [name for name in finger.signals if name in received]
         if not signals:
             continue
-        own = {name: rate_of(heard[name]) for name in signals}
+        own = {name: rate_of(received[name]) for name in signals}
         main = finger.channels.get("normal_force") or finger.channels.get("displacement")
         lead = next((name for name in (main.names if main is not None else ()) if name in own), signals[0])
         rates.append(own[lead])
@@ -392,7 +392,7 @@ def leave_out_unknown_units(proposal: Proposal) -> None:
     ]
 
 
-def name_unused(proposal: Proposal, database: Database, heard: Mapping[str, Trace]) -> None:
+def name_unused(proposal: Proposal, database: Database, received: Mapping[str, Trace]) -> None:
     """Say which signals that move in the traffic are in no map, and how one of them becomes a channel."""
     guessed = {one.name: one for one in all_signals(database, USUAL)}
     protection = {
@@ -406,9 +406,9 @@ def name_unused(proposal: Proposal, database: Database, heard: Mapping[str, Trac
         for message in database.messages.values()
         for signal in message.signals.values()
     }
-    moved = {name for name, trace in heard.items() if float(np.ptp(trace.raw)) > 0.0}
+    moved = {name for name, trace in received.items() if float(np.ptp(trace.raw)) > 0.0}
     alike: dict[str, list[str]] = {}
-    for name in sorted(moved - protection - pages - set(signals_of(proposal)), key=list(heard).index):
+    for name in sorted(moved - protection - pages - set(signals_of(proposal)), key=list(received).index):
         if name in guessed and guessed[name].own not in said:
             alike.setdefault(guessed[name].own, []).append(name)
     if not alike:

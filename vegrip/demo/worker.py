@@ -214,7 +214,7 @@ class WorkerHandle:
             if word in self._said:
                 return
             if self._pipe.poll(0.1):
-                self._said.add(self._hear())
+                self._said.add(self._receive())
         raise DeviceError(f"the process of {self.name} does not get ready within {START_PATIENCE:g} s")
 
     def say(self, word: str) -> None:
@@ -227,7 +227,7 @@ class WorkerHandle:
     def listen(self) -> bool:
         """Take in what the child has said; return whether it still runs."""
         while self.statistics_at_end is None and self._pipe.poll():
-            self._hear()
+            self._receive()
         return self.statistics_at_end is None
 
     def stop(self) -> None:
@@ -237,7 +237,7 @@ class WorkerHandle:
         try:
             while self.statistics_at_end is None and time.monotonic() < deadline:
                 if self._pipe.poll(0.05):
-                    self._hear()
+                    self._receive()
         except DeviceError:
             pass  # it has ended in another way
         self._process.join(1.0)
@@ -246,7 +246,7 @@ class WorkerHandle:
             self._process.join()
         self._pipe.close()
 
-    def _hear(self) -> str:
+    def _receive(self) -> str:
         try:
             word, content = self._pipe.recv()
         except (EOFError, OSError):

@@ -138,14 +138,14 @@ class Board:
         }
 
     def _log_presence(self, name: str, row: NodeRow, before: Presence, now: int) -> None:
-        heard = f"{(row.last_heard - self.start) / NS:.1f} s"
+        since = f"{(row.last_heard - self.start) / NS:.1f} s"
         if row.presence in (Presence.GONE, Presence.STOPPED) and row.sends:
             self._ended = (name, now)
         match row.presence:
             case Presence.SILENT:
-                self.say(f"{name} is silent since {heard}", now, "bold red")
+                self.say(f"{name} is silent since {since}", now, "bold red")
             case Presence.GONE:
-                self.say(f"{name} has died, last heard at {heard}: {row.failure}", now, "bold red")
+                self.say(f"{name} has died, last heard at {since}: {row.failure}", now, "bold red")
             case Presence.STOPPED:
                 self.say(f"{name} has stopped", now)
             case Presence.STARTING:

@@ -130,7 +130,7 @@ class LiveView:
                     row,
                     now,
                     wanted=wanted(row.source),
-                    learned=self._learned.get(name, {}) if self._is_heard(row.source) else {},
+                    learned=self._learned.get(name, {}) if self._is_received(row.source) else {},
                 )
                 for name, row in board.rows.items()
             },
@@ -142,7 +142,7 @@ class LiveView:
             ],
         }
 
-    def _is_heard(self, node: str) -> bool:
+    def _is_received(self, node: str) -> bool:
         return node in self.board.nodes and self.board.nodes[node].presence is Presence.RUNNING
 
     @staticmethod
