@@ -182,14 +182,14 @@ def _play_log(log: Path, config: Path | None, speed: float, values: list[str]) -
     own = codec.identifiers
     of_map = str(table["transport"].get("channel", ""))
     read = read_log(log, extended=True, channel=of_map, wanted=own, remedy="transport.channel={0}")
-    heard = [frame for frame in read.frames if frame.arbitration_id in own]
+    own_frames = [frame for frame in read.frames if frame.arbitration_id in own]
     for sentence in read.report.warnings():
         complain(f"{log}: {sentence}")
-    if not heard:
+    if not own_frames:
         raise UsageError(f"{log}: none of its frames is one that {settings.map} reads")
     bus, _, _ = open_bus(settings)
     try:
-        count = play_frames(heard, lambda frame: bus.send(frame, timeout=PATIENCE_S), WallClock(), speed)
+        count = play_frames(own_frames, lambda frame: bus.send(frame, timeout=PATIENCE_S), WallClock(), speed)
     except can.CanError as error:
         raise DeviceError(f"{log} is not played to its end: {error}") from None
     finally:
