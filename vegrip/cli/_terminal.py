@@ -57,7 +57,7 @@ def announce_page(what: str) -> Callable[[str], None]:
 
 
 def answer(result: Any, show: Callable[[], object], *, as_json: bool) -> None:
-    """Print ``told`` as one JSON object, or have it shown to a person."""
+    """Print ``result`` as one JSON object, or have it shown to a person."""
     if as_json:
         print_json(result)
     else:

@@ -132,7 +132,7 @@ def connect(
         traffic = traffic_of_hand(
             log, transport, windows, seconds, now, ask=False, channel=channel or of_map, wanted=wanted
         )
-        _tell(plan, "", None, traffic, accepted=accept, as_json=as_json)
+        _report(plan, "", None, traffic, accepted=accept, as_json=as_json)
         return
     node_ids = _pairs(nodes)
     if not node_ids and database.suffix.lower() in (".eds", ".dcf"):
@@ -148,7 +148,7 @@ def connect(
     names = [name.strip() for name in fingers.split(",") if name.strip()]
     known = Known(database, found, traffic, windows, names, node_ids, said, settings or [], transport)
     proposal, plan, text = draw_up(known, output or Path("hand.toml"))
-    _tell(plan, text, output, traffic, proposal, accepted=accept, as_json=as_json)
+    _report(plan, text, output, traffic, proposal, accepted=accept, as_json=as_json)
 
 
 def _connect_product(
@@ -182,7 +182,7 @@ def _connect_product(
         unknown = str(error)
     if output is not None:
         _write(output, text)
-    _tell(plan, text, output, None, unknown=unknown, as_json=as_json)
+    _report(plan, text, output, None, unknown=unknown, as_json=as_json)
 
 
 def _show_products(*, as_json: bool) -> None:
@@ -273,7 +273,7 @@ def _settings(text: str) -> "list[Setting]":
     return [([*path, each], found[each]) for each in ("signal", *(found.keys() - {"signal"}))]
 
 
-def _tell(
+def _report(
     plan: "Plan | None",
     text: str,
     output: Path | None,
@@ -325,8 +325,8 @@ def _tell(
             typer.echo(text)
         if values is not None and plan is not None:
             _show(values, plan)
-        told_of = {"found: ": learned, "measure: " if unknown else "price: ": prices, "open:  ": doubts}
-        for head, sentences in told_of.items():
+        by_heading = {"found: ": learned, "measure: " if unknown else "price: ": prices, "open:  ": doubts}
+        for head, sentences in by_heading.items():
             for sentence in sentences:
                 typer.echo(f"{head}{sentence}")
         for sentence in implausible:

@@ -163,9 +163,9 @@ def refine(
         outputs.file(output)
         outputs.pictures(report)
         measured, start = opened(recording, model, hold_back=hold_back)
-        with _terminal.progress("refine") as tell:
+        with _terminal.progress("refine") as say:
             same = judged(measured, tolerance, zeros_each_episode)
-            refined = error_ladder.refine(measured, start, **same, most=most, report=tell)
+            refined = error_ladder.refine(measured, start, **same, most=most, report=say)
         found, rungs = refined.diagnosis, refined.rungs
         outputs.write(output, partial(write_model, found.model))
         if report is not None:

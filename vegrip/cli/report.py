@@ -39,8 +39,8 @@ def report(
     target = output or Path(f"{what.resolve().name}-report.html")
     claim_file(target, force=force)  # the page is the whole answer
     start = read_model(model) if model is not None else None
-    with progress("report") as tell:
-        text = make_report(what, start, model, tell)
+    with progress("report") as say:
+        text = make_report(what, start, model, say)
     with Outputs(force=force) as outputs:
         if outputs.write(target, lambda path: write_whole(path, text)):
             said = f"{target}: open it in a browser, print it to PDF there"

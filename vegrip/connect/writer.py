@@ -66,11 +66,11 @@ def draw_up(known: Known, target: Path) -> tuple[Proposal, Plan, str]:
     if any("slip" in finger.measured for finger in plan.fingers):
         _learn_friction(proposal, plan, traffic, said)
         plan, text = checked(map_text(proposal, known.transport, about), target, said)
-    _tell_losses(proposal, database, traffic, came, received, lost)
+    _report_losses(proposal, database, traffic, came, received, lost)
     return proposal, plan, text
 
 
-def _tell_losses(
+def _report_losses(
     proposal: Proposal,
     database: Database,
     traffic: Traffic,

@@ -173,7 +173,7 @@ class Demo:
             return fingers + load
         return f"{fingers}, scenario {self.news.time:.0f} s, slips: {self.news.slips}{load}"
 
-    def tell(self, news: HandNews | None) -> None:
+    def update(self, news: HandNews | None) -> None:
         """Put what happens to the object on the board's log."""
         if news is None:
             return
@@ -302,7 +302,7 @@ def _play(
         while hand.listen() and node.listen():
             cores.look()
             demo.watch(endpoint, recorder)
-            demo.tell(hand.news)
+            demo.update(hand.news)
             if recorder.since is None and demo.news is not None:
                 recorder.since = time.monotonic_ns()
             if time.monotonic() >= due:

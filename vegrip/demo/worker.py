@@ -122,7 +122,7 @@ def serve(pipe: Connection, job: Job) -> None:
         pipe.send(("error", str(error)))
     except (BrokenPipeError, EOFError):
         sys.exit(1)
-    except Exception as error:  # noqa: BLE001 (a mistake of ours, told in one sentence like the others)
+    except Exception as error:  # noqa: BLE001 (a mistake of ours, reported in one sentence like the others)
         pipe.send(("error", f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}"))
 
 

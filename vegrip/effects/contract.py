@@ -112,7 +112,7 @@ class Effect:
         experiment: the motion that tells them apart.
         generalises: effects that it can be; a diagnosis tries it where one of them leaves more than noise,
             in that one's place, and nowhere else.
-        group: effects of one group cannot be told apart by force and displacement at all.
+        group: effects of one group cannot be separated by force and displacement at all.
         kinked: its derivative where it is absent says little, so a fit is tried on half of the evidence.
         expensive: it slows a model down even where it is absent, so it is screened in a model of its own.
         shifts_time: it moves the force in time; a second such effect corrects the form of the first.

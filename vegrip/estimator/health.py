@@ -53,7 +53,7 @@ class HealthHysteresis:
     def update(self, worst: int, misfit: float, reported_misfit: float, stamp: int) -> int:
         """Judge the ``misfit`` of the ``worst`` cell at ``stamp`` [ns]; return which cell fails, or NO_CELL.
 
-        ``misfit_told`` is that of :attr:`failing`.
+        ``reported_misfit`` is that of :attr:`failing`.
         """
         self._outside = None if misfit <= 1.0 else stamp if self._outside is None else self._outside
         self._inside = None if misfit >= CALM else stamp if self._inside is None else self._inside

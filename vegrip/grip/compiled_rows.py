@@ -171,7 +171,7 @@ class CompiledBatch(CompiledRows):
 
     def report(self, names: Sequence[str], now: int) -> list[str]:
         """Pack contacts and slip margins of fingers by their names; return those packed, in that order."""
-        told: list[str] = []
+        packed: list[str] = []
         for name in names:
             finger = self._named[name]
             if not finger.numbers.report_as_frames(now):
@@ -182,11 +182,11 @@ class CompiledBatch(CompiledRows):
                     finger.numbers.on_wire.report_ids, finger.numbers.report_frames, strict=True
                 )
             ]
-            at, margin = FIRST_ROW + len(told) * 2 * CONTACT_ROW, FIRST_ROW + len(told) * MARGIN_ROW
+            at, margin = FIRST_ROW + len(packed) * 2 * CONTACT_ROW, FIRST_ROW + len(packed) * MARGIN_ROW
             self.contacts[at : at + 2 * CONTACT_ROW] = rows[0] + rows[1]
             self.margins[margin : margin + MARGIN_ROW] = rows[2]
-            told.append(name)
-        return told
+            packed.append(name)
+        return packed
 
 
 class CompiledPackets(CompiledRows):

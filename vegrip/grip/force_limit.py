@@ -74,7 +74,7 @@ class ForceLimit:
                 state = LIMIT_REACHED
             self._judge(name, need, "" if self.is_letting_go else state, now)
 
-    def tell(self, logger: logging.Logger, most: float) -> None:
+    def log_changes(self, logger: logging.Logger, most: float) -> None:
         """Log what has changed; ``most`` [N] is the limit."""
         for name, one in self._of.items():
             if one.state == self._reported.get(name, ""):

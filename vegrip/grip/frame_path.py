@@ -224,11 +224,13 @@ class BatchPath(FramePath):
     def reports(self, fingers: Sequence[str], now: int) -> Iterator[Message | None]:
         """As :meth:`FramePath.reports`; what is ready as bytes goes out in batches."""
         batch, of = self._node.batch, self._of(fingers)
-        told = [] if batch is None else batch.report([name for name in of if not self._is_watched(name)], now)
-        if batch is not None and told:
+        packed = (
+            [] if batch is None else batch.report([name for name in of if not self._is_watched(name)], now)
+        )
+        if batch is not None and packed:
             for kind, each, data in zip(REPORTS, ROWS_EACH, (batch.contacts, batch.margins), strict=True):
-                self._endpoint.put_off_batch(kind, self._sealed(kind, len(told) * each, data[:]))
-            for name in told:
+                self._endpoint.put_off_batch(kind, self._sealed(kind, len(packed) * each, data[:]))
+            for name in packed:
                 self._count_reports(name)
             yield None  # the next states may have come
         for name, finger in of.items():

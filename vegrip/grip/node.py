@@ -395,9 +395,9 @@ class GraspForce(NodeBase):
         for report in controller.reports(finger.name, now):
             yield self._with_suspects(report, controller)
         if looks:
-            controller.force_limit.tell(self._logger, controller.settings.limits.max_force)
-            self._tell_probing(controller)
-            self._drive_log.tell(finger.name, controller.friction, self.parameters.grip)
+            controller.force_limit.log_changes(self._logger, controller.settings.limits.max_force)
+            self._log_probing(controller)
+            self._drive_log.log_changes(finger.name, controller.friction, self.parameters.grip)
         # last, so that a state that has come meanwhile need not wait for it
         if looks and (learned := self._learned_store.observe(finger.name, now)):
             yield from finger.reports.learned(learned, now)
@@ -428,7 +428,7 @@ class GraspForce(NodeBase):
             by = "friction that the slides of all fingers teach"
         return f"{finger} grips by {by}{f'; to grip less: {less}' if less else ''}"
 
-    def _tell_probing(self, controller: GripController) -> None:
+    def _log_probing(self, controller: GripController) -> None:
         """Log why friction is not probed, where that is asked for, and whenever it changes."""
         friction = controller.friction
         if not friction.active or not self.parameters.friction.probing:

@@ -34,7 +34,7 @@ HOLD_STD: Final = 0.005  # of m g, in one hold: what a pad's hysteresis leaves
 ALIKE_STD: Final = 0.1
 """Of ln g between fingers: two silicone pads read 0.81 to 0.95 (robertburk/ME_THESIS_ROBERT_BURKE)."""
 FREE_STD: Final = 1.0  # of the common ln g, which lies within ln 0.5 .. ln 2
-TOLD_APART: Final = (
+SEPARATED: Final = (
     0.5  # of what is assumed of the difference of two gains: its std from which on each has its own
 )
 DISAGREE_STD: Final = 2.0  # standard deviations by which gains at two weights differ that are not the same
@@ -77,7 +77,7 @@ class TangentialGain:
 
     common: Gain  # of the sum
     fingers: Mapping[str, Gain]
-    are_told_apart: bool
+    are_separated: bool
     weights: tuple[AtWeight, ...]
     seconds: float  # in which a weight hung still
 
@@ -95,7 +95,7 @@ class TangentialGain:
     def settings(self) -> dict[str, Any]:
         """The parameters ``sensors`` of a grip controller; the std is that of a finger, not of the sum."""
         by_load = 0.5 * self.load_dependence
-        if not self.are_told_apart:
+        if not self.are_separated:
             widest = max(gain.std for gain in self.fingers.values())
             return Gain(self.common.value, math.hypot(widest, by_load)).settings
         logs = np.log([gain.value for gain in self.fingers.values()])
@@ -122,11 +122,11 @@ def tangential_gain(names: Sequence[str], holds: Sequence[Hold]) -> TangentialGa
     }
     pairs = itertools.combinations(range(len(names)), 2)
     variances = (covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j] for i, j in pairs)
-    told_apart = bool(max(variances, default=math.inf) <= 2.0 * (TOLD_APART * ALIKE_STD) ** 2)
+    separated = bool(max(variances, default=math.inf) <= 2.0 * (SEPARATED * ALIKE_STD) ** 2)
     found = TangentialGain(
         _of_sum(holds),
         fingers,
-        told_apart,
+        separated,
         tuple(
             _at_weight([hold for hold in holds if hold.weight == one]) for one in sorted(set(weight.tolist()))
         ),
@@ -136,7 +136,7 @@ def tangential_gain(names: Sequence[str], holds: Sequence[Hold]) -> TangentialGa
         "" if all(hold.is_zeroed_in_air for hold in holds) else "; and begin with open fingers, for the zeros"
     )
     _check("the tangential forces together", found.common, doubt)
-    if told_apart:
+    if separated:
         for name, gain in fingers.items():
             _check(f"the tangential force of {name}", gain, doubt)
     return found

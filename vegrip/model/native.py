@@ -46,7 +46,7 @@ def kernel_mode() -> str:
 
 
 @functools.cache
-def tell_once(reason: str) -> None:
+def log_once(reason: str) -> None:
     log.warning(
         "VEGRIP_KERNEL=c is not possible: %s; numba is used, which compiles for half a minute", reason
     )
@@ -83,7 +83,7 @@ def library_by(
     try:
         return library_of(text, entries, *more, single=single)
     except (host.CompilerError, UntranslatableError) as error:
-        tell_once(str(error))
+        log_once(str(error))
         return None
 
 

@@ -157,11 +157,11 @@ def listening(port: int) -> socket.socket:
 class _Server(uvicorn.Server):
     def __init__(self, config: uvicorn.Config, started: Callable[[], None]) -> None:
         super().__init__(config)
-        self._tell_started = started
+        self._has_started = started
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)
-        self._tell_started()
+        self._has_started()
 
 
 def _announce(address: str, announce: Callable[[str], None], *, opens: bool) -> None:
