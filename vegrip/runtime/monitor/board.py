@@ -138,7 +138,7 @@ class Board:
         }
 
     def _log_presence(self, name: str, row: NodeRow, before: Presence, now: int) -> None:
-        since = f"{(row.last_heard - self.start) / NS:.1f} s"
+        since = f"{(row.last_received - self.start) / NS:.1f} s"
         if row.presence in (Presence.GONE, Presence.STOPPED) and row.sends:
             self._ended = (name, now)
         match row.presence:
