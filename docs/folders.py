@@ -1,4 +1,4 @@
-"""The table of folders in docs/architecture.md: one row a folder, which imports only folders above it.
+"""The tables of docs/architecture.md: rooms, and one row a folder, which imports only folders above it.
 
 ``python docs/folders.py`` says which rule is broken, ``python docs/folders.py FOLDER`` what a folder imports;
 ``tests/test_architecture.py`` asks the same.
@@ -17,6 +17,10 @@ PAGE = ROOT / "docs" / "architecture.md"
 BESIDE = ("launch", "nodes", "proto")  # top-level folders, shipped as vegrip.<name>
 NOT_SHIPPED = ("benchmarks", "tools", "validation")
 ROW = re.compile(r"^\| `([\w/]+)` \| [^|]* \|$", re.MULTILINE)
+ROOM = re.compile(
+    r"^\| \*\*([\w ]+)\*\* \| [^|]+ \| ([^|]+) \|$", re.MULTILINE
+)  # name and what it may import
+HEADING = re.compile(r"^\| \*\*([\w ]+)\*\* \| \|$")  # of a room's folders in their table
 GROUND = "."  # the modules of vegrip itself: messages, clock, errors, ... which every folder may import
 START = "vegrip.__main__"
 FRONT_DOOR = "vegrip"  # imports nothing before a public name is asked for, see tests/test_front_door.py
@@ -79,6 +83,35 @@ def named(targets: set[str]) -> str:
     return ", ".join(f"`{target}`" for target in sorted(targets - {GROUND})) or "nothing"
 
 
+def room_of(text: str) -> dict[str, str]:
+    """Return the room of each folder of the table."""
+    found, room = {}, ""
+    for line in text.splitlines():
+        if heading := HEADING.match(line):
+            room = heading[1]
+        elif row := ROW.match(line):
+            found[row[1]] = room
+    return found
+
+
+def trespasses(text: str) -> Iterator[str]:
+    """Say which folder imports a room that its own room may not import, and which room has no folder."""
+    allowed = {name: set(others.split(", ")) for name, others in ROOM.findall(text)}
+    rooms = room_of(text)
+    for name in sorted(allowed.keys() ^ set(rooms.values())):
+        yield f"the room {name or 'without a name'} is in one of the two tables only"
+    used: dict[str, set[str]] = {name: set() for name in allowed}
+    for folder, targets in sorted(arrows().items()):
+        room = rooms.get(folder, "")
+        for target in sorted(targets & rooms.keys()):
+            used.setdefault(room, set()).add(rooms[target])
+            if rooms[target] not in allowed.get(room, set()) | {room}:
+                yield f"{folder} imports `{target}`, which {room} may not"
+    for name, others in allowed.items():
+        for other in sorted(others - used[name] - {"nothing"}):
+            yield f"{name} may import {other}, and does not"
+
+
 def complaints(text: str) -> Iterator[str]:
     """Say in a sentence each what is wrong with the table, or with the code."""
     found, names = arrows(), ROW.findall(text)
@@ -96,6 +129,7 @@ def complaints(text: str) -> Iterator[str]:
     for place, name in enumerate(names):
         if below := found.get(name, set()) & set(names[place + 1 :]):
             yield f"{name} imports {named(below)}, further down in the table"
+    yield from trespasses(text)
 
 
 def main() -> int:

@@ -1,4 +1,4 @@
-"""A monitor on the bus: draws a live table of what it hears; sends nothing."""
+"""A monitor on the bus: draws a live table of what it receives; sends nothing."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

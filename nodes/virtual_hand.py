@@ -31,7 +31,7 @@ LONGEST_STEP = 0.05
 """More than this is never simulated in one tick [s]; a loop that late lets simulated time fall behind."""
 
 PLAIN = HandSettings(tip=FingertipSettings().with_one_rate())
-"""Its tips relax as the model of grasp_force does, which tells of a second rate that something is missing."""
+"""Its tips relax as the model of grasp_force does, which shows by a second rate that something is missing."""
 
 
 @dataclass(frozen=True)

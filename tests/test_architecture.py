@@ -53,6 +53,16 @@ def test_a_table_that_is_not_true_is_told(old: str, new: str, complaint: str) ->
     assert any(complaint in said for said in folders.complaints(PAGE.replace(old, new, 1)))
 
 
+def test_a_room_imports_no_room_that_its_row_leaves_out() -> None:
+    row = next(
+        line for line in PAGE.splitlines() if line.startswith("| **Pages** |") and "Instrument" in line
+    )
+    shut = PAGE.replace(row, row.replace(", Instrument", ""))
+    assert any("which Pages may not" in said for said in folders.complaints(shut))
+    wide = PAGE.replace(row, row.replace(", Instrument", ", Instrument, Simulators"))
+    assert "Pages may import Simulators, and does not" in folders.complaints(wide)
+
+
 def test_a_new_import_that_points_down_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     arrows = folders.arrows()
     monkeypatch.setattr(folders, "arrows", lambda: arrows | {"host": {"cli"}})

@@ -1,6 +1,8 @@
 """The site asks for nothing beyond its folder, and the project's words are British and name who acts."""
 
 import importlib.util
+import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
@@ -23,6 +25,7 @@ check = load(DOCS / "site" / "check.py")
 english = load(DOCS / "english.py")
 product_pages = load(DOCS / "site" / "product_pages.py")
 command_pages = load(DOCS / "site" / "command_pages.py")
+setting_pages = load(DOCS / "site" / "setting_pages.py")
 
 
 def said_of(folder: Path, body: str, style: str = "") -> list[str]:
@@ -132,3 +135,30 @@ def test_each_product_has_a_page_that_says_how_far_it_is_verified() -> None:
         assert "Nobody has reported yet" in page
         assert all(f"`{key}`" in page for key in told["to_measure"])
         assert "drive_" not in page
+
+
+def keys_of(table: dict[str, object], prefix: str = "") -> Iterator[str]:
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from keys_of(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}"
+
+
+def test_every_key_of_the_launch_files_in_the_box_is_in_the_reference_of_settings() -> None:
+    text = setting_pages.page()
+    for path in (DOCS.parent / "launch").glob("*.toml"):
+        file = tomllib.loads(path.read_text(encoding="utf-8"))
+        keys = {*keys_of(file.get("transport", {}))}
+        for node in file["node"]:
+            its_own = node.pop("parameters", {}) if node["program"] == "grasp_force" else {}
+            node.pop("parameters", None)
+            keys |= {*keys_of(node.pop("transport", {})), *keys_of(node), *keys_of(its_own)}
+        assert [key for key in keys if f"| `{key}` |" not in text] == [], path.name
+
+
+def test_a_setting_is_shown_with_unit_default_and_bounds() -> None:
+    text = setting_pages.page()
+    assert "| `loop.deadline` | `0.01` | 1e-05 .. 10 | a command later than" in text
+    assert "| `grip.release_time` | `0.3` | 0.01 .. 60 | time constant of lowering [s] |" in text
+    assert '| `zero` | `"none"` | `none` or `first` or `baseline` or `contact` |' in text

@@ -33,7 +33,7 @@ class WallClock:
 
 
 class SimulatedClock:
-    """A clock that moves only when told to; sleeping is instantaneous."""
+    """A clock that moves only when asked to; sleeping is instantaneous."""
 
     def __init__(self, start: int = 0) -> None:
         self._now = start

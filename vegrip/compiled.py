@@ -32,7 +32,7 @@ class Announcer:
 
     def __init__(self) -> None:
         self._compiled: set[tuple[str, str]] = set()
-        self._since = self._told = 0.0  # [s]
+        self._since = self._reported = 0.0  # [s]
 
     def notify(self, event: "Event") -> None:
         (self.on_start if event.is_start else self.on_end)(event)
@@ -44,10 +44,10 @@ class Announcer:
             return
         now = time.monotonic()
         if not self.said:
-            self.said, self._since, self._told = True, now, now
+            self.said, self._since, self._reported = True, now, now
             announce_compiling()
-        elif now - self._told >= NEWS_PERIOD_S:
-            self._told = now
+        elif now - self._reported >= NEWS_PERIOD_S:
+            self._reported = now
             announce_compiling(f"compiling {name}: {self._done()}, {now - self._since:.0f} s so far")
 
     def on_end(self, event: "Event") -> None:
@@ -76,7 +76,7 @@ announcer = Announcer()
 
 @cache
 def load_numba() -> ModuleType:
-    """Return numba, which from now on tells the announcer what it compiles."""
+    """Return numba, which from now on reports to the announcer what it compiles."""
     import numba  # noqa: PLC0415
     from numba.core import event  # noqa: PLC0415
 

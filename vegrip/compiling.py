@@ -17,7 +17,7 @@ _listeners: list[Callable[[str], None]] = []
 
 @contextmanager
 def compile_listener(listener: Callable[[str], None]) -> Iterator[None]:
-    """Tell ``listener`` in a sentence when compiling begins."""
+    """Call ``listener`` with a sentence when compiling begins."""
     _listeners.append(listener)
     try:
         yield

@@ -69,7 +69,7 @@ class Result(Displayed, metaclass=Listed):
 
     def to_json(self) -> str:
         """Return what ``--json`` prints."""
-        return json.dumps(jsonable(self._shows.told(self)), allow_nan=False)
+        return json.dumps(jsonable(self._shows.as_json(self)), allow_nan=False)
 
 
 def one_of(channel: str, known: list[str]) -> str:

@@ -16,10 +16,10 @@ class HandSample(NamedTuple):
     seq: int
     stamps: NDArray[np.int64]  # (n,) [ns]
     values: Floats  # (n, 9) as FingertipState has them, from the normal force on; NaN = not measured
-    lost: Flags  # (n,) of these fingers nothing is told
+    lost: Flags  # (n,) these fingers report nothing
 
     def states(self, fingers: Sequence[str]) -> list[FingertipState]:
-        """Return what ``fingers`` report, without those of which nothing is told."""
+        """Return what ``fingers`` report, without those that report nothing."""
         rows = zip(self.stamps.tolist(), fingers, self.values.tolist(), self.lost.tolist(), strict=True)
         return [
             FingertipState(stamp, finger, self.seq, *values)

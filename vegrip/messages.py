@@ -190,7 +190,7 @@ class ForceCommand:
 
 
 PROBED = "probed"
-"""Force is let go of slowly on purpose, to learn friction: see :attr:`ModelHealth.friction`."""
+"""Force is lowered slowly on purpose, to learn friction: see :attr:`ModelHealth.friction`."""
 KNOWN = "known"
 """No more is held than the friction that was learned asks for."""
 LIMIT_NEAR = "near"

@@ -8,7 +8,7 @@ from typing import Final
 EIGHT_BIT: Final = "cp1252"
 MARKS: Final = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 HEAD_BYTES: Final = 2**17
-"""[bytes] of a file that tell its encoding."""
+"""[bytes] of a file from which its encoding is found."""
 
 
 def encoding_of(head: bytes, *, is_cut: bool = False) -> str:

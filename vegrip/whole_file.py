@@ -21,7 +21,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     if target.exists() and not target.is_file():  # a pipe, /dev/stdout: there is nothing to rename
         yield target
         return
-    part = target.with_name(f".{secrets.token_hex(4)}-{target.name}")  # the end of the name tells the format
+    part = target.with_name(f".{secrets.token_hex(4)}-{target.name}")  # the end of the name is the format
     try:
         yield part
         if target.exists():

@@ -17,7 +17,7 @@ from mkdocs.structure.pages import Page
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
-from docs.site import command_pages, product_pages, python_pages  # noqa: E402
+from docs.site import command_pages, effect_pages, product_pages, python_pages, setting_pages  # noqa: E402
 
 COPIES = {
     "proto/README.md": "reference/protocol.md",
@@ -32,13 +32,15 @@ ROLE = re.compile(
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the pages that are generated: commands, Python, products, protocol, changelog."""
+    """Add the pages that are generated: commands, Python, products, effects, settings, and copies."""
     for name, text in command_pages.pages():
         files.append(File.generated(config, f"reference/commands/{name}", content=text))
     for name, text in python_pages.pages():
         files.append(File.generated(config, f"reference/python/{name}", content=text))
     for name, text in product_pages.pages():
         files.append(File.generated(config, f"reference/products/{name}", content=text))
+    files.append(File.generated(config, "reference/effects.md", content=effect_pages.page()))
+    files.append(File.generated(config, "reference/settings.md", content=setting_pages.page()))
     for source, page in COPIES.items():
         text = (ROOT / source).read_text(encoding="utf-8")
         files.append(File.generated(config, page, content=_relinked(text, posixpath.dirname(source), page)))

@@ -24,7 +24,7 @@ needs_compiler = pytest.mark.skipif(host.compiler() is None, reason="no C compil
 
 @pytest.fixture(autouse=True)
 def untold() -> None:
-    native.tell_once.cache_clear()
+    native.log_once.cache_clear()
 
 
 @needs_compiler

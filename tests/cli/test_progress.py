@@ -29,7 +29,7 @@ def test_compiling_that_takes_long_says_how_far_it_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     announcer = compiled.Announcer()
-    for name in ("said", "functions", "_compiled", "_since", "_told"):
+    for name in ("said", "functions", "_compiled", "_since", "_reported"):
         monkeypatch.setattr(compiled.announcer, name, getattr(announcer, name))
     monkeypatch.setattr(compiled, "NEWS_PERIOD_S", 0.0)
     monkeypatch.setenv("VEGRIP_CACHE", str(tmp_path))
@@ -49,7 +49,7 @@ def test_of_modules_that_were_not_generated_nobody_knows_how_many_functions_will
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     announcer = compiled.Announcer()
-    for name in ("said", "functions", "_compiled", "_since", "_told"):
+    for name in ("said", "functions", "_compiled", "_since", "_reported"):
         monkeypatch.setattr(compiled.announcer, name, getattr(announcer, name))
     monkeypatch.setattr(compiled, "NEWS_PERIOD_S", 0.0)
     monkeypatch.setenv("VEGRIP_CACHE", str(tmp_path))

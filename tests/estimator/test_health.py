@@ -67,7 +67,7 @@ def test_a_cell_is_outside_by_its_bias_and_by_its_scatter(
     found = look(module, memory, len(REGIMES) * at[0] + at[1])
     assert found.misfit == pytest.approx(misfit)
     assert divmod(int(found.worst), len(REGIMES)) == at or regime == "jerk"
-    assert found.misfit_told == pytest.approx(misfit if regime != "jerk" else 0.0)
+    assert found.reported_misfit == pytest.approx(misfit if regime != "jerk" else 0.0)
     assert found.judged == len(CHANNELS) * len(REGIMES)
 
 
@@ -87,7 +87,7 @@ def test_what_fails_is_named_by_channel_and_regime(module: Kernels, memory: Floa
 
     def told(seconds: int) -> tuple[str, str] | None:
         found = look(module, memory, verdict.failing)
-        failing = verdict.update(int(found.worst), found.misfit, found.misfit_told, seconds * NS)
+        failing = verdict.update(int(found.worst), found.misfit, found.reported_misfit, seconds * NS)
         channel, regime = divmod(failing, len(REGIMES))
         return None if failing == NO_CELL else (CHANNELS[channel], REGIMES[regime])
 

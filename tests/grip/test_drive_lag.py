@@ -131,10 +131,10 @@ def test_a_node_logs_the_lag_of_a_drive_once_it_is_known(caplog: pytest.LogCaptu
     friction = GraspFriction({"thumb": object()}, ControlSettings())
     friction.set_lead(GripSettings(drive_lag=0.01))
     with caplog.at_level("INFO", logger="vegrip.grip"):
-        log.tell("thumb", friction, GripSettings(drive_lag=0.01))
+        log.log_changes("thumb", friction, GripSettings(drive_lag=0.01))
         for command, force in forces(grips(20.0), 0.0133):
             follow_drive(friction.memory, 0, DT, command, force)
-            log.tell("thumb", friction, GripSettings(drive_lag=0.01))
+            log.log_changes("thumb", friction, GripSettings(drive_lag=0.01))
     assert friction.drive_lag("thumb") == pytest.approx(0.0143, rel=0.2)
     told = [record.getMessage() for record in caplog.records]
     assert len(told) == 1

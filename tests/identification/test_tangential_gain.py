@@ -37,7 +37,7 @@ def drawn(seed, lifts, names=("thumb", "index"), **about):
 def test_a_common_gain_is_found_whatever_the_sharing(gain, share):
     result = found(Hand((gain, gain), seed=3), Lift(0.5, (share, 1.0 - share)))
     assert result.common.value == pytest.approx(gain, rel=0.01)
-    assert not result.are_told_apart
+    assert not result.are_separated
     assert result.settings == {
         "tangential_gain": round(result.common.value, 4),
         "tangential_gain_std": round(max(one.std for one in result.fingers.values()), 4),
@@ -69,27 +69,27 @@ def test_the_gain_of_the_sum_lies_within_two_stds_in_95_of_100_hands():
     assert np.mean(np.abs(errors) < 2.0) >= 0.9  # 57 of 60 and three standard errors
 
 
-def test_three_fingers_are_told_apart_where_each_has_carried_most():
+def test_three_fingers_are_separated_where_each_has_carried_most():
     true = {"thumb": 0.82, "index": 0.95, "middle": 1.03}
     lifts = [Lift(0.5, each) for each in ((0.8, 0.1, 0.1), (0.1, 0.8, 0.1), (0.1, 0.1, 0.8))]
     result = found(Hand(tuple(true.values()), tuple(true)), *lifts)
-    assert result.are_told_apart
+    assert result.are_separated
     assert {name: one.value for name, one in result.fingers.items()} == pytest.approx(true, rel=0.03)
     assert set(result.settings["fingers"]) == set(true)
 
 
 def test_one_lift_leaves_the_split_unknown_and_a_finger_alone_tells_it():
     one, many = found(Hand((0.85, 1.0)), EVEN), found(Hand((0.85, 1.0)), *ALONE)
-    assert not one.are_told_apart
+    assert not one.are_separated
     assert all(each.std > 2.0 * one.common.std for each in one.fingers.values())
-    assert many.are_told_apart
+    assert many.are_separated
     assert many.fingers["thumb"].value == pytest.approx(0.85, rel=0.02)
     assert many.fingers["index"].value == pytest.approx(1.0, rel=0.02)
 
 
 def test_shares_that_drift_within_one_lift_tell_the_fingers_apart():
     result = found(Hand((0.85, 1.0)), Lift(0.5, (0.85, 0.15), (0.15, 0.85), still=6.0))
-    assert result.are_told_apart
+    assert result.are_separated
     assert result.fingers["thumb"].value == pytest.approx(0.85, rel=0.03)
 
 

@@ -1,9 +1,8 @@
 """The measured-data loop: fit, see where, add what pays, and see whether recordings held out agree.
 
-``python -m validation.measured.worked [DATA [FOLDER [PAGE]]]`` runs the commands of docs/worked-examples.md
-on the measured recordings in DATA (default: VEGRIP_DATA; they are no part of the project), draws the pictures
-into FOLDER (default: out) and, given PAGE, puts the tables in place of those that are there.
-``--only NAME`` runs one example.
+``python -m validation.measured.worked [DATA [FOLDER]]`` runs the commands of docs/worked-examples.md on the
+measured recordings in DATA (default: VEGRIP_DATA; they are no part of the project), prints tables and draws
+the pictures into FOLDER (default: out). ``--only NAME`` runs one example.
 """
 
 import argparse
@@ -115,20 +114,15 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
     parser.add_argument("data", nargs="?", default="")
     parser.add_argument("folder", nargs="?", default="out", type=Path)
-    parser.add_argument("page", nargs="?", type=Path)
     parser.add_argument("--only", default="")
     given = parser.parse_args()
     data = data_folder(given.data)
     if not data.is_dir():
         raise SystemExit(f"there are no measured recordings in {data}; set VEGRIP_DATA")
     given.folder.mkdir(parents=True, exist_ok=True)
-    found = {}
     for case in CASES:
         if given.only in ("", case.name):
-            found[case.name] = run(case, data, given.folder)
-            print(f"\n{case.title}\n\n{found[case.name]}", flush=True)
-    if given.page is not None:
-        given.page.write_text(filled(given.page.read_text(encoding="utf-8"), found), encoding="utf-8")
+            print(f"\n{case.title}\n\n{run(case, data, given.folder)}", flush=True)
     return 0
 
 

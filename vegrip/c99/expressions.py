@@ -278,7 +278,7 @@ class Expressions:
         self._guarded += 1
         tests = [first, *(self.test(value) for value in node.values[1:])]
         self._guarded -= 1
-        # no compiler has to be told that && binds before ||, but they warn of it
+        # every compiler knows that && binds before ||, but they warn of it
         texts = [one.text if one.binding in (binding, ATOM) else one.within(EQUAL) for one in tests]
         return Value(f" {sign} ".join(texts), BOOL, binding)
 

@@ -51,7 +51,7 @@ class Function:
         """The statement in work."""
 
     def body(self) -> Body:
-        """Translate; again, until no statement tells more about the kinds of the variables.
+        """Translate; again, until no statement adds to the kinds of the variables.
 
         Raises:
             RefusedError: a statement has no counterpart; :attr:`at` is that statement.

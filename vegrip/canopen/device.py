@@ -52,7 +52,7 @@ class Emergencies:
         return bits
 
     def begin(self, code: int, node: int, sentence: str, lifecycle: int) -> bool:
-        """Tell that something is wrong with ``node``; return whether that is new."""
+        """Report that something is wrong with ``node``; return whether that is new."""
         if (code, node) in self.standing:
             return False
         self.standing[code, node] = sentence
@@ -140,12 +140,12 @@ class Device:
             server.abort(ABORT_TOO_LONG)
 
     def serve(self, stamp: float) -> None:
-        """Forget another node with our node-ID when nothing was heard of it for a while; ``stamp`` [s]."""
+        """Forget another node with our node-ID when it was silent for a while; ``stamp`` [s]."""
         if stamp > self._foreign_until:
             self.emergencies.end(ID_TAKEN, self.id, self.state)
 
     def _on_foreign(self, _: int, __: bytes, stamp: float) -> None:
-        """Hear our own node-ID: a node does not hear its own frames, so another one has taken it."""
+        """Take in our own node-ID: a node does not receive its own frames, so another one has taken it."""
         self.foreign += 1
         self._foreign_until = stamp + FORGET_NODE_AFTER_S
         sentence = f"another node has the node-ID {self.id}; give one of them another"

@@ -93,11 +93,11 @@ class CanopenEndpoint(Endpoint):
         return None if math.isnan(known.offset) else known
 
     def _on_time(self, _: int, data: bytearray, stamp: float) -> None:
-        told = unpack_time(bytes(data))
-        if told is None:
+        sender_time = unpack_time(bytes(data))
+        if sender_time is None:
             self.network.malformed += 1
         else:
-            self._clock.hear(told, round(stamp * NS))
+            self._clock.hear(sender_time, round(stamp * NS))
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a message; meanwhile serve what is due."""

@@ -110,7 +110,7 @@ class Mirror:
 STATE_COB_IDS = {network.OF_A_FINGER[name] for name in network.OUT_OF_A_FINGER}
 IS_IT = "is it connected, switched on, and at the same bit rate (transport.bitrate)?"
 LOOK_PERIOD_NS = (
-    10_000_000  # [ns] between two looks at the fingers; what it finds is told with the next heartbeat
+    10_000_000  # [ns] between two looks at the fingers; what it finds is reported with the next heartbeat
 )
 ON_ERROR = {0: Lifecycle.INACTIVE, 2: Lifecycle.UNCONFIGURED}  # object 1029sub1; 1: go on
 FAULT_NAMES = {

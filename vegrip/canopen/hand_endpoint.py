@@ -61,7 +61,7 @@ class HandEndpoint(CanopenEndpoint):
         self.network.serve(now)
 
     def send(self, message: Message) -> None:
-        """Send a state at once, or with the next SYNC if the finger has been told so; the newest counts."""
+        """Send a state at once, or with the next SYNC if the finger is configured so; the newest counts."""
         if isinstance(message, FingertipState) and self._every(message.finger):
             self._waiting[message.finger] = message
         else:

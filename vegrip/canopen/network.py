@@ -4,7 +4,7 @@ A heartbeat that a thread or the kernel keeps sending says nothing about the loo
 
 Which COB-ID carries what: the predefined connection set of CiA 301, seen from the fingers.
 
-A finger is one node, sensor and drive: its TPDOs are its state, its RPDOs what the grasp force node tells it.
+A finger is one node, sensor and drive: its TPDOs are its state, its RPDOs what the grasp force node commands.
 So a finger needs no configuration, and the grasp force node sends on the RPDO identifiers of the fingers.
 """
 
@@ -121,7 +121,7 @@ def claim(
     """Ask whether another node has one of ``nodes``; listen for ``CLAIM_LISTEN_NS``.
 
     Raises:
-        DeviceError: another node does. Before that the bus is told with EMCY 8150h, lifecycle "unconfigured".
+        DeviceError: another node does. Before that EMCY 8150h is sent, lifecycle "unconfigured".
 
     """
     for node in nodes:

@@ -62,7 +62,7 @@ class SdoReader:
 @dataclass(slots=True)
 class _Watched:
     limit: int  # [ns]
-    heard: int  # [ns] when last; when the watch began, if never
+    received_at: int  # [ns] when last; when the watch began, if never
     state: int | None = None  # of the last heartbeat
     missing: bool = False
     grace: int = 0  # [ns] on top of the limit until the first heartbeat
@@ -71,7 +71,7 @@ class _Watched:
 class HeartbeatConsumer:
     """Watches that nodes go on beating.
 
-    A node is missing when nothing was heard of it for longer than its limit, or nothing at all for ``first``
+    A node is missing when it was silent for longer than its limit, or nothing at all for ``first``
     since the watch began; stricter than CiA 301, which begins to watch with the first heartbeat and so never
     misses a node that was never there.
     """
@@ -87,14 +87,14 @@ class HeartbeatConsumer:
         if watched is None:
             return False
         returned, watched.missing = watched.missing, False
-        watched.heard, watched.state, watched.grace = now, state, 0
+        watched.received_at, watched.state, watched.grace = now, state, 0
         return returned
 
     def newly_missing(self, now: int) -> list[int]:
         """Return the nodes that have become missing since the last call."""
         lost = []
         for node, watched in self._nodes.items():
-            if not watched.missing and now - watched.heard > watched.limit + watched.grace:
+            if not watched.missing and now - watched.received_at > watched.limit + watched.grace:
                 watched.missing, watched.state = True, None
                 lost.append(node)
         return lost
@@ -120,12 +120,12 @@ class Sensor:
         self._dictionary = dictionary
         self._send = send
         self._is_master = is_master
-        self._told: int | None = None  # [ns] when it was last told to start
+        self._started: int | None = None  # [ns] when it was last started
         self._reader: SdoReader | None = None
         self.is_verified = False
 
     def begin(self) -> None:
-        self.difference, self.is_verified, self._told = "", False, None
+        self.difference, self.is_verified, self._started = "", False, None
         asked = network.essentials(self._dictionary)
         self._reader = SdoReader(asked, lambda data: self._send(network.SDO_REQUEST + self.node, data))
 
@@ -140,8 +140,8 @@ class Sensor:
             if self._reader.is_done:
                 self._compare(self._reader)
         is_asleep = self.is_verified and self._is_master and state not in (None, network.OPERATIONAL)
-        if is_asleep and (self._told is None or now - self._told >= RESTART_PERIOD_NS):
-            self._told = now
+        if is_asleep and (self._started is None or now - self._started >= RESTART_PERIOD_NS):
+            self._started = now
             self._send(network.NMT, bytes([network.START, self.node]))
 
     def _compare(self, reader: SdoReader) -> None:

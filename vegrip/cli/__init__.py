@@ -97,7 +97,7 @@ GROUPS = {  # heading -> command -> one line of help
         "param": "Read and set parameters of running nodes.",
         "lifecycle": "Read and change the state of running nodes.",
         "grasp": "Close around an object, and say whether it is held.",
-        "release": "Let go of what is held, slowly.",
+        "release": "Release what is held, slowly.",
         "zero": "Have the sensors of a hand take their own zeros.",
         "bus-load": "Compute whether hands, rates and layout fit a CAN bus.",
         "keys": "Make and exchange keys for networks beyond this machine.",

@@ -2,7 +2,7 @@
 
 What is there already is refused unless ``--force`` is given. What cannot be written is one sentence on
 standard error, before the work where it can be known; the answer is printed all the same and the exit code
-tells: 3 when it was known before, 4 when it was lost afterwards.
+is 3 when it was known before, 4 when it was lost afterwards.
 """
 
 import contextlib
@@ -74,7 +74,7 @@ class Outputs:
         self.folder(path)
 
     def write(self, path: Path | None, writer: Callable[[Path], object]) -> bool:
-        """Write what was announced; say so in a sentence if that fails, and tell whether it was written."""
+        """Write what was announced; say so in a sentence if that fails, and return whether it was written."""
         if path is None or path in self._unwritable:
             return False
         try:

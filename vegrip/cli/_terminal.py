@@ -56,20 +56,20 @@ def announce_page(what: str) -> Callable[[str], None]:
     return lambda address: print(f"{what}: {address}  (Ctrl-C ends)", flush=True)  # noqa: T201
 
 
-def answer(told: Any, show: Callable[[], object], *, as_json: bool) -> None:
-    """Print ``told`` as one JSON object, or have it shown to a person."""
+def answer(result: Any, show: Callable[[], object], *, as_json: bool) -> None:
+    """Print ``result`` as one JSON object, or have it shown to a person."""
     if as_json:
-        print_json(told)
+        print_json(result)
     else:
         show()
 
 
-def print_json(told: Any) -> None:
-    typer.echo(json_text(told))
+def print_json(result: Any) -> None:
+    typer.echo(json_text(result))
 
 
-def json_text(told: Any) -> str:
-    return json.dumps(jsonable(told), allow_nan=False)
+def json_text(result: Any) -> str:
+    return json.dumps(jsonable(result), allow_nan=False)
 
 
 @contextmanager
@@ -94,7 +94,7 @@ def progress(what: str) -> Iterator[Report]:
 
 
 def counted(report: Report, things: str = "rows") -> Callable[[int], None]:
-    """Return what tells a number of ``things``, at most once a second."""
+    """Return a function that reports a number of ``things``, at most once a second."""
     due = time.monotonic() + COUNT_PERIOD_S
 
     def report_count(count: int) -> None:

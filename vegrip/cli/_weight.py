@@ -39,7 +39,7 @@ def weigh(
     *,
     as_json: bool,
 ) -> None:
-    """Tell the gains from the lifts in ``places``, or from what ``node`` feels now, and write them."""
+    """Report the gains from the lifts in ``places``, or from what ``node`` feels now, and write them."""
     from vegrip.identification.recording.units import parse_mass
     from vegrip.identification.tangential_gain import tangential_gain
 
@@ -128,11 +128,11 @@ def _of_own_layout(log: Path) -> "Mapping[str, Recording]":
     remedy = "vegrip import --channel {0}, and give the folder that it makes"
     found = read_can_log(log, USUAL_FINGERS, remedy=remedy)
     for finger, recording in found.items():
-        _tell_losses(f"{log}: {finger}", recording.report)
+        _report_losses(f"{log}: {finger}", recording.report)
     return found
 
 
-def _tell_losses(where: str, report: "LoadReport") -> None:
+def _report_losses(where: str, report: "LoadReport") -> None:
     for sentence in report.warnings():
         complain(f"{where}: {sentence}")
     report.refuse(where, accepted=True)  # what is ambiguous
@@ -151,7 +151,7 @@ def _of_a_map(log: Path, hand: Path) -> "Mapping[str, Recording]":
     remedy = 'channel = "{0}" in [transport] of the map'
     read = read_log(log, extended=True, channel=channel, wanted=own, remedy=remedy)
     values = values_of(plan, traffic_of(read.frames))
-    _tell_losses(str(log), read.report)
+    _report_losses(str(log), read.report)
     for sentence in values.absent(plan):
         complain(f"{log}: {sentence}")
     if not values.states:
@@ -185,7 +185,7 @@ def _as_dict(found: "TangentialGain", assumed: list[str], launch: Path | None) -
         "gain": found.common.value,
         "std": found.common.std,
         "fingers": {name: {"gain": each.value, "std": each.std} for name, each in found.fingers.items()},
-        "each_finger_known": found.are_told_apart,
+        "each_finger_known": found.are_separated,
         "weights": [
             {"mass": one.mass, "gain": one.gain.value, "std": one.gain.std, "lifts": one.lifts}
             for one in found.weights
@@ -209,15 +209,15 @@ def _print(found: "TangentialGain", assumed: list[str], launch: Path | None) -> 
     )
     for name, gain in found.fingers.items():
         console.print(f"{name}: {gain}, {gain.meaning}")
-    if not found.are_told_apart:
+    if not found.are_separated:
         console.print(
             "the shares do not distinguish the fingers, so all get the gain of the sum, with a std for "
             "their differences; lift with other shares too, best with one finger alone"
         )
     if found.load_dependence:
-        told = ", ".join(f"{one.gain} at {one.mass:g} kg" for one in found.weights)
+        gains = ", ".join(f"{one.gain} at {one.mass:g} kg" for one in found.weights)
         console.print(
-            f"the gain depends on the load: {told} differ by more than their errors; the std covers both"
+            f"the gain depends on the load: {gains} differ by more than their errors; the std covers both"
         )
     for sentence in assumed:
         console.print(f"- {sentence}")

@@ -32,7 +32,7 @@ def bus_load(
     ] = "fifo",
     as_json: JSON = False,
 ) -> None:
-    """Tell how busy a CAN bus will be, how late each frame can arrive, and whether it fits.
+    """Report how busy a CAN bus will be, how late each frame can arrive, and whether it fits.
 
     Example: vegrip bus-load --fingers 5 --rate 500 --layout fd --queue priority
     """
@@ -46,11 +46,11 @@ def bus_load(
         "status_rate": status_rate, "state_parts": state_parts, "jitter": jitter,
     }  # fmt: skip
     plan = build(TrafficPlan, table, "bus-load")
-    told = forecast_traffic(plan, fifo=queue == "fifo")
-    answer(_as_dict(plan, told, queue), lambda: _show(told, queue), as_json=as_json)
+    forecast = forecast_traffic(plan, fifo=queue == "fifo")
+    answer(_as_dict(plan, forecast, queue), lambda: _show(forecast, queue), as_json=as_json)
 
 
-def _as_dict(plan: "TrafficPlan", told: "Forecast", queue: str) -> dict[str, Any]:
+def _as_dict(plan: "TrafficPlan", forecast: "Forecast", queue: str) -> dict[str, Any]:
     frames = [
         {
             **{key: getattr(row, key) for key in ("name", "owner", "identifier", "sender", "rate")},
@@ -60,15 +60,15 @@ def _as_dict(plan: "TrafficPlan", told: "Forecast", queue: str) -> dict[str, Any
             "response_us": row.response * 1e6,
             "fits": row.fits,
         }
-        for row in told.rows
+        for row in forecast.rows
     ]
-    said = {"load": told.load, "worst_load": told.worst_load, "fits": told.fits, "queue": queue}
+    said = {"load": forecast.load, "worst_load": forecast.worst_load, "fits": forecast.fits, "queue": queue}
     return {**said, "plan": dataclasses.asdict(plan), "frames": frames}
 
 
-def _show(told: "Forecast", queue: str) -> None:
+def _show(forecast: "Forecast", queue: str) -> None:
     out = table("frame", "of", "id", "bytes", "Hz", "longest/us", "wait/us", "response/us", "")
-    for row in told.rows:
+    for row in forecast.rows:
         out.add_row(
             row.name, row.owner, f"0x{row.identifier:03X}", str(row.length), f"{row.rate:g}",
             f"{row.longest * 1e6:.0f}", _microseconds(row.wait), _microseconds(row.response),
@@ -76,20 +76,22 @@ def _show(told: "Forecast", queue: str) -> None:
         )  # fmt: skip
     show(out)
     console = printer()
-    console.print(f"load {told.load:.1%} with usual data, {told.worst_load:.1%} with the longest frames")
-    console.print(_verdict(told, queue))
+    console.print(
+        f"load {forecast.load:.1%} with usual data, {forecast.worst_load:.1%} with the longest frames"
+    )
+    console.print(_verdict(forecast, queue))
 
 
 def _microseconds(time: float) -> str:
     return f"{time * 1e6:.0f}" if math.isfinite(time) else "never"
 
 
-def _verdict(told: "Forecast", queue: str) -> str:
-    if told.fits:
+def _verdict(forecast: "Forecast", queue: str) -> str:
+    if forecast.fits:
         return "it fits: every frame arrives before the next one of its kind is sent"
-    if told.worst_load >= 1.0:
+    if forecast.worst_load >= 1.0:
         return "it does not fit: lower the rates, use FD, a higher bit rate, or another bus"
-    late = sum(not row.fits for row in told.rows)
+    late = sum(not row.fits for row in forecast.rows)
     remedy = "; or let the controllers order their queues by identifier" if queue == "fifo" else ""
     return (
         f"it does not always fit: {late} frames can be overtaken by the next of their kind; "

@@ -108,7 +108,7 @@ def calibrate(
 
     Example: vegrip calibrate tip --radius '9 mm'
 
-    --weight tells from a weight that is lifted by how much tangential forces read wrong: open the fingers,
+    --weight measures with a lifted weight by how much tangential forces read wrong: open the fingers,
     lift it, and hold it still for three seconds, live (--node) or in a recording.
 
     Example of it: vegrip sample lift && vegrip calibrate lift --weight 0.5
@@ -155,8 +155,8 @@ def calibrate(
     if virtual is not None:
         standing, ended = _practised(calibration, standing, virtual, say=not as_json)
     if as_json or not asks or ended is not None:
-        told = _as_dict(calibration, standing, ended)
-        answer(told, lambda: _print(calibration, standing, ended), as_json=as_json)
+        result = _as_dict(calibration, standing, ended)
+        answer(result, lambda: _print(calibration, standing, ended), as_json=as_json)
     if virtual is not None and ended is not None and not as_json:
         _print_truth(virtual, ended.known)
     if ended is not None:
@@ -263,8 +263,8 @@ def _practised(
             trial = standing.next.trial
             done = calibration.take(practise(trial, tip, seed + len(calibration.trials)))
             if say:
-                told = "; ".join(done.problems) or "good"
-                typer.echo(f"{len(calibration.trials)}. {trial.kind}: {trial.protocol.name}: {told}")
+                result = "; ".join(done.problems) or "good"
+                typer.echo(f"{len(calibration.trials)}. {trial.kind}: {trial.protocol.name}: {result}")
             standing, ended = _judged(calibration), None
         if ended is None:
             ended = _ended(calibration)
@@ -406,12 +406,12 @@ def _print_truth(seed: int, known: "Sequence[Known]") -> None:
     from vegrip.identification.calibration.trials import practice_tip, true_values
 
     true = true_values(practice_tip(seed))
-    told = [
+    result = [
         f"{one.symbol} {true[one.symbol]:.4g} ({one.errors_off(true[one.symbol]):+.1f} std)"
         for one in known
         if one.symbol in true
     ]
-    typer.echo(f"the fingertip's own values, and how far off they were found: {', '.join(told)}")
+    typer.echo(f"the fingertip's own values, and how far off they were found: {', '.join(result)}")
 
 
 def _serve(

@@ -29,7 +29,7 @@ def changed(
     """Say what changed of a fingertip between two recordings: pad, sensor or friction, and by how much.
 
     The verdict is one of four: nothing; named (these values, with intervals of 95 %); ambiguous (one of
-    several, and what would tell which); new_effect (the second shows an effect that the first does not).
+    several, and what would separate them); new_effect (the second shows an effect that the first does not).
 
     Example: vegrip sample press && vegrip sample press-later
     && vegrip changed press press-later -o changed.png

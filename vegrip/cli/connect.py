@@ -147,7 +147,7 @@ def connect(
         traffic = traffic_of_hand(
             log, transport, windows, seconds, now, ask=False, channel=channel or of_map, wanted=wanted
         )
-        _tell(plan, "", None, traffic, accepted=accept, as_json=as_json)
+        _report(plan, "", None, traffic, accepted=accept, as_json=as_json)
         return
     node_ids = _pairs(nodes)
     if not node_ids and database.suffix.lower() in (".eds", ".dcf"):
@@ -163,7 +163,7 @@ def connect(
     names = [name.strip() for name in fingers.split(",") if name.strip()]
     known = Known(database, found, traffic, windows, names, node_ids, said, settings or [], transport)
     proposal, plan, text = draw_up(known, output or Path("hand.toml"))
-    _tell(plan, text, output, traffic, proposal, accepted=accept, as_json=as_json)
+    _report(plan, text, output, traffic, proposal, accepted=accept, as_json=as_json)
 
 
 def _connect_product(
@@ -197,7 +197,7 @@ def _connect_product(
         unknown = str(error)
     if output is not None:
         _write(output, text)
-    _tell(plan, text, output, None, unknown=unknown, as_json=as_json)
+    _report(plan, text, output, None, unknown=unknown, as_json=as_json)
 
 
 def _show_products(*, as_json: bool) -> None:
@@ -288,7 +288,7 @@ def _settings(text: str) -> "list[Setting]":
     return [([*path, each], found[each]) for each in ("signal", *(found.keys() - {"signal"}))]
 
 
-def _tell(
+def _report(
     plan: "Plan | None",
     text: str,
     output: Path | None,
@@ -322,7 +322,7 @@ def _tell(
     if proposal is not None and output is not None:
         _write(output, text)
     if as_json:
-        told = {
+        result = {
             "map": str(output) if output is not None else None,
             "ready": plan is not None,
             "fingers": {f.name: sorted(f.measured) for f in plan.fingers} if plan is not None else {},
@@ -334,14 +334,14 @@ def _tell(
             "rows": report.account([traffic.report] if traffic is not None else []),
             "price": prices,
         }
-        typer.echo(json.dumps(told))
+        typer.echo(json.dumps(result))
     else:
         if output is None and text:
             typer.echo(text)
         if values is not None and plan is not None:
             _show(values, plan)
-        told_of = {"found: ": learned, "measure: " if unknown else "price: ": prices, "open:  ": doubts}
-        for head, sentences in told_of.items():
+        by_heading = {"found: ": learned, "measure: " if unknown else "price: ": prices, "open:  ": doubts}
+        for head, sentences in by_heading.items():
             for sentence in sentences:
                 typer.echo(f"{head}{sentence}")
         for sentence in implausible:

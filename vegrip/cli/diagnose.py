@@ -42,13 +42,13 @@ def diagnose(
     """Say which physical effects would explain what the model leaves of a recording.
 
     The verdict is one of four: adequate (nothing is missing that the recording can show), named, ambiguous
-    (one of these, and which experiment would tell), unexplained (none of the catalogue, and where it shows).
+    (one of these, and which experiment decides), unexplained (none of the catalogue, and where it shows).
 
     Example: vegrip sample press && vegrip diagnose press -o found
     """
     from vegrip.cli import INTERRUPTED
     from vegrip.cli.fit import error_options, judged, opened
-    from vegrip.display.diagnosis import told as told_of
+    from vegrip.display.diagnosis import as_json as json_of
     from vegrip.identification.diagnosis import diagnose as diagnose_model
     from vegrip.model import write_model
 
@@ -66,7 +66,7 @@ def diagnose(
                 output, partial(_write_folder, found, model.stem if model else "the paper's model", draws)
             )
         if as_json:
-            _terminal.print_json(told_of(found, draws))
+            _terminal.print_json(json_of(found, draws))
         else:
             _print(found, draws)
             if words := _next(found, recording, model):
@@ -108,44 +108,44 @@ def _next(found: "Diagnosis", recording: Path, model: Path | None) -> list[objec
 
 
 def _write_folder(found: "Diagnosis", start: str, draws: int, folder: Path) -> None:
-    from vegrip.display.diagnosis import told as told_of
+    from vegrip.display.diagnosis import as_json as json_of
     from vegrip.identification.diagnosis.account import draw_diagnosis
     from vegrip.model import write_model
 
     draw_diagnosis(found, folder, start)
-    write_whole(folder / "diagnosis.json", _terminal.json_text(told_of(found, draws)) + "\n")
+    write_whole(folder / "diagnosis.json", _terminal.json_text(json_of(found, draws)) + "\n")
     write_model(found.model, folder / "model.toml")
 
 
 def _print(found: "Diagnosis", draws: int) -> None:
+    from vegrip.display.diagnosis import as_json as json_of
     from vegrip.display.diagnosis import parts
-    from vegrip.display.diagnosis import told as told_of
 
     console = _terminal.printer()
-    told = told_of(found, draws)
+    result = json_of(found, draws)
     for part in parts(found):
         console.print(part)
-    if note := told["certainty"]["note"]:
+    if note := result["certainty"]["note"]:
         console.print(note, soft_wrap=True)
-    if told["experiment"]:
-        for name, text in told["experiment"]["suggestions"].items():
+    if result["experiment"]:
+        for name, text in result["experiment"]["suggestions"].items():
             console.print(f"to distinguish {name}: {text}")
-    for channel, source in told["noise"].items():
+    for channel, source in result["noise"].items():
         console.print(f"noise of {channel}: {source}", soft_wrap=True)
     unseen: dict[str, list[str]] = {}
-    for name, reason in told["out_of_sight"].items():
+    for name, reason in result["out_of_sight"].items():
         unseen.setdefault(reason, []).append(name)
     for reason, names in unseen.items():
         console.print(f"could not be tested, {reason}: {', '.join(names)}")
-    _print_failures(told, ", ".join(one.candidate.name for one in found.search.accepted))
+    _print_failures(result, ", ".join(one.candidate.name for one in found.search.accepted))
     grave = [doubt.text for doubt in found.doubts if doubt.is_grave]
-    _terminal.print_sentences(text for text in [*told["doubts"], *told["warnings"]] if text not in grave)
+    _terminal.print_sentences(text for text in [*result["doubts"], *result["warnings"]] if text not in grave)
 
 
-def _print_failures(told: dict[str, Any], added: str) -> None:
-    models = [("the start model", told["error"]["before"], told["where"])]
+def _print_failures(result: dict[str, Any], added: str) -> None:
+    models = [("the start model", result["error"]["before"], result["where"])]
     if added:
-        models.append((f"the model with {added}", told["error"]["after"], told["where_after"]))
+        models.append((f"the model with {added}", result["error"]["after"], result["where_after"]))
     for name, error, regimes in models:
         _terminal.printer().print(
             f"{name} leaves {error:.3f} times the noise" + (", and fails here:" if regimes else "")

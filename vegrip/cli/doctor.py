@@ -51,11 +51,11 @@ def doctor(
         path = find_launch_file(file)
         findings += [*largest_forces(path), *try_parts(path)]
     if as_json:
-        told = [
+        result = [
             {"check": f.check, "grade": f.grade.name.lower(), "text": f.text, "remedy": f.remedy}
             for f in findings
         ]
-        print_json({"grade": worst(findings).name.lower(), "findings": told})
+        print_json({"grade": worst(findings).name.lower(), "findings": result})
     else:
         from rich.text import Text
 
@@ -74,11 +74,11 @@ def _show_sensors(given: str, *, as_json: bool) -> None:
 
     sets = {given: _channels(given)} if given else USUAL_SENSORS
     if as_json:
-        told = {
+        result = {
             name: {"outputs": answers(one), "lacking": lacking(one, LOAD_REMEDY)}
             for name, one in sets.items()
         }
-        print_json(told)
+        print_json(result)
         return
     content = table("measured", *(output.short for output in OUTPUT_NEEDS))
     for name, one in sets.items():

@@ -79,12 +79,12 @@ def draft(
         if found.taken is not None:
             outputs.write(picture, partial(draw_draft, found))
         if as_json:
-            told = found.as_dict()
-            told |= {"file": str(output) if output in kept else None}
-            told |= {"rival": str(rival) if rival in kept else None}
+            result = found.as_dict()
+            result |= {"file": str(output) if output in kept else None}
+            result |= {"rival": str(rival) if rival in kept else None}
             if with_curves:
-                told["curve"] = curve(found, CURVE_ROWS) if found.taken is not None else None
-            print_json(told)
+                result["curve"] = curve(found, CURVE_ROWS) if found.taken is not None else None
+            print_json(result)
             return
         for part in parts(found):
             printer().print(part)

@@ -53,9 +53,9 @@ def experiment(
     plot: PLOT = None,
     as_json: JSON = False,
 ) -> None:
-    """Find the next experiment that tells candidates apart, and write it as a protocol that a rig can do.
+    """Find the next experiment that separates candidates, and write it as a protocol that a rig can do.
 
-    The candidates are those that a diagnosis of the recording cannot tell apart, or those given. Each is
+    The candidates are those that a diagnosis of the recording cannot distinguish, or those given. Each is
     fitted to the recording; experiments of a menu, their amplitudes chosen within the limits of the rig (as
     in the recording, where nothing else is said), are judged by how far apart they put the fitted models
     after every refit, in nats: 20 decide, below 5 decide nothing.
@@ -91,8 +91,8 @@ def experiment(
             written = outputs.write(output, lambda path: write_protocol(best.whole, path, found.advice))
             outputs.write(plot, partial(draw_simulation, best.whole, dict(contest.models)))
         target = output if written else None
-        told = found.as_dict() | {"needed": True, "protocol": str(target) if target else None}
-        answer(told, lambda: _print(found, target), as_json=as_json)
+        result = found.as_dict() | {"needed": True, "protocol": str(target) if target else None}
+        answer(result, lambda: _print(found, target), as_json=as_json)
         if best is None and plot is not None:
             raise UsageError(f"there is no motion to draw: {found.advice}")
         return None
@@ -136,15 +136,15 @@ def _contest(
     return {"verdict": found.verdict, "named": found.named} if contest is None else contest
 
 
-def _nothing_to_do(told: dict[str, Any], as_json: bool) -> None:
+def _nothing_to_do(result: dict[str, Any], as_json: bool) -> None:
     reasons = {
         "adequate": "nothing is missing that this recording shows",
-        "named": "the recording already shows: " + ", ".join(told["named"]),
+        "named": "the recording already shows: " + ", ".join(result["named"]),
         "ambiguous": "record air before and after every trial, which distinguishes a drift from a jump",
         "unexplained": "no effect of the catalogue explains it, so there are no candidates to separate",
     }
-    sentence = f"{reasons[told['verdict']]}; give --candidates to plan an experiment anyway"
-    said = {"needed": False, "advice": sentence, **told}
+    sentence = f"{reasons[result['verdict']]}; give --candidates to plan an experiment anyway"
+    said = {"needed": False, "advice": sentence, **result}
     answer(said, lambda: typer.echo(f"no experiment is needed: {sentence}"), as_json=as_json)
 
 

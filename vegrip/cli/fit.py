@@ -117,8 +117,8 @@ def add(
         outputs.write(output, partial(write_model, after.model))
         error = {"before": base.error, "after": after.error, "noise_floor": 1.0}
         if as_json:
-            told = after.as_dict()
-            kept = {name: told[name] for name in ("parameters", "warnings")}
+            printed = after.as_dict()
+            kept = {name: printed[name] for name in ("parameters", "warnings")}
             _terminal.print_json({"effect": effect, "error": error, "doubts": doubts} | kept)
             return
         _terminal.print_sentences(doubts)
@@ -163,9 +163,9 @@ def refine(
         outputs.file(output)
         outputs.pictures(report)
         measured, start = opened(recording, model, hold_back=hold_back)
-        with _terminal.progress("refine") as tell:
+        with _terminal.progress("refine") as say:
             same = judged(measured, tolerance, zeros_each_episode)
-            refined = error_ladder.refine(measured, start, **same, most=most, report=tell)
+            refined = error_ladder.refine(measured, start, **same, most=most, report=say)
         found, rungs = refined.diagnosis, refined.rungs
         outputs.write(output, partial(write_model, found.model))
         if report is not None:
@@ -175,14 +175,16 @@ def refine(
                 report,
                 partial(_write_report, rungs, account(found, recording, [again], next_experiment(found))),
             )
-        _terminal.answer(ladder.told(refined), lambda: _print_parts(ladder.parts(refined)), as_json=as_json)
+        _terminal.answer(
+            ladder.as_json(refined), lambda: _print_parts(ladder.parts(refined)), as_json=as_json
+        )
 
 
-def _write_report(rungs: "list[Rung]", told: dict[str, Any], folder: Path) -> None:
+def _write_report(rungs: "list[Rung]", printed: dict[str, Any], folder: Path) -> None:
     from vegrip.identification.diagnosis.error_ladder import draw_ladder
 
     draw_ladder(rungs, folder / "ladder.png")
-    write_whole(folder / "report.json", json.dumps(told, indent=2) + "\n")
+    write_whole(folder / "report.json", json.dumps(printed, indent=2) + "\n")
 
 
 MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model is fitted.")]
@@ -235,14 +237,16 @@ def compare(
                 )
                 for measured, start in read
             ]
-        told = [one.as_dict() | {"doubts": [doubt.text for doubt in doubted(one.problem)]} for one in found]
+        printed = [
+            one.as_dict() | {"doubts": [doubt.text for doubt in doubted(one.problem)]} for one in found
+        ]
         if with_curves:
-            told = [values | {"curves": curves(one)} for one, values in zip(found, told, strict=True)]
+            printed = [values | {"curves": curves(one)} for one, values in zip(found, printed, strict=True)]
         outputs.write(output, partial(_drawn, found, names))
         if as_json:
-            _terminal.print_json(told[0] | ({"versus": told[1]} if len(told) > 1 else {}))
+            _terminal.print_json(printed[0] | ({"versus": printed[1]} if len(printed) > 1 else {}))
             return
-        for one, values, name in zip(found, told, names, strict=True):
+        for one, values, name in zip(found, printed, names, strict=True):
             _print_parts(parts(one, name if one.fitted else f"{name} as it is"))
             _terminal.print_sentences(values["doubts"])
 
@@ -310,9 +314,9 @@ def print_fit(fit: "Fit") -> None:
     from vegrip.display.fit import parts
 
     _print_parts(parts(fit))
-    told = fit.as_dict()
-    print_noise(told["noise"])
-    _terminal.print_sentences([*told["warnings"], *([fit.laws_note] if fit.laws else [])])
+    printed = fit.as_dict()
+    print_noise(printed["noise"])
+    _terminal.print_sentences([*printed["warnings"], *([fit.laws_note] if fit.laws else [])])
 
 
 def print_noise(noise: dict[str, Any]) -> None:

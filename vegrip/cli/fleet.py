@@ -54,7 +54,7 @@ def fleet(
     with Outputs(force=force) as outputs:
         outputs.file(output)
         if model is not None:
-            read_model(model)  # a wrong one is told here, once
+            read_model(model)  # a wrong one is reported here, once
             model = model.resolve()
         known = Ledger(
             ledger if ledger is not None else folder / ".vegrip-fleet.jsonl",
@@ -119,19 +119,19 @@ def _print(findings: "list[Finding]", done: "list[tuple[Found, Row]]", output: P
     show(shown)
     console = printer()
     failed = [one for one in findings if one.effect == FAILED]
-    told = [
+    sentences = [
         f"{one.hand} {one.pad}, {one.effect}: {one.note}"
         for one in findings
         if one.note and one.effect != FAILED
     ]
-    told += [f"not judged: {one.note}" for one in failed]
-    told += [f"{found.path}: {row.lost}" for found, row in done if row.lost]
+    sentences += [f"not judged: {one.note}" for one in failed]
+    sentences += [f"{found.path}: {row.lost}" for found, row in done if row.lost]
     if (alone := sum(found.is_alone for found, _ in done)) > 1:
-        told.append(
+        sentences.append(
             f"{alone} recordings do not say of which hand and pad they are, and each counts as a pad of its "
             "own; state hand and pad in [source] of recording.toml, or make a folder for each hand"
         )
-    for text in told:
+    for text in sentences:
         console.print(f"- {text}")
     pads = {(one.hand, one.pad) for one in findings if one.effect != FAILED}
     console.print(

@@ -46,7 +46,7 @@ def release(
     timeout: TIMEOUT = 5.0,
     as_json: JSON = False,
 ) -> None:
-    """Let go of what is held, slowly; the hand stays open until the next grasp.
+    """Release what is held, slowly; the hand stays open until the next grasp.
 
     Example: vegrip release grasp_force
 
@@ -65,7 +65,7 @@ def _ask(node: str, what: str, as_json: bool, **goal: float) -> None:
         time.sleep(POLL_PERIOD_S)
         status = ask(entry, "grasp_status")
     phase, reason = status["phase"], status["reason"]
-    told = {
+    result = {
         "phase": phase,
         "reached_goal": phase in REACHED,
         "stalled": phase == "weak",
@@ -76,7 +76,7 @@ def _ask(node: str, what: str, as_json: bool, **goal: float) -> None:
     sentence = f"{phase}{f': {reason}' if reason else ''}"
     if phase in REACHED:
         more = f", {status['normal_force']:.2f} N, margin above {status['margin']:.2f}"
-        answer(told, lambda: typer.echo(sentence + (more if phase == "held" else "")), as_json=as_json)
+        answer(result, lambda: typer.echo(sentence + (more if phase == "held" else "")), as_json=as_json)
         return
-    answer(told, lambda: None, as_json=as_json)
+    answer(result, lambda: None, as_json=as_json)
     raise DeviceError(sentence)

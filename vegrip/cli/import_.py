@@ -296,8 +296,8 @@ def _print_result(found: "Mapping[Path, Recording]", *, has_own_zeros: bool, as_
         for sentence in recording.report.warnings():
             complain(f"{folder}: {sentence}")
     if as_json:
-        told = [{"folder": str(folder), **describe(recording)} for folder, recording in found.items()]
-        print_json({"recordings": told, "rows": account(one.report for one in found.values())})
+        result = [{"folder": str(folder), **describe(recording)} for folder, recording in found.items()]
+        print_json({"recordings": result, "rows": account(one.report for one in found.values())})
         return
     for folder, recording in found.items():
         print_recording(recording, folder)

@@ -58,9 +58,9 @@ def status(node: NODE_NAME, as_json: JSON = False) -> None:
     Example: vegrip lifecycle status grasp_force
 
     """
-    told = jsonable(_ask_or_recall(node, "status"), says_infinity=True)
-    lines = "\n".join(f"{name}: {value}" for name, value in (told or {}).items())
-    answer(told, lambda: typer.echo(lines), as_json=as_json)
+    result = jsonable(_ask_or_recall(node, "status"), says_infinity=True)
+    lines = "\n".join(f"{name}: {value}" for name, value in (result or {}).items())
+    answer(result, lambda: typer.echo(lines), as_json=as_json)
 
 
 @app.command("set")

@@ -64,7 +64,7 @@ def effect_laws(
         raise UsageError(
             "no other package has added an effect; give the name of one, or write one: vegrip new-effect NAME"
         )
-    found = [effect(name) for name in chosen]  # a wrong name is told before the work
+    found = [effect(name) for name in chosen]  # a wrong name is reported before the work
     broken = {}
     for name, one in zip(chosen, found, strict=True):
         broken[name] = broken_laws(one)

@@ -182,14 +182,14 @@ def _play_log(log: Path, config: Path | None, speed: float, values: list[str]) -
     own = codec.identifiers
     of_map = str(table["transport"].get("channel", ""))
     read = read_log(log, extended=True, channel=of_map, wanted=own, remedy="transport.channel={0}")
-    heard = [frame for frame in read.frames if frame.arbitration_id in own]
+    own_frames = [frame for frame in read.frames if frame.arbitration_id in own]
     for sentence in read.report.warnings():
         complain(f"{log}: {sentence}")
-    if not heard:
+    if not own_frames:
         raise UsageError(f"{log}: none of its frames is one that {settings.map} reads")
     bus, _, _ = open_bus(settings)
     try:
-        count = play_frames(heard, lambda frame: bus.send(frame, timeout=PATIENCE_S), WallClock(), speed)
+        count = play_frames(own_frames, lambda frame: bus.send(frame, timeout=PATIENCE_S), WallClock(), speed)
     except can.CanError as error:
         raise DeviceError(f"{log} is not played to its end: {error}") from None
     finally:
@@ -266,18 +266,18 @@ def _beside(plot: Path, finger: str, count: int) -> Path:
 
 def _print_outcome(outcome: "Outcome", reports: "Mapping[str, LoadReport]") -> None:
     console = printer()
-    told = outcome.as_dict()["fingers"]
-    table = figures("", *told, left=("",))
+    result = outcome.as_dict()["fingers"]
+    table = figures("", *result, left=("",))
     for title, key, unit in OUTCOME_ROWS:
-        table.add_row(title, *(_number(each[key], unit) for each in told.values()))
-    bounds = (each["lowest_margin_bound"] for each in told.values())
+        table.add_row(title, *(_number(each[key], unit) for each in result.values()))
+    bounds = (each["lowest_margin_bound"] for each in result.values())
     table.add_row("lowest margin bound", *(BELOW_0 if (b or 0.0) < 0.0 else _number(b, "") for b in bounds))
     for title, key in (("input", "conditions"), ("fails", "failing"), ("suspect", "suspects")):
-        if key == "suspects" and not any(each[key].keys() - {"none"} for each in told.values()):
+        if key == "suspects" and not any(each[key].keys() - {"none"} for each in result.values()):
             continue  # none was looked for
-        table.add_row(title, *(_first(each[key]) for each in told.values()))
+        table.add_row(title, *(_first(each[key]) for each in result.values()))
     for title, key in (("pressure exponent", "pressure_exponent"), ("friction", "friction_coefficient")):
-        table.add_row(f"{title}, last", *(_estimate(each[key]) for each in told.values()))
+        table.add_row(f"{title}, last", *(_estimate(each[key]) for each in result.values()))
     console.print(table)
     for finger, report in reports.items():
         if not report.is_clean:

@@ -39,10 +39,10 @@ def report(
     target = output or Path(f"{what.resolve().name}-report.html")
     claim_file(target, force=force)  # the page is the whole answer
     start = read_model(model) if model is not None else None
-    with progress("report") as tell:
-        text = make_report(what, start, model, tell)
+    with progress("report") as say:
+        text = make_report(what, start, model, say)
     with Outputs(force=force) as outputs:
         if outputs.write(target, lambda path: write_whole(path, text)):
             said = f"{target}: open it in a browser, print it to PDF there"
-            told = {"report": str(target), "bytes": len(text.encode())}
-            answer(told, lambda: printer().print(said), as_json=as_json)
+            result = {"report": str(target), "bytes": len(text.encode())}
+            answer(result, lambda: printer().print(said), as_json=as_json)

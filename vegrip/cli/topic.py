@@ -111,13 +111,13 @@ def _messages(prefix: str, count: int, duration: float) -> Iterator[tuple[str, A
     left = count or math.inf
     try:
         while left > 0 and time.monotonic() < ends:
-            heard = False
+            received = False
             for entry, topic, direction, message in reader.read(min(LOOK_PERIOD_S, ends - time.monotonic())):
-                heard = True
+                received = True
                 if left > 0 and _is_asked(topic, prefix) and sources.counts(topic, entry.name, direction):
                     left -= 1
                     yield topic, message
-            if heard or running_nodes():
+            if received or running_nodes():
                 alive = time.monotonic()
             elif time.monotonic() - alive > GONE:
                 raise DeviceError(f"{', '.join(node.name for node in nodes)} ended: nothing comes any more")

@@ -89,8 +89,8 @@ def trial(
 
     truths, effects = read_truths(truth)
     asked = dict(list(truths.items())[:recordings])
-    told = {str(path): score_answers(asked, read_answers(path, truths, effects)) for path in score or ()}
-    answer(told, lambda: show(_table(told)), as_json=as_json)
+    scores = {str(path): score_answers(asked, read_answers(path, truths, effects)) for path in score or ()}
+    answer(scores, lambda: show(_table(scores)), as_json=as_json)
 
 
 def _make(
@@ -121,11 +121,11 @@ def _make(
     print_next("vegrip", "trial", "--score", "answers.json", "--truth", truth)
 
 
-def _table(told: dict[str, dict[str, Any]]) -> "Table":
+def _table(scores: dict[str, dict[str, Any]]) -> "Table":
     kinds = {"none": "nothing", "one": "one", "pair": "two", "outside": "in no catalogue"}
     head = ("answers", "score", *kinds.values(), "falsely named", "bias of p", "seconds")
     table = figures(*head, left=("answers",))
-    for path, one in told.items():
+    for path, one in scores.items():
         parts = [f"{one['kinds'][kind]['points']:.3g} of {one['kinds'][kind]['of']}" for kind in kinds]
         means = (f"{one['bias']:.3f}", f"{one['seconds']:.1f}")
         table.add_row(Path(path).stem, f"{one['score']:.1%}", *parts, str(one["falsely_named"]), *means)

@@ -53,7 +53,7 @@ class FingerDraft:
     command: Draft | None = None
     trigger: str = ""
     max_age: float = 0.0
-    others: list[Guess] = field(default_factory=list)  # forces that no name tells apart
+    others: list[Guess] = field(default_factory=list)  # forces that no name separates
     alike: Mapping[str, str] = field(default_factory=dict)  # signal of any finger -> its own of that name
 
     @property
@@ -132,7 +132,7 @@ def factor(channel: str, draft: Draft) -> float:
 
 
 def is_of_unknown_unit(channel: str, draft: Draft) -> bool:
-    """Whether the unit of the signal does not tell how much of the channel's quantity it is."""
+    """Whether the unit of the signal does not show how much of the channel's quantity it is."""
     if any(draft.keys.get(key) for key in ("stated", "table", "raw", "gain")) or "above" in draft.keys:
         return False  # a gain that cannot be is refused with its reason when the map is read
     return _worth(channel, draft) is None

@@ -16,9 +16,9 @@ from vegrip.transport.maps.signals import ForeignMessage
 
 MOST_REPEATS: Final = 0.02  # of the frames: a frame repeated now and then is what a counter is for
 MIN_TURNS: Final = 3  # that a counter must have made before its end is known
-MIN_COUNTER_FRAMES: Final = 10  # frames that tell nothing
+MIN_COUNTER_FRAMES: Final = 10  # frames that prove nothing
 MAX_CHECKSUM_FRAMES: Final = 64  # of different content that it must fit
-MIN_CHECKSUM_FRAMES: Final = 4  # fewer tell nothing
+MIN_CHECKSUM_FRAMES: Final = 4  # fewer prove nothing
 MOST_START: Final = 0x108  # of a sum: any byte, or both bytes of an identifier together
 POLYNOMIALS: Final = {
     8: (0x1D, 0x2F, 0x07, 0x31, 0x9B, 0x39, 0xD5, 0x49, 0xA7),

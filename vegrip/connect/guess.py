@@ -85,7 +85,7 @@ class Guess:
 
     message: str
     signal: str
-    finger: str  # "" = not told
+    finger: str  # "" = not reported
     channel: (
         str  # a channel, or "command", "counter", "checksum", "joint", "current", "force" of no known axis
     )
@@ -151,12 +151,12 @@ def all_signals(database: Database, numbers: tuple[str, ...] = ()) -> list[Guess
         place: _kind(database.messages[place[0]].signals[place[1]], set(words[1]), set(words[0]))
         for place, words in names.items()
     }
-    told = {
+    is_scalar = {
         names[place]: kind[0].partition("_")[0] not in VECTOR_QUANTITIES
         for place, kind in kinds.items()
         if kind
     }
-    family = Family(told, FINGER_NAMES)
+    family = Family(is_scalar, FINGER_NAMES)
     found = []
     for (message, signal), kind in kinds.items():
         words = names[message, signal]
@@ -244,7 +244,7 @@ class Masked(NamedTuple):
 
 
 class Member(NamedTuple):
-    """A finger, as its name tells it."""
+    """A finger, as its name shows it."""
 
     finger: int  # its place in the order of letters, or its number
     pattern: Pattern
@@ -253,7 +253,7 @@ class Member(NamedTuple):
 class Family:
     """The fingers of a hand, by the words of its messages and signals.
 
-    ``names`` says of each whether it is no component of a vector, ``all_fingers`` what tells a finger alone.
+    ``names`` says of each whether it is no component of a vector, ``all_fingers`` what alone names a finger.
     """
 
     def __init__(self, names: Mapping[Pattern, bool], all_fingers: frozenset[str]) -> None:

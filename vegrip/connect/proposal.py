@@ -65,7 +65,7 @@ class Proposal:
 
 def propose(
     database: Database,
-    heard: Mapping[str, Trace],
+    received: Mapping[str, Trace],
     traffic: Traffic | None,
     names: Sequence[str] = (),  # of the fingers, in the order of the hand's numbers
     nodes: Mapping[str, int] | None = None,
@@ -76,12 +76,12 @@ def propose(
     if any(not database.messages[one.message].asked for one in found if one.channel in MAPPED_CHANNELS):
         found = [one for one in found if not database.messages[one.message].asked]
     if traffic is not None:
-        if not heard:
-            raise InputError(_nothing_heard(database, traffic))
-        spoken = {name.partition(".")[0] for name in heard}
+        if not received:
+            raise InputError(_nothing_received(database, traffic))
+        spoken = {name.partition(".")[0] for name in received}
         measured = [one for one in found if one.channel in MAPPED_CHANNELS and one.finger]
-        heard_of = {one.finger for one in measured if one.message in spoken}
-        silent = sorted({one.message for one in measured if one.finger not in heard_of}, key=_natural)
+        with_traffic = {one.finger for one in measured if one.message in spoken}
+        silent = sorted({one.message for one in measured if one.finger not in with_traffic}, key=_natural)
         ordered = {one.message for one in found if one.channel == "command"}
         found = [one for one in found if one.message in spoken or one.message in ordered]
         found = [one for one in found if one.message in spoken or one.channel not in MAPPED_CHANNELS]
@@ -105,7 +105,7 @@ def propose(
     proposal.messages, doubts = find_protection(database, signals_of(proposal), found, traffic, said)
     proposal.doubts += doubts
     if traffic is not None:
-        _time(proposal, database, traffic, heard)
+        _time(proposal, database, traffic, received)
     _doubt(proposal, fingers)
     _doubt_names(proposal, database, tuple(names), silent)
     proposal.doubts += [f"left out: {why}" for why in database.left_out.values()]
@@ -122,7 +122,7 @@ def _take_units(drafts: Mapping[str, FingerDraft], database: Database) -> None:
                 draft.notes["unit"] = "as the database says"
 
 
-def _nothing_heard(database: Database, traffic: Traffic) -> str:
+def _nothing_received(database: Database, traffic: Traffic) -> str:
     if not traffic.frames:
         return (
             "no frame came; look at channel and bit rate, and whether the hand is switched on; of a log, "
@@ -158,11 +158,19 @@ def _by_finger(found: list[Guess], names: tuple[str, ...]) -> dict[str, list[Gue
     of_number = {n: order[n - first] if 0 <= n - first < len(order) else f"finger{n}" for n in numbers}
     fingers: dict[str, list[Guess]] = {}
     alone = order[0] if names else "thumb"
-    told = {_named(one.finger, of_number) for one in found if one.finger and one.channel in MAPPED_CHANNELS}
+    named_fingers = {
+        _named(one.finger, of_number) for one in found if one.finger and one.channel in MAPPED_CHANNELS
+    }
     for one in found:
         name = _named(one.finger, of_number)
         for each in (
-            [name] if name else sorted(told) if one.channel == "command" and told else [] if told else [alone]
+            [name]
+            if name
+            else sorted(named_fingers)
+            if one.channel == "command" and named_fingers
+            else []
+            if named_fingers
+            else [alone]
         ):
             fingers.setdefault(each, []).append(one)
     ordered = sorted(fingers, key=lambda name: (order.index(name) if name in order else 99, name))
@@ -198,7 +206,7 @@ def _finger(found: list[Guess], database: Database) -> FingerDraft:
         draft.others = []
     elif "normal_force" not in draft.channels and forces:
         draft.channels["normal_force"] = _channel(forces[0], database)
-    # two shears of no named axis are x and y in their order, until a shear tells
+    # two shears of no named axis are x and y in their order, until a shear shows
     second = next((one for one in draft.others if one.channel == "tangential_force_x"), None)
     if second is not None and "tangential_force_y" not in draft.channels:
         draft.channels["tangential_force_y"] = _channel(second, database)
@@ -248,13 +256,13 @@ def signals_of(proposal: Proposal) -> list[str]:
     ]
 
 
-def _time(proposal: Proposal, database: Database, traffic: Traffic, heard: Mapping[str, Trace]) -> None:
+def _time(proposal: Proposal, database: Database, traffic: Traffic, received: Mapping[str, Trace]) -> None:
     rates: list[float] = []
     for finger in proposal.fingers.values():
-        signals = [name for name in finger.signals if name in heard]
+        signals = [name for name in finger.signals if name in received]
         if not signals:
             continue
-        own = {name: rate_of(heard[name]) for name in signals}
+        own = {name: rate_of(received[name]) for name in signals}
         main = finger.channels.get("normal_force") or finger.channels.get("displacement")
         lead = next((name for name in (main.names if main is not None else ()) if name in own), signals[0])
         rates.append(own[lead])
@@ -352,7 +360,7 @@ MOST_NAMED: Final = 8  # signals of no known use, counted without those alike
 
 
 def leave_out_unknown_units(proposal: Proposal) -> None:
-    """Take out of ``proposal`` what its unit does not tell in SI; say the option that keeps it."""
+    """Take out of ``proposal`` what its unit does not show in SI; say the option that keeps it."""
     options: dict[str, str] = {}  # -> what it is for
     forces = False
     for finger in proposal.fingers.values():
@@ -384,7 +392,7 @@ def leave_out_unknown_units(proposal: Proposal) -> None:
     ]
 
 
-def name_unused(proposal: Proposal, database: Database, heard: Mapping[str, Trace]) -> None:
+def name_unused(proposal: Proposal, database: Database, received: Mapping[str, Trace]) -> None:
     """Say which signals that move in the traffic are in no map, and how one of them becomes a channel."""
     guessed = {one.name: one for one in all_signals(database, USUAL)}
     protection = {
@@ -398,9 +406,9 @@ def name_unused(proposal: Proposal, database: Database, heard: Mapping[str, Trac
         for message in database.messages.values()
         for signal in message.signals.values()
     }
-    moved = {name for name, trace in heard.items() if float(np.ptp(trace.raw)) > 0.0}
+    moved = {name for name, trace in received.items() if float(np.ptp(trace.raw)) > 0.0}
     alike: dict[str, list[str]] = {}
-    for name in sorted(moved - protection - pages - set(signals_of(proposal)), key=list(heard).index):
+    for name in sorted(moved - protection - pages - set(signals_of(proposal)), key=list(received).index):
         if name in guessed and guessed[name].own not in said:
             alike.setdefault(guessed[name].own, []).append(name)
     if not alike:
@@ -428,7 +436,7 @@ def _listed(alike: Sequence[Sequence[str]]) -> str:
 
 
 def option_of(signal: str, proposal: Proposal, database: Database) -> str:
-    """Return the option that makes ``signal``, of a unit that does not tell, the first channel that lacks."""
+    """Return the option that makes ``signal``, of a unit that does not show, the first channel that lacks."""
     fingers = [finger for finger in proposal.fingers.values() if finger.taxels is None]
     lacking = (one for one in ASKED if any(one not in finger.channels for finger in fingers))
     channel = next(lacking, "displacement")

@@ -1,4 +1,4 @@
-"""What a rest, a press, a shear and a twist tell of a proposed map: zeros, noise, signs, what is what.
+"""What a rest, a press, a shear and a twist show of a proposed map: zeros, noise, signs, what is what.
 
 Each is a window of time [s] of the traffic. A press is one of a fingertip against something, along its
 normal; a shear pulls it along its +x; a twist turns what it touches counter-clockwise about its outward
@@ -37,13 +37,15 @@ UNEQUAL: Final = 1.5  # times the response of another signal: then the names are
 
 def learn(
     proposal: Proposal,
-    heard: Mapping[str, Trace],
+    received: Mapping[str, Trace],
     windows: Mapping[str, Window],
     database: Database,
     settings: Sequence[Setting] = (),
 ) -> None:
     """Set zeros, signs and noise in ``proposal`` where ``settings`` do not, and say what was found."""
-    fingers = [_Finger(name, f, heard, windows, database, proposal) for name, f in proposal.fingers.items()]
+    fingers = [
+        _Finger(name, f, received, windows, database, proposal) for name, f in proposal.fingers.items()
+    ]
     for finger in fingers:
         finger.find_places()
     if "rest" not in windows and fingers and fingers[0].rest is not None:
@@ -73,18 +75,18 @@ class _Finger:
         self,
         name: str,
         finger: drafts.FingerDraft,
-        heard: Mapping[str, Trace],
+        received: Mapping[str, Trace],
         windows: Mapping[str, Window],
         database: Database,
         proposal: Proposal,
     ) -> None:
-        self.name, self.finger, self.heard, self.windows = name, finger, heard, windows
+        self.name, self.finger, self.received, self.windows = name, finger, received, windows
         self.proposal, self.database = proposal, database
-        self.rest = windows.get("rest") or _quietest(finger, heard)
+        self.rest = windows.get("rest") or _quietest(finger, received)
         self.is_touch_known = True
 
     def without_force(self) -> str:
-        left = self.heard.keys() - set(signals_of(self.proposal)) if self.rest is not None else ()
+        left = self.received.keys() - set(signals_of(self.proposal)) if self.rest is not None else ()
         answers = {
             name: abs(self._response(name, self.windows["press"])) / self._spread(name) for name in left
         }
@@ -121,9 +123,9 @@ class _Finger:
     def _moving(self) -> None:
         """A signal that moved is measured, also at zero; one that never moved is reported."""
         for channel, draft in self.finger.channels.items():
-            if channel == "normal_force" or draft.signal not in self.heard:
+            if channel == "normal_force" or draft.signal not in self.received:
                 continue
-            raw = self.heard[draft.signal].raw
+            raw = self.received[draft.signal].raw
             if np.any(raw != 0.0):
                 draft.set("zero_is_measured", True, "it was not always zero in the traffic")
             else:
@@ -135,9 +137,9 @@ class _Finger:
     def _slip_level(self) -> None:
         """A slip channel that is a level and no flag says slip a quarter of the way above its rest."""
         draft = self.finger.channels.get("slip")
-        if draft is None or draft.signal not in self.heard or "above" in draft.keys or self.rest is None:
+        if draft is None or draft.signal not in self.received or "above" in draft.keys or self.rest is None:
             return
-        trace = self.heard[draft.signal]
+        trace = self.received[draft.signal]
         still, highest = trace.within(self.rest), float(np.max(trace.value))
         if highest <= 1.0 or not len(still) or highest <= float(np.max(still)):
             return
@@ -148,12 +150,12 @@ class _Finger:
     def _draft(self, channel: str) -> drafts.Draft | None:
         """The draft of a channel that is one signal, heard, and linear; a table or a threshold is not."""
         draft = self.finger.channels.get(channel)
-        if draft is None or draft.signal not in self.heard:
+        if draft is None or draft.signal not in self.received:
             return None
         return None if "table" in draft.keys or "above" in draft.keys else draft
 
     def _trace(self, draft: drafts.Draft) -> Trace:
-        trace, keys = self.heard[draft.signal], draft.keys
+        trace, keys = self.received[draft.signal], draft.keys
         values = trace.raw if keys.get("raw") else trace.value
         return Trace(
             trace.t, values * float(keys.get("scale", 1.0)) + float(keys.get("offset", 0.0)), trace.raw
@@ -166,7 +168,7 @@ class _Finger:
     def _response(self, signal: str, window: Window) -> float:
         """How far ``signal`` goes from its rest in ``window``, with its sign; 0 within its noise."""
         assert self.rest is not None  # noqa: S101 (looked at by learn)
-        trace = self.heard[signal]
+        trace = self.received[signal]
         still, moved = trace.within(self.rest), trace.within(window)
         if not len(still) or not len(moved):
             return 0.0
@@ -179,14 +181,14 @@ class _Finger:
     def _candidates(self) -> dict[str, drafts.Draft]:
         found = {d.signal: d for c in FORCES if (d := self._draft(c)) is not None}
         for one in self.finger.others:
-            if one.name in self.heard:
+            if one.name in self.received:
                 found[one.name] = drafts.Draft(
                     {"signal": one.name, "unit": self.database.signal(one.name).unit}
                 )
         return found
 
     def _strengths(self, candidates: Mapping[str, drafts.Draft], window: Window) -> dict[str, float]:
-        """How far each goes in ``window``: in newtons, or where a unit does not tell, in steps of noise."""
+        """How far each goes in ``window``: in newtons, or where a unit does not show, in steps of noise."""
         comparable = not any(
             drafts.is_of_unknown_unit("normal_force", draft) for draft in candidates.values()
         )
@@ -198,7 +200,7 @@ class _Finger:
 
     def _spread(self, signal: str) -> float:
         assert self.rest is not None  # noqa: S101 (looked at by find_places)
-        still = self.heard[signal].within(self.rest)
+        still = self.received[signal].within(self.rest)
         return max(float(np.std(still)) if len(still) else 0.0, _step(self.database, signal), 1e-12)
 
     def _find_normal(self, window: Window) -> None:
@@ -284,9 +286,11 @@ class _Finger:
 
     def _states_per_value(self, signal: str) -> float:
         rates = [
-            rate_of(self.heard[d.signal]) for d in self.finger.channels.values() if d.signal in self.heard
+            rate_of(self.received[d.signal])
+            for d in self.finger.channels.values()
+            if d.signal in self.received
         ]
-        own = rate_of(self.heard[signal])
+        own = rate_of(self.received[signal])
         ratio = max(rates) / own if own > 0.0 else 1.0
         return ratio if ratio > MIN_HELD_STATES else 1.0
 
@@ -306,7 +310,7 @@ class _Finger:
         if draft is None:
             return
         if window is None and channel == "normal_force":
-            trace = self.heard[draft.signal]
+            trace = self.received[draft.signal]
             window, why = (float(trace.t[0]), float(trace.t[-1])), "the larger excursion is compression"
         response = self._response(draft.signal, window) if window is not None else 0.0
         if response:
@@ -324,8 +328,8 @@ class _Finger:
     def _slope(self, normal: drafts.Draft, displacement: drafts.Draft, *, signed: bool) -> float:
         """Return d(normal force)/d(displacement) in SI where the finger presses, 0 when it does not."""
         force, depth = self._si("normal_force", normal), self._si("displacement", displacement)
-        t = self.heard[normal.signal].t
-        at = np.interp(t, self.heard[displacement.signal].t, depth)
+        t = self.received[normal.signal].t
+        at = np.interp(t, self.received[displacement.signal].t, depth)
         window = self.windows.get("press")
         pressing = np.abs(force) > max(
             0.1 * float(np.max(np.abs(force))), MIN_RESPONSE_STD * float(normal.keys.get("noise", 0.0))
@@ -345,7 +349,7 @@ class _Finger:
         displacement, normal = self._draft("displacement"), self._draft("normal_force")
         if displacement is None or normal is None or displacement.is_set_by_user("zero"):
             return
-        force, t = self._si("normal_force", normal), self.heard[normal.signal].t
+        force, t = self._si("normal_force", normal), self.received[normal.signal].t
         noise = MIN_RESPONSE_STD * float(normal.keys.get("noise", 0.0))
         for first, last in (self.windows.get("press", (t[0], t[-1])), (t[0], t[-1])):
             inside = (t >= first) & (t <= last)
@@ -373,7 +377,7 @@ class _Finger:
         displacement = self._draft("displacement")
         if self.is_touch_known or displacement is None or self.rest is None:
             return
-        t, (first, last) = self.heard[displacement.signal].t, self.rest
+        t, (first, last) = self.received[displacement.signal].t, self.rest
         still = self._si("displacement", displacement)[(t >= first) & (t <= last)]
         in_air, left_out = float(np.median(still)) if still.size else 0.0, ""
         clear = MIN_RESPONSE_STD * float(displacement.keys.get("noise", 0.0))
@@ -409,7 +413,7 @@ class _Finger:
                 )
             elif slope:
                 self.proposal.learned.append(f"{self.name}: stiffness {slope:.3g} N/m")
-        self._check_friction(force, self.heard[normal.signal].t)
+        self._check_friction(force, self.received[normal.signal].t)
 
     def _check_friction(self, force: Floats, t: Floats) -> None:
         normal = self.finger.channels["normal_force"]
@@ -421,7 +425,7 @@ class _Finger:
             draft = self._draft(channel)
             if draft is None or drafts.is_of_unknown_unit(channel, draft) or highest <= 0.0:
                 continue
-            shear = np.interp(t, self.heard[draft.signal].t, self._si(channel, draft))
+            shear = np.interp(t, self.received[draft.signal].t, self._si(channel, draft))
             ratio = float(np.median(np.abs(shear[pressed]) / force[pressed]))
             if ratio > LARGEST_RATIO:
                 self.proposal.implausible.append(
@@ -478,14 +482,14 @@ def _inherit_places(proposal: Proposal) -> None:
         proposal.learned.append(f"{name}: the forces are placed as at {min(shown)}")
 
 
-def _quietest(finger: drafts.FingerDraft, heard: Mapping[str, Trace]) -> Window | None:
+def _quietest(finger: drafts.FingerDraft, received: Mapping[str, Trace]) -> Window | None:
     """Return the first second in which the forces of a finger hardly change, None without traffic.
 
     A hold is as quiet as a rest; what is logged begins with a rest more often than with a hold.
     """
-    traces = [heard[d.signal] for d in finger.channels.values() if d.signal in heard]
+    traces = [received[d.signal] for d in finger.channels.values() if d.signal in received]
     forces = [
-        heard[d.signal] for c, d in finger.channels.items() if c in FORCES and d.signal in heard
+        received[d.signal] for c, d in finger.channels.items() if c in FORCES and d.signal in received
     ] or traces
     if not forces:
         return None

@@ -144,16 +144,16 @@ def _trace(signal: Signal, t: Floats, raw: Floats) -> Trace:
 
 
 def without_what_is_none(
-    heard: Mapping[str, Trace], database: Database, keys: Mapping[str, Mapping[str, Any]]
+    received: Mapping[str, Trace], database: Database, keys: Mapping[str, Mapping[str, Any]]
 ) -> tuple[dict[str, Trace], dict[str, int]]:
     """Return the traces without values that are no measurement, and how many of each signal those are.
 
     ``keys`` are those of the map, by signal.
     """
     found = {
-        name: measured(trace, database.signal(name), keys.get(name, {})) for name, trace in heard.items()
+        name: measured(trace, database.signal(name), keys.get(name, {})) for name, trace in received.items()
     }
-    lost = {name: len(heard[name].t) - len(trace.t) for name, trace in found.items()}
+    lost = {name: len(received[name].t) - len(trace.t) for name, trace in found.items()}
     there = {name: trace for name, trace in found.items() if len(trace.t)}
     return there, {name: count for name, count in lost.items() if count}
 

@@ -51,12 +51,12 @@ def draw_up(known: Known, target: Path) -> tuple[Proposal, Plan, str]:
     database, traffic = known.database, known.traffic
     came = traces(traffic, database) if traffic is not None else {}
     proposal = propose(database, came, traffic, known.names, known.nodes, known.said)
-    heard, lost = without_what_is_none(came, database, proposal.keys)
+    received, lost = without_what_is_none(came, database, proposal.keys)
     proposal.database = os.path.relpath(known.path.absolute(), target.absolute().parent)
     if traffic is not None:
-        learn(proposal, heard, known.windows, database, known.said)
+        learn(proposal, received, known.windows, database, known.said)
     leave_out_unknown_units(proposal)
-    name_unused(proposal, database, heard)
+    name_unused(proposal, database, received)
     said = for_each_finger(known.said, proposal.fingers)
     about = [f"The hand of {known.path.name}, as vegrip connect proposes it. docs/connect.md has all keys."]
     about += [f"Changed by --set {each}" for each in known.options]
@@ -66,16 +66,16 @@ def draw_up(known: Known, target: Path) -> tuple[Proposal, Plan, str]:
     if any("slip" in finger.measured for finger in plan.fingers):
         _learn_friction(proposal, plan, traffic, said)
         plan, text = checked(map_text(proposal, known.transport, about), target, said)
-    _tell_losses(proposal, database, traffic, came, heard, lost)
+    _report_losses(proposal, database, traffic, came, received, lost)
     return proposal, plan, text
 
 
-def _tell_losses(
+def _report_losses(
     proposal: Proposal,
     database: Database,
     traffic: Traffic,
     came: Mapping[str, Trace],
-    heard: Mapping[str, Trace],
+    received: Mapping[str, Trace],
     lost: Mapping[str, int],
 ) -> None:
     """Say what of the traffic is in no channel: more than 1 % is a warning, a tenth is refused."""
@@ -97,10 +97,10 @@ def _tell_losses(
                 f"{name}: {count} of {whole} values are no measurement, and are missing: "
                 f"{', '.join(causes) or 'invalid'}; --set 'fingers.{where}.all_is_measured=true' takes them",
             )
-        if name in heard and (mark := mark_in(heard[name].raw)) is not None:
+        if name in received and (mark := mark_in(received[name].raw)) is not None:
             proposal.lost.append(
-                f"{name} is {mark:g}, raw, in {np.count_nonzero(heard[name].raw == mark)} of "
-                f"{len(heard[name].raw)} frames, far from all others: if that is no measurement, "
+                f"{name} is {mark:g}, raw, in {np.count_nonzero(received[name].raw == mark)} of "
+                f"{len(received[name].raw)} frames, far from all others: if that is no measurement, "
                 f"--set 'fingers.{where}.invalid=[{mark:.0f}]'"
             )
     for name, count in traffic.short.items():

@@ -31,7 +31,7 @@ from vegrip.contact.pressure import coefficient, coefficient_excess
 from vegrip.types import Floats
 
 LEAST_COEFFICIENT = 1.0 + 1e-4
-"""Below it the profile counts as uniform; ``k`` there is about 180 and cannot be told from infinity."""
+"""Below it the profile counts as uniform; ``k`` there is about 180, which is as good as infinite."""
 
 _LARGEST_COEFFICIENT = 1e3  # k = 0.2: a spike no contact has; Newton below converges on all of the range
 _NEWTON_STEPS = 12

@@ -91,7 +91,7 @@ def _close(t: Floats, x: Floats, y: Floats, c: Floats, nu: Floats) -> None:
             x[i] = drive(z, before, y[i], dt, c, nu)
             advance(z, before, x[i], dt, c, nu)
         else:
-            free = drive(z, before, 0.0, dt, c, nu)  # where the surface goes when it is let go
+            free = drive(z, before, 0.0, dt, c, nu)  # where the surface goes when it is released
             touching = x[i] > free
             x[i] = max(x[i], free)
             force = advance(z, before, x[i], dt, c, nu)
@@ -103,7 +103,7 @@ def closed(times: Floats, x: Floats, y: Floats, g: tuple[ArrayLike, ArrayLike]) 
     """Complete the histories ``x`` and ``y`` (n,), of which one is NaN at each sample, with ``y >= 0``.
 
     Where ``x`` is imposed and ``y`` would be negative, ``x`` becomes what makes ``y`` zero: the surface
-    that is let go. ``g`` are amplitudes and rates. The caller has checked the arguments.
+    that is released. ``g`` are amplitudes and rates. The caller has checked the arguments.
     """
     x, y = x.copy(), y.copy()
     _close(times, x, y, as_branches(g[0]), as_branches(g[1]))

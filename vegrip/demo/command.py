@@ -37,7 +37,7 @@ def run_demo(
     web: bool = False,
     product: Product | BenchProduct | None = None,
 ) -> bool:
-    """Run the demonstration and print what comes out; tell whether it was interrupted.
+    """Run the demonstration and print what comes out; return whether it was interrupted.
 
     ``web``: besides as a page in the browser, whose address is printed and, where there is a display, opened.
     """

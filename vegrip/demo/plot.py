@@ -19,7 +19,7 @@ from vegrip.types import Floats
 from vegrip.virtual import Disturbance
 
 COLOUR = {"vegrip": "#0072b2", "constant": "#6e6e6e", "cone": "#d55e00"}
-"""Told apart by people of every colour vision, and by their line styles in grey."""
+"""Distinguishable with every colour vision, and by their line styles in grey."""
 STYLE = {"vegrip": "-", "constant": "--", "cone": "-."}
 SLIP = {"vegrip": "1", "constant": "x", "cone": "+"}
 LEAST = "#222222"
@@ -63,7 +63,7 @@ def _draw_forces(axes: Axes, courses: Mapping[str, Course]) -> None:
             continue
         time, _, forces = course.since(SETTLED_S)
         axes.plot(
-            time, forces[:, 0], STYLE[name], color=COLOUR[name], label=_told(name, course), **_width(name)
+            time, forces[:, 0], STYLE[name], color=COLOUR[name], label=_label(name, course), **_width(name)
         )
     time, least = _least(courses["vegrip"])
     axes.fill_between(
@@ -81,7 +81,7 @@ def _draw_margins(axes: Axes, courses: Mapping[str, Course]) -> None:
             continue
         time, margins, _ = course.since(SETTLED_S)
         lowest = _lowest(margins.min(axis=1), _samples(course))
-        axes.plot(time, lowest, STYLE[name], color=COLOUR[name], label=_told(name, course), **_width(name))
+        axes.plot(time, lowest, STYLE[name], color=COLOUR[name], label=_label(name, course), **_width(name))
         _slips(axes, course, name)
     axes.axhline(0.0, color="black", linewidth=1.0)
     axes.set_title(
@@ -122,7 +122,7 @@ def _least(course: Course) -> tuple[Floats, Floats]:
     return time[kept], np.nan_to_num(least[kept], posinf=0.0)
 
 
-def _told(name: str, course: Course) -> str:
+def _label(name: str, course: Course) -> str:
     figures, ratio = result_of(course), force_over_least(course, SETTLED_S)
     slips = f"{course.slips} slip" + ("" if course.slips == 1 else "s")
     end = ", dropped" if course.dropped else ""

@@ -1,7 +1,7 @@
 """The demonstration as a product: the virtual hand behind the virtual device of a map.
 
 Hand and node speak the product's own protocol, with its rate, polls, steps and gaps. The node copies what it
-hears and says to the bus of the demonstration, where it is watched and recorded.
+receives and sends to the bus of the demonstration, where it is watched and recorded.
 """
 
 import os
@@ -80,17 +80,17 @@ class Product:
         return device, {**table, **at, "map": str(self.path)}
 
     def describe(self) -> str:
-        """Return how it speaks, and what of the load it does not tell."""
+        """Return how it speaks, and what of the load it does not measure."""
         hand = self.plan.hand
-        told = [f"over {hand.transport['kind']}", f"{hand.rate:g} states/s" if hand.rate else ""]
-        told.append(f"asked {len(hand.device.poll)} ways" if hand.device.poll else "sending by itself")
-        told.append(f"answers after {1e3 * self.latency:g} ms")
+        parts = [f"over {hand.transport['kind']}", f"{hand.rate:g} states/s" if hand.rate else ""]
+        parts.append(f"asked {len(hand.device.poll)} ways" if hand.device.poll else "sending by itself")
+        parts.append(f"answers after {1e3 * self.latency:g} ms")
         blind = [finger.name for finger in self.plan.fingers if "torque_z" not in finger.measured]
         twisted = (
             f"\n{', '.join(blind)}: no torque is measured, so the force does not rise as the object is "
             "twisted, and it may slip or be dropped"
         )
-        return f"{self.name}: {', '.join(one for one in told if one)}{twisted if blind else ''}"
+        return f"{self.name}: {', '.join(one for one in parts if one)}{twisted if blind else ''}"
 
 
 def open_product(name: str, folder: Path) -> Product:

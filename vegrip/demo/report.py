@@ -131,11 +131,11 @@ def describe_scenario(scenario: Scenario, *, shown: bool) -> str:
     fingers = scenario.settings.fingers
     hold = "thumb and index pinch" if len(fingers) == 2 else f"{len(fingers)} fingers hold"
     other = "" if len(fingers) > 2 else f" (five: --grasp hand, {CORES_OF_THE_HAND} cores)"
-    told = f"{hold} an object of unknown friction{other}; it is pushed, twisted and made wet."
+    intro = f"{hold} an object of unknown friction{other}; it is pushed, twisted and made wet."
     look = (
         "Look at F, the grip force: it follows the load and keeps the margin's lower bound | above 0 (slip)."
     )
-    return f"{told}\n{look}" if shown else told
+    return f"{intro}\n{look}" if shown else intro
 
 
 def compare_courses(courses: Mapping[str, Course]) -> list[str]:

@@ -49,9 +49,9 @@ class FrameRecorder:
 
     def __init__(self, writer: RecordingWriter, channel: str, fingers: Sequence[str]) -> None:
         self.commands = 0
-        """Commands since the hand has told of itself; known when it is closed, as the next."""
+        """Commands since the hand has reported; known when it is closed, as the next."""
         self.held = 0  # of them that only held, because states came too late or not at all
-        self.since: int | None = None  # [ns] when the hand told of itself first
+        self.since: int | None = None  # [ns] when the hand reported first
         self._writer, self._fingers = writer, fingers
         self._log = FrameLog(writer.folder / FRAMES, channel)
 
@@ -174,7 +174,7 @@ class Demo:
             return fingers + load
         return f"{fingers}, scenario {self.news.time:.0f} s, slips: {self.news.slips}{load}"
 
-    def tell(self, news: HandNews | None) -> None:
+    def update(self, news: HandNews | None) -> None:
         """Put what happens to the object on the board's log."""
         if news is None:
             return
@@ -290,7 +290,7 @@ def _play(
     refresh: Callable[[Demo], None],
     cores: "CoreCount",
 ) -> bool:
-    """Start both nodes and watch until the hand is done; tell whether it was interrupted."""
+    """Start both nodes and watch until the hand is done; return whether it was interrupted."""
     for child in (node, hand):  # both compile at the same time; the node is active before the hand speaks
         child.wait("ready")
     for child in (node, hand):
@@ -303,7 +303,7 @@ def _play(
         while hand.listen() and node.listen():
             cores.look()
             demo.watch(endpoint, recorder)
-            demo.tell(hand.news)
+            demo.update(hand.news)
             if recorder.since is None and demo.news is not None:
                 recorder.since = time.monotonic_ns()
             if time.monotonic() >= due:

@@ -1,6 +1,6 @@
 """A node of the demonstration in a process of its own, tied to its parent by a pipe.
 
-The child says ``("ready", None)`` once it is configured, starts when told, streams news if its node has any,
+The child says ``("ready", None)`` once it is configured, starts when asked, streams news if its node has any,
 and ends with ``("done", RunStatistics)``. When the pipe breaks because the parent has gone it stops: no
 orphans.
 """
@@ -110,7 +110,7 @@ class RunStatistics:
     latency_p99: float  # [us]
     latency_max: float  # [us]
     rejected: Mapping[str, int]
-    rest: Any  # what the node itself has to tell
+    rest: Any  # what the node itself has to report
 
 
 def serve(pipe: Connection, job: Job) -> None:
@@ -122,7 +122,7 @@ def serve(pipe: Connection, job: Job) -> None:
         pipe.send(("error", str(error)))
     except (BrokenPipeError, EOFError):
         sys.exit(1)
-    except Exception as error:  # noqa: BLE001 (a mistake of ours, told in one sentence like the others)
+    except Exception as error:  # noqa: BLE001 (a mistake of ours, reported in one sentence like the others)
         pipe.send(("error", f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}"))
 
 
@@ -214,20 +214,20 @@ class WorkerHandle:
             if word in self._said:
                 return
             if self._pipe.poll(0.1):
-                self._said.add(self._hear())
+                self._said.add(self._receive())
         raise DeviceError(f"the process of {self.name} does not get ready within {START_PATIENCE:g} s")
 
     def say(self, word: str) -> None:
-        """Tell the child something; one that has gone does not hear it."""
+        """Send the child something; one that has gone does not receive it."""
         try:
             self._pipe.send(word)
         except (BrokenPipeError, OSError):
             return
 
     def listen(self) -> bool:
-        """Take in what the child has said; tell whether it still runs."""
+        """Take in what the child has said; return whether it still runs."""
         while self.statistics_at_end is None and self._pipe.poll():
-            self._hear()
+            self._receive()
         return self.statistics_at_end is None
 
     def stop(self) -> None:
@@ -237,7 +237,7 @@ class WorkerHandle:
         try:
             while self.statistics_at_end is None and time.monotonic() < deadline:
                 if self._pipe.poll(0.05):
-                    self._hear()
+                    self._receive()
         except DeviceError:
             pass  # it has ended in another way
         self._process.join(1.0)
@@ -246,7 +246,7 @@ class WorkerHandle:
             self._process.join()
         self._pipe.close()
 
-    def _hear(self) -> str:
+    def _receive(self) -> str:
         try:
             word, content = self._pipe.recv()
         except (EOFError, OSError):

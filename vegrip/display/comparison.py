@@ -30,11 +30,11 @@ def brief(one: Comparison) -> str:
 
 def parts(one: Comparison, name: str = "") -> list[Part]:
     """Return error by channel and where the model fails; ``name`` is that of the model."""
-    told = name or (FITTED if one.fitted else "a model as it is")
+    which = name or (FITTED if one.fitted else "a model as it is")
     head = Text(one.recording.name, style="bold")
     regimes = [f"- {regime.note}" for regime in one.where] or [NOTHING]
     return [
-        head + Text(f": {told}, {one.error:.3f} times the noise", style="not bold"),
+        head + Text(f": {which}, {one.error:.3f} times the noise", style="not bold"),
         channel_table({channel: asdict(error) for channel, error in one.channels.items()}),
         *regimes,
         *([one.repeated.note] if one.repeated is not None else []),
@@ -46,20 +46,20 @@ def text(one: Comparison, most: int | None = None) -> str:
     return plain(parts(one))
 
 
-def channel_table(told: dict[str, Any]) -> Part:
+def channel_table(channels_of: dict[str, Any]) -> Part:
     head = ("channel", "rmse", "noise", "ratio", "white (p)", "in 95 % band")
     rows = [
         (name, f"{one['rmse']:.3g}", f"{one['noise']:.3g}", f"{one['ratio']:.3f}",
          f"{one['whiteness_p']:.2g}", f"{100.0 * one['coverage95']:.1f} %")
-        for name, one in told.items()
+        for name, one in channels_of.items()
     ]  # fmt: skip
     return table_of(head, rows, left=("channel",))
 
 
 def card(one: Comparison) -> str:
     level, name = ("ok", "as good as the noise") if one.error <= MISFIT else ("bad", "misfit")
-    told = one.as_dict()
-    content = (pictures({"model": curves(one)}), where(told), channels(told))
+    answer = one.as_dict()
+    content = (pictures({"model": curves(one)}), where(answer), channels(answer))
     huge = cards.times_noise(f"{one.error:.2f}")
     return cards.verdict(f"{one.recording.name}: model and recording", level, name, huge, *content)
 
@@ -84,12 +84,12 @@ def figure(one: Comparison, channel: str) -> "Figure":
 
 
 def columns(one: Comparison) -> dict[str, list[Any]]:
-    told = {channel: asdict(error) for channel, error in one.channels.items()}
-    names = list(told["normal_force"])
-    return {"channel": list(told)} | {name: [each[name] for each in told.values()] for name in names}
+    answer = {channel: asdict(error) for channel, error in one.channels.items()}
+    names = list(answer["normal_force"])
+    return {"channel": list(answer)} | {name: [each[name] for each in answer.values()] for name in names}
 
 
-def told(one: Comparison) -> dict[str, Any]:
+def as_json(one: Comparison) -> dict[str, Any]:
     return one.as_dict() | {"doubts": doubts_of(one.problem)}
 
 

@@ -140,7 +140,7 @@ def columns(found: Diagnosis) -> dict[str, list[Any]]:
     return {name: [one[name] for one in found.effects] for name in names}
 
 
-def told(found: Diagnosis, draws: int = 0) -> dict[str, Any]:
+def as_json(found: Diagnosis, draws: int = 0) -> dict[str, Any]:
     """Return what ``--json`` prints; ``draws`` of the bootstrap say how sure the verdict is."""
     from vegrip.identification.diagnosis.certainty import certainty_of  # noqa: PLC0415 (heavy)
     from vegrip.identification.experiment.design import next_experiment  # noqa: PLC0415 (heavy)

@@ -19,29 +19,29 @@ DOTS = 300  # in a card
 
 
 def brief(found: Draft) -> str:
-    told = found.taken.law.equation if found.taken is not None else f"none, {found.reason}"
-    return f"of {found.start.recording.name}: {told}"
+    result = found.taken.law.equation if found.taken is not None else f"none, {found.reason}"
+    return f"of {found.start.recording.name}: {result}"
 
 
 def parts(found: Draft, most: int | None = None) -> list[Part]:
     """Return the law and what else was tried, in ``most`` lines where it is given."""
-    told = found.as_dict()
+    result = found.as_dict()
     said: list[Part] = [
-        f"{told['recording']}: {told['verdict']}" + (f" - {told['reason']}" if told["reason"] else "")
+        f"{result['recording']}: {result['verdict']}" + (f" - {result['reason']}" if result["reason"] else "")
     ]
     if found.taken is not None:
         error, values = (
-            told["error"],
-            ", ".join(f"{symbol} = {at:.4g}" for symbol, at in told["parameters"].items()),
+            result["error"],
+            ", ".join(f"{symbol} = {at:.4g}" for symbol, at in result["parameters"].items()),
         )
         said += [
-            f"{told['law']}",
+            f"{result['law']}",
             f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)",
-            f"in the {told['place']}; {values}",
-            f"what would refute it: {told['experiment']}",
+            f"in the {result['place']}; {values}",
+            f"what would refute it: {result['experiment']}",
         ]
     rows, more = first_rows(
-        [_row(one) for one in told["tried"]], None if most is None else most - len(said) - 1
+        [_row(one) for one in result["tried"]], None if most is None else most - len(said) - 1
     )
     return [*said, *([table_of(HEAD, rows, left=("law", "fails"))] if rows else []), *more]
 
@@ -61,16 +61,16 @@ def text(found: Draft, most: int | None = None) -> str:
 
 
 def card(found: Draft) -> str:
-    told, heading = found.as_dict(), f"a law for what is left of {found.start.recording.name}"
+    result, heading = found.as_dict(), f"a law for what is left of {found.start.recording.name}"
     if found.taken is None:
-        return cards.verdict(heading, "unknown", "none", "", f"<p>{escape(told['reason'])}</p>")
-    change = f"{told['error']['before']:.2f} → {told['error']['after']:.2f}"
+        return cards.verdict(heading, "unknown", "none", "", f"<p>{escape(result['reason'])}</p>")
+    change = f"{result['error']['before']:.2f} → {result['error']['after']:.2f}"
     lines = (("ink-soft", "measured less model"), ("blue", "what the law adds, with its 95 % interval"))
     content = (
-        f"<p><b>{escape(told['law'])}</b></p>",
-        f"<p>In the {told['place']}. A draft is a shape that fits, not physics; what would refute it: "
-        f"{escape(told['experiment'])}</p>",
-        listed([f"as good: {law}" for law in told["rivals"]]),
+        f"<p><b>{escape(result['law'])}</b></p>",
+        f"<p>In the {result['place']}. A draft is a shape that fits, not physics; what would refute it: "
+        f"{escape(result['experiment'])}</p>",
+        listed([f"as good: {law}" for law in result["rivals"]]),
         legend(*lines) + over_law(curve(found, DOTS)),
     )
     return cards.verdict(heading, "warn", "drafted", cards.times_noise(change), *content)
@@ -91,5 +91,5 @@ def columns(found: Draft) -> dict[str, list[Any]]:
     }
 
 
-def told(found: Draft) -> dict[str, Any]:
+def as_json(found: Draft) -> dict[str, Any]:
     return found.as_dict() | {"file": None, "rival": None}

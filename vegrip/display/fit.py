@@ -25,20 +25,20 @@ def brief(fit: Fit) -> str:
 
 def parts(fit: Fit, most: int | None = None) -> list[Part]:
     """Return parameters and errors by channel, in ``most`` lines where it is given."""
-    told = fit.as_dict()
-    others = 5 + len(told["channels"])  # lines beside the rows of the parameters
-    rows, more = first_rows(list(_rows(told).values()), None if most is None else most - others)
-    zeros = told["zeros"]
+    answer = fit.as_dict()
+    others = 5 + len(answer["channels"])  # lines beside the rows of the parameters
+    rows, more = first_rows(list(_rows(answer).values()), None if most is None else most - others)
+    zeros = answer["zeros"]
     return [
         table_of(("parameter", "value", "std", "unit", "in SI", "effect"), rows, left=LEFT),
         *more,
-        comparison.channel_table(told["channels"]),
-        f"all channels: {told['error']:.3f} times the noise",
+        comparison.channel_table(answer["channels"]),
+        f"all channels: {answer['error']:.3f} times the noise",
         f"zeros: displacement {zeros['displacement']:.3g} m, normal force {zeros['normal_force']:.3g} N",
     ]
 
 
-def _rows(told: dict[str, Any]) -> dict[str, tuple[str, ...]]:
+def _rows(answer: dict[str, Any]) -> dict[str, tuple[str, ...]]:
     return {
         name: (
             name,
@@ -48,7 +48,7 @@ def _rows(told: dict[str, Any]) -> dict[str, tuple[str, ...]]:
             f"{one['si']['value']:.3g} {one['si']['unit']}" if "si" in one else "",
             one["effect"],
         )
-        for name, one in told["parameters"].items()
+        for name, one in answer["parameters"].items()
     }
 
 
@@ -57,7 +57,7 @@ def text(fit: Fit, most: int | None = None) -> str:
 
 
 def card(fit: Fit) -> str:
-    told = fit.as_dict()
+    answer = fit.as_dict()
     rows = [
         (
             name,
@@ -66,13 +66,13 @@ def card(fit: Fit) -> str:
             unit_name(one["unit"]),
             one["effect"].replace("_", " "),
         )
-        for name, one in told["parameters"].items()
+        for name, one in answer["parameters"].items()
     ]
     level, name = ("ok", "fits to the noise") if fit.error <= MISFIT else ("bad", "leaves more than noise")
     content = (
         comparison.pictures({"fitted model": curves(_compared(fit))}),
         table(("symbol", "value", "standard error", "unit", "effect"), rows, numbers=(1, 2)),
-        channels(told),
+        channels(answer),
         listed(fit.warnings(advise=False)),
     )
     huge = cards.times_noise(f"{fit.error:.2f}")
@@ -88,10 +88,10 @@ def figure(fit: Fit, channel: str) -> "Figure":
 
 
 def columns(fit: Fit) -> dict[str, list[Any]]:
-    told = fit.as_dict()["parameters"]
+    answer = fit.as_dict()["parameters"]
     names = ("value", "std", "scale", "unit", "effect")
-    return {"parameter": list(told)} | {name: [one[name] for one in told.values()] for name in names}
+    return {"parameter": list(answer)} | {name: [one[name] for one in answer.values()] for name in names}
 
 
-def told(fit: Fit) -> dict[str, Any]:
+def as_json(fit: Fit) -> dict[str, Any]:
     return fit.as_dict() | {"doubts": comparison.doubts_of(fit.problem)}

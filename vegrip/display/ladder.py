@@ -68,6 +68,6 @@ def columns(one: Ladder) -> dict[str, list[Any]]:
     }
 
 
-def told(one: Ladder) -> dict[str, Any]:
+def as_json(one: Ladder) -> dict[str, Any]:
     verdict = {"verdict": one.diagnosis.verdict} if isinstance(one, Refinement) else {}
     return {"ladder": [asdict(rung) for rung in one.rungs], **verdict, "noise_floor": 1.0}

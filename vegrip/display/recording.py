@@ -52,7 +52,7 @@ def describe(recording: Recording) -> dict[str, Any]:
     }
 
 
-told = describe
+as_json = describe
 
 
 def _number(value: float) -> float | None:

@@ -112,10 +112,10 @@ class Effect:
         experiment: the motion that tells them apart.
         generalises: effects that it can be; a diagnosis tries it where one of them leaves more than noise,
             in that one's place, and nowhere else.
-        group: effects of one group cannot be told apart by force and displacement at all.
+        group: effects of one group cannot be separated by force and displacement at all.
         kinked: its derivative where it is absent says little, so a fit is tried on half of the evidence.
         expensive: it slows a model down even where it is absent, so it is screened in a model of its own.
-        shifts_time: it moves the force in time; a second such effect mends the form of the first.
+        shifts_time: it moves the force in time; a second such effect corrects the form of the first.
         in_air: it acts without a contact too, so it is not looked for where the drive moves in contact alone.
         companions: effects that are tried where it is tried, and the other way round.
         min_gain: evidence [nats] below which it is not named, where more is asked than of others.

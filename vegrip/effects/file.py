@@ -58,7 +58,7 @@ def effect_of(text: str, where: str) -> Effect:
     module.__dict__["__builtins__"] = {**BUILTINS, "__import__": __import__}
     try:
         exec(compile(tree, file, "exec"), module.__dict__)  # noqa: S102 - nothing but what _check lets through
-    except Exception as error:  # noqa: BLE001 - whatever is wrong with it is the author's to mend
+    except Exception as error:  # noqa: BLE001 - whatever is wrong with it is the author's to correct
         raise ModelError(f"{where}: the effect cannot be made ({error})") from None
     found = module.__dict__.get("EFFECT")
     if not isinstance(found, Effect):

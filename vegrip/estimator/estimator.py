@@ -121,7 +121,7 @@ class ContactEstimator:
     def resume(self, memory: Floats) -> None:
         """Go on from a :attr:`memory` that was kept, this estimator's or that of its export in C.
 
-        For how long nothing was heard is not known: the next sample is taken as after a gap.
+        How long the silence was is not known: the next sample is taken as after a gap.
 
         Raises:
             InputError: it is of another model, or a number in it is none that a finger can have.
@@ -332,7 +332,7 @@ class ContactEstimator:
             condition = Condition.STALE
         self._module.look_at_cells(self.numbers, float(self._hysteresis.failing), self._look)
         stamp, look = memory["SAMPLE_STAMP"], Look(*self._look.tolist())
-        failing = self._hysteresis.update(int(look.worst), look.misfit, look.misfit_told, stamp)
+        failing = self._hysteresis.update(int(look.worst), look.misfit, look.reported_misfit, stamp)
         channel = regime = ""
         if self.lost > 0.0:
             channel, regime = CHANNELS[0 if memory["DISPLACEMENT_STREAK"] > 0.0 else 1], LOST

@@ -64,7 +64,7 @@ class FrictionBelief(NamedTuple):
 def prior_belief(model: ContactModel, symbol: str, prior: FrictionPrior) -> FrictionBelief:
     """Return what is believed at first of the friction of ``model``, whose parameter is ``symbol``."""
     value, std = stated_friction(model, symbol, prior)
-    if std == 0.0:  # friction that is told and not learned
+    if std == 0.0:  # friction that is stated and not learned
         return FrictionBelief(math.log(value), 0.0, 0.0, 0.0)
     has_own_law = any(effect.friction_over_load for effect in model.effects)
     exponent, spread = (0.0, 0.0) if has_own_law else (prior.load_exponent, prior.load_exponent_std)

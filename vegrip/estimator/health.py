@@ -12,7 +12,7 @@ FAILS = 0.5  # [s] for which a cell has to be outside before the model is said t
 PLAIN = 2.0  # or so far outside
 CALM = 0.8  # of the way to the edge, within which all cells have to be
 MENDED = 10.0  # [s] for so long, before it is said to explain again
-TAKES_OVER = 1.25  # by how much another cell has to be worse than the one that was told
+TAKES_OVER = 1.25  # by how much another cell has to be worse than the one that was reported
 
 NO_CELL = -1
 
@@ -29,7 +29,7 @@ class Look(NamedTuple):
     """The cell that fails most."""
     misfit: float
     """Of the worst cell."""
-    misfit_told: float
+    reported_misfit: float
     """Of the cell that was said to fail."""
     judged: float
     """Cells with enough samples."""
@@ -50,16 +50,16 @@ class HealthHysteresis:
         """Count anew what has lasted: the stamps come from another clock now."""
         self._outside = self._inside = None
 
-    def update(self, worst: int, misfit: float, misfit_told: float, stamp: int) -> int:
+    def update(self, worst: int, misfit: float, reported_misfit: float, stamp: int) -> int:
         """Judge the ``misfit`` of the ``worst`` cell at ``stamp`` [ns]; return which cell fails, or NO_CELL.
 
-        ``misfit_told`` is that of :attr:`failing`.
+        ``reported_misfit`` is that of :attr:`failing`.
         """
         self._outside = None if misfit <= 1.0 else stamp if self._outside is None else self._outside
         self._inside = None if misfit >= CALM else stamp if self._inside is None else self._inside
         lasting = self._outside is not None and stamp - self._outside >= FAILS * NS
         if lasting or misfit > PLAIN:
-            if self.failing == NO_CELL or misfit > TAKES_OVER * misfit_told:
+            if self.failing == NO_CELL or misfit > TAKES_OVER * reported_misfit:
                 self.failing = worst
         elif self._inside is not None and stamp - self._inside >= MENDED * NS:
             self.failing = NO_CELL

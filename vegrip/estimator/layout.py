@@ -29,7 +29,7 @@ MODE = (
 )  # fmt: skip
 """What the filter is doing: times in [s], switches 0 or 1.
 
-ZERO_KNOWN: the contact was felt to begin, so the zero of the displacement is told; BLIND: no displacement;
+ZERO_KNOWN: the contact was felt to begin, so the zero of the displacement is known; BLIND: no displacement;
 REST: since the tip moved in contact; SINCE_JERK: since the displacement jumped; PERIOD: of the samples;
 CAUTION: time left in which nothing is learned; CONTRADICTED: for how long a published estimate has disagreed
 with its own measurement; UNEXPLAINED: variance of the force [N^2] beyond what model and noise explain;

@@ -2,7 +2,7 @@
 
 The filter's own values move with every sample and are as good as the last minute was. Here each is watched
 at a slow pace: the *filtered* value follows the raw one while the tip moves in contact and the model explains
-what is measured; it counts as *valid* after it has become clearly narrower than what was believed at first,
+what is measured; it counts as *valid* after it has become clearly narrower than the prior,
 and stays so until it is clearly not (hysteresis). Only valid ones are kept, and they come back as a prior
 somewhat wider than they left, to a model of the very same make only.
 """

@@ -1,6 +1,6 @@
 """What of an estimator's memory is saved over a loss of power, and between which bounds each number is legal.
 
-Saved is what the next sample depends on and neither model nor settings tell. The exported firmware has the
+Saved is what the next sample depends on and neither model nor settings contain. The exported firmware has the
 same spans (:mod:`vegrip.export.saved`), so what one of them saves the other one can go on from.
 """
 
@@ -147,7 +147,7 @@ class SavedNumbers:
         mu = self._model.values[list(self._model.parameters)[self._layout.mu]]
         logarithm = math.log(max(mu.low, 1.0 / LARGEST)), math.log(min(mu.high, LARGEST))
         found = {"LN_MU": logarithm, "BASE_LN": logarithm}
-        if mu.std == 0.0:  # friction that is told and not learned
+        if mu.std == 0.0:  # friction that is stated and not learned
             found |= dict.fromkeys(("VAR", "BASE_VAR"), (0.0, VARIANCE[1]))
         return found
 

@@ -1,4 +1,4 @@
-"""What an estimator must be told: the noise of the sensors, and how it shall behave."""
+"""What an estimator must be given: the noise of the sensors, and how it shall behave."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

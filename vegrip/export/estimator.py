@@ -101,8 +101,8 @@ def _frame(estimator: ContactEstimator, state: FingertipState) -> Frame:
     outputs = [number for one in estimates for number in (one.value, one.std)]
     outputs += [margin.margin.value, margin.margin.std, *(getattr(margin, name) for name in AHEAD)]
     outputs.append(estimator.least_force(MARGIN))
-    told = [contact.in_contact, *(one.valid for one in estimates), margin.margin.valid]
-    flags = sum(1 << bit for bit, true in enumerate(told) if true)
+    states = [contact.in_contact, *(one.valid for one in estimates), margin.margin.valid]
+    flags = sum(1 << bit for bit, true in enumerate(states) if true)
     return Frame(state.stamp, tuple(getattr(state, name) for name in INPUTS), tuple(outputs), flags)
 
 

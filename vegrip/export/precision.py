@@ -38,7 +38,7 @@ ENTRIES = ("estimator", "finger")
 PREFIX = re.compile(r"[a-z][a-z0-9]{0,19}(_[a-z0-9]+)*")
 FRAMES = 500
 MOST_FINGERS = 8
-"""That the identifiers of a hand's frames tell apart."""
+"""That the identifiers of a hand's frames distinguish."""
 ABSENT = ("drive_lag", "measure_lag")
 """Settings of the grip for which a finger needs more of its grasp than an exported one knows."""
 MARGIN = 0.2

@@ -70,7 +70,7 @@ PARTS = "/* ---- */\n"
 
 @dataclass(frozen=True)
 class Texts:
-    """Path in the folder -> text, and what is told of them."""
+    """Path in the folder -> text, and what is reported about them."""
 
     files: dict[str, str]
     program: Program
@@ -157,7 +157,7 @@ def saved_text(mark: float, model: ContactModel, layout: Layout, memory: NDArray
 
 def _accessor(p: str, entry: str, name: str) -> str:
     value, std = (f"e->f.named.report.{one.lower()}" for one in NAMES[name])
-    # indentation is told in the air, too, however wide
+    # indentation is known in the air, too, however wide
     known = "true" if name == "indentation" else f"(isfinite({value} + {std}) != 0)"
     known += f" && {p}_in_contact(e)" if name in ONLY_TOUCHING else ""
     body = f"    return {p}_reported(e, {value}, {std}, {known});"

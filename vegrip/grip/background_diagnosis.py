@@ -2,7 +2,7 @@
 
 The loop only keeps the last contacts of each finger, thinned out, in arrays of fixed size. Once a finger's
 model is said to fail, a side thread hands them to a process of low priority, which diagnoses them as ``vegrip
-diagnose`` would, from the finger's own model; what it names is told in ModelHealth until it looks again. With
+diagnose`` would, from the finger's own model; ModelHealth reports what it finds until it looks again. With
 a model that explains what is measured no process is ever started.
 """
 
@@ -28,7 +28,7 @@ from vegrip.types import Flags, Floats
 
 @dataclass(frozen=True, slots=True)
 class KeptStates:
-    """States that the compiled step believed, in their order.
+    """States that the compiled step accepted, in their order.
 
     Args:
         finger: whose they are.
@@ -72,7 +72,7 @@ _MEASURED = [CHANNELS.index(name) for name in DIAGNOSED_CHANNELS]
 RING_SAMPLES = 10_000  # samples of a finger
 SAMPLE_SPACING_S = 0.005  # [s] least time between two of them
 KEPT_AIR_S = 1.0  # [s] of air after a contact that is kept, and
-AIR_SAMPLES = 32  # samples before the next one; the rest tells nothing
+AIR_SAMPLES = 32  # samples before the next one; the rest shows nothing
 NEVER_NS = -(10**18)  # [ns]
 MIN_SAMPLES = 4_000  # samples before a diagnosis starts
 FAILING_FOR_S = 10.0  # [s] for which the health has failed before

@@ -124,7 +124,7 @@ class CompiledRows:
 
 
 class CompiledBatch(CompiledRows):
-    """Rows of a batch; what is told of the fingers leaves as batches, too."""
+    """Rows of a batch; reports of the fingers leave as batches, too."""
 
     def __init__(self, fingers: Sequence[GraspFinger], needs: Floats) -> None:
         heads = [ROW_ID.pack(finger.numbers.on_wire.command_id) for finger in fingers]
@@ -170,8 +170,8 @@ class CompiledBatch(CompiledRows):
         return None if number is None else self.fingers[number]
 
     def report(self, names: Sequence[str], now: int) -> list[str]:
-        """Pack contacts and slip margins of fingers by their names; return whose were told, in that order."""
-        told: list[str] = []
+        """Pack contacts and slip margins of fingers by their names; return those packed, in that order."""
+        packed: list[str] = []
         for name in names:
             finger = self._named[name]
             if not finger.numbers.report_as_frames(now):
@@ -182,11 +182,11 @@ class CompiledBatch(CompiledRows):
                     finger.numbers.on_wire.report_ids, finger.numbers.report_frames, strict=True
                 )
             ]
-            at, margin = FIRST_ROW + len(told) * 2 * CONTACT_ROW, FIRST_ROW + len(told) * MARGIN_ROW
+            at, margin = FIRST_ROW + len(packed) * 2 * CONTACT_ROW, FIRST_ROW + len(packed) * MARGIN_ROW
             self.contacts[at : at + 2 * CONTACT_ROW] = rows[0] + rows[1]
             self.margins[margin : margin + MARGIN_ROW] = rows[2]
-            told.append(name)
-        return told
+            packed.append(name)
+        return packed
 
 
 class CompiledPackets(CompiledRows):

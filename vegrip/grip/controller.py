@@ -111,7 +111,7 @@ class GripController:
         for name in self.names:
             commands += self.watch(name, now)
         for name in heard:
-            for _ in self.reports(name, now):  # what is told of the health has a memory
+            for _ in self.reports(name, now):  # the report of the health has a memory
                 pass
         return commands
 
@@ -179,7 +179,7 @@ class GripController:
         return finger.settle(now, self._share(finger))
 
     def assimilate(self, state: messages.FingertipState, now: int) -> bool:
-        """Take one state of a finger of this hand; return whether it is believed."""
+        """Take one state of a finger of this hand; return whether it is accepted."""
         return self.fingers[state.finger].sense(state, now)
 
     def commands(self, fingers: Iterable[str], now: int) -> list[messages.ForceCommand]:
@@ -232,7 +232,7 @@ class GripController:
 
     @property
     def wanted(self) -> Wanted:
-        """Margin and confidence of each finger; all count, also those that are not heard."""
+        """Margin and confidence of each finger; all count, also those that do not report."""
         return self.settings.grip.wanted_margin, self.settings.grip.probability
 
     def _share(self, finger: GraspFinger) -> float:

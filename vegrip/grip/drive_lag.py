@@ -5,11 +5,11 @@ by the same commands, so its rate has none of the noise of F, and the gap betwee
 
     c - F = L x' + s w + b,        x' = (c - x) / L
 
-where s is the stiction of the drive, w (from -1 to 1) tells which way the command has come, and b is what the
+where s is the stiction of the drive, w (from -1 to 1) shows which way the command has come, and b is what the
 force sensor is off. A Kalman filter follows (L, s, b). It takes a sample
 
 * only where the command moves, slowly enough for any rate limit of the drive, and has done so for a while;
-* only of a finger that touches, whose state is believed and whose command is no fail-safe;
+* only of a finger that touches, whose state is accepted and whose command is no fail-safe;
 * with an innovation of at most ``DRIVE_BOUND`` standard deviations, so that one sample moves it by little.
 
 A force that is commanded with one sample is on its way until the next, so the lag behind a need is longer
@@ -37,9 +37,9 @@ DRIVE_FASTEST = 12.0  # [N/s] of a command, beyond which a drive may be at its r
 DRIVE_FOLLOWED = 0.7  # of the fastest rate that was seen, up to which it is not
 DRIVE_SMOOTH = 0.005  # [s] of that rate
 DRIVE_SEEN_TIME = 60.0  # [s] in which it is forgotten
-DRIVE_SLOWEST = 0.5  # [N/s] below which the motion tells nothing
+DRIVE_SLOWEST = 0.5  # [N/s] below which the motion shows nothing
 DRIVE_FAR = 0.5  # [N] between command and force, where the drive is at its limit or does not listen
-DRIVE_WIDTH = 0.02  # [N] of the play that tells which way the command has come
+DRIVE_WIDTH = 0.02  # [N] of the backlash that shows which way the command has come
 DRIVE_GAP = 0.05  # [s] between two samples, after which the drive is followed anew
 DRIVE_SURE, DRIVE_VAGUE = 0.1, 0.2  # relative std of the lag at which it becomes known, and unknown again
 DRIVE_FINE = 8e-3  # [s] up to which the std is held against a lag of this
@@ -49,11 +49,11 @@ DRIVE_MEMORY = 0.3  # [s] of that mean
 
 
 def tell_drives(g: GraspMemory, told: float, measured: bool, burst: float) -> None:
-    """Set what is told of the drives; what was measured stays.
+    """Set what is stated of the drives; what was measured stays.
 
     Args:
         g: what the grasp shares.
-        told: their lag [s]; 0 where it is not told.
+        told: their lag [s]; 0 where it is not stated.
         measured: whether the measured lag counts once it is known.
         burst: relative growth of a load that comes in a burst [1/s].
 
@@ -79,7 +79,7 @@ def begin_drives(g: GraspMemory, noise: float) -> None:
 def follow_drive(g: GraspMemory, i: int, dt: float, command: float, force: float) -> None:
     """Take in the normal ``force`` [N] of finger ``i`` under the ``command`` [N] of the last ``dt`` [s].
 
-    One of them that is not a number tells that this sample does not count, and the drive is followed anew.
+    One of them that is not a number shows that this sample does not count, and the drive is followed anew.
     """
     if not (abs(command) + abs(force) < math.inf and 0.0 < dt <= DRIVE_GAP):
         g.drive.begun[i] = 0.0
@@ -151,7 +151,7 @@ def measure_drive(g: GraspMemory, i: int, dt: float, rate: float, way: float, ga
 
 
 def judge_drive(g: GraspMemory, i: int, dt: float) -> None:
-    """Tell the lag of finger ``i`` behind a need [s], and whether it is known."""
+    """Report the lag of finger ``i`` behind a need [s], and whether it is known."""
     lag = g.drive.state[3 * i]
     g.drive.lag[i] = dt / (1.0 - math.exp(-dt / lag))
     most = DRIVE_VAGUE if g.drive.known[i] > 0.0 else DRIVE_SURE

@@ -30,7 +30,7 @@ class DriveLog:
         self._logger = logging.getLogger(f"vegrip.{node}")
         self._said: dict[str, float] = {}  # lag [s] by finger, as it was last said
 
-    def tell(self, finger: str, friction: GraspFriction, grip: GripSettings) -> None:
+    def log_changes(self, finger: str, friction: GraspFriction, grip: GripSettings) -> None:
         """Log the drive of ``finger`` where that is news."""
         lag, said = friction.drive_lag(finger), self._said.get(finger, math.inf)
         if math.isnan(lag) or abs(lag - said) <= CHANGED * said < math.inf:

@@ -158,7 +158,7 @@ class GraspFinger:
         self.numbers.answer(seq, stamp, now)
 
     def sense(self, state: messages.FingertipState, now: int) -> bool:
-        """Take in one state and find what the finger needs; return whether the state is believed."""
+        """Take in one state and find what the finger needs; return whether the state is accepted."""
         self.numbers.put(state)
         seq, stamp = _whole(state.seq), _whole(state.stamp)
         if self.numbers.own is None and self.policy is None:
@@ -184,13 +184,13 @@ class GraspFinger:
         return self.numbers.settle(now)
 
     def watch(self, now: int) -> bool:
-        """Look for silence, and ride it out by the clock; return whether a command is due."""
+        """Look for silence, and hold the last command through it; return whether a command is due."""
         is_due = bool(self.numbers.watch(now))
         self._let_forget()
         return is_due
 
     def ride_out(self, now: int) -> bool:
-        """Ride out a fault of the node itself, without the estimate; return whether a command is due."""
+        """Hold the last command through a fault of the node; return whether a command is due."""
         is_due = bool(self.numbers.ride_out(now))
         self._let_forget()
         return is_due

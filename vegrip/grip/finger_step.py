@@ -201,7 +201,7 @@ class FingerStep:
         return self._rows(max(noted - len(self._history), 0), noted)
 
     def fetch(self, *, everything: bool = False) -> KeptStates | None:
-        """Return the states that were believed and not fetched yet, None while they are few."""
+        """Return the states that were accepted and not fetched yet, None while they are few."""
         memory = self.memory
         noted, fetched = memory["TURN_NOTED"], memory["TURN_FETCHED"]
         if noted - fetched < (1 if everything else FETCHED_STATES):

@@ -53,7 +53,7 @@ class ForceLimit:
         self._share = share
         self._of: dict[str, _Standing] = {}
         self._looked: int | None = None  # [ns]
-        self._told: dict[str, str] = {}
+        self._reported: dict[str, str] = {}
 
     def state(self, finger: str) -> str:
         """Return "", LIMIT_NEAR or LIMIT_REACHED."""
@@ -74,12 +74,12 @@ class ForceLimit:
                 state = LIMIT_REACHED
             self._judge(name, need, "" if self.is_letting_go else state, now)
 
-    def tell(self, logger: logging.Logger, most: float) -> None:
+    def log_changes(self, logger: logging.Logger, most: float) -> None:
         """Log what has changed; ``most`` [N] is the limit."""
         for name, one in self._of.items():
-            if one.state == self._told.get(name, ""):
+            if one.state == self._reported.get(name, ""):
                 continue
-            self._told[name] = one.state
+            self._reported[name] = one.state
             if one.state:
                 does = "stops" if one.state == LIMIT_REACHED else "may stop"
                 logger.warning("%s: limits.max_force (%g N) %s the grip: %s", name, most, does, _why(one))

@@ -24,11 +24,11 @@ from vegrip.transport.endpoint import BATCHES, FRAMES, PACKETS
 
 LONGEST_FRAME: Final = 64  # [bytes]
 REPORTS: Final = (ContactEstimate, SlipMargin)
-"""What is told of a finger as frames."""
+"""The reports of a finger as frames."""
 ROWS_EACH: Final = (2, 1)
 """Frames of a finger in them."""
 REPORTING: Final = bytes(1 if outcome & REPORT else 0 for outcome in range(256))
-"""Of what was done with a row: 1 where something is due to be told."""
+"""Of what was done with a row: 1 where something is due to be reported."""
 
 Guard = Callable[[Callable[..., Answered | None]], Callable[..., Any]]
 """Makes of what answers the function that an endpoint calls, which never raises; it returns None for None."""
@@ -116,7 +116,7 @@ class FramePath:
         return True, (finger,) if done & REPORT else ()
 
     def reports(self, fingers: Sequence[str], now: int) -> Iterator[Message | None]:
-        """Send what is due to be told of ``fingers`` that is ready as bytes; yield the rest to be sent.
+        """Send what is due to be reported of ``fingers`` that is ready as bytes; yield the rest to be sent.
 
         None is yielded for what was sent here.
         """
@@ -224,11 +224,13 @@ class BatchPath(FramePath):
     def reports(self, fingers: Sequence[str], now: int) -> Iterator[Message | None]:
         """As :meth:`FramePath.reports`; what is ready as bytes goes out in batches."""
         batch, of = self._node.batch, self._of(fingers)
-        told = [] if batch is None else batch.report([name for name in of if not self._is_watched(name)], now)
-        if batch is not None and told:
+        packed = (
+            [] if batch is None else batch.report([name for name in of if not self._is_watched(name)], now)
+        )
+        if batch is not None and packed:
             for kind, each, data in zip(REPORTS, ROWS_EACH, (batch.contacts, batch.margins), strict=True):
-                self._endpoint.put_off_batch(kind, self._sealed(kind, len(told) * each, data[:]))
-            for name in told:
+                self._endpoint.put_off_batch(kind, self._sealed(kind, len(packed) * each, data[:]))
+            for name in packed:
                 self._count_reports(name)
             yield None  # the next states may have come
         for name, finger in of.items():

@@ -42,7 +42,7 @@ class GraspGoal:
 
 @dataclass(frozen=True)
 class ReleaseGoal:
-    """How to let go."""
+    """How to release."""
 
     rate: float = parameter(10.0, unit="N/s", low=0.1, high=1e3, doc="by which the force falls")
     timeout: float = parameter(5.0, unit="s", low=0.1, high=600.0, doc="then the result is what there is")
@@ -74,7 +74,7 @@ class GraspAction:
         self._node, self._fewest = node, min(2, len(fingers))
         self._thumb = thumb if thumb in fingers else ""
         self._goal: GraspGoal | ReleaseGoal = GraspGoal()
-        self._began = self._since = self._look_due = self._told = NOT_YET  # [ns]
+        self._began = self._since = self._look_due = self._sent = NOT_YET  # [ns]
         self._seq = 0
         self._most = self._limit = math.inf  # [N] of this goal; and that of the hand, too
         self._last: _Look | None = None
@@ -110,14 +110,14 @@ class GraspAction:
             self._since = now
             self.reason = reason
         elif now - self._since >= SETTLED:
-            self.phase, self.reason, self._since, self._told = phase, reason, now, NOT_YET
+            self.phase, self.reason, self._since, self._sent = phase, reason, now, NOT_YET
         return True
 
     def status(self, now: int) -> GraspStatus | None:
         """Return the message that is due, None where none is."""
-        if self.phase is GraspPhase.NONE or now - self._told < STATUS_PERIOD:
+        if self.phase is GraspPhase.NONE or now - self._sent < STATUS_PERIOD:
             return None
-        self._told, self._seq = now, self._seq + 1
+        self._sent, self._seq = now, self._seq + 1
         return self.result(now)
 
     def result(self, now: int) -> GraspStatus:
@@ -128,7 +128,7 @@ class GraspAction:
 
     def _begin(self, phase: GraspPhase, goal: GraspGoal | ReleaseGoal) -> None:
         self.phase, self.reason, self._goal, self._last = phase, "", goal, None
-        self._began = self._look_due = self._told = NOT_YET
+        self._began = self._look_due = self._sent = NOT_YET
 
     def _is_late(self, now: int) -> bool:
         return now - self._began >= self._goal.timeout * NS

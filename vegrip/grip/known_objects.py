@@ -1,4 +1,4 @@
-"""What was learned of an object, by its name: its friction is told to the next grasp of it.
+"""What was learned of an object, by its name: its friction is the prior of its next grasp.
 
 One file for each object, ``FOLDER/objects/<name>.json``, with mean and standard deviation of ln mu. The next
 grasp may touch the object elsewhere, or on another day, so it begins with ``ANEW`` more.
@@ -41,11 +41,11 @@ class KnownObjects:
         self._folder = folder / "objects"
 
     def read(self, name: str) -> ObjectFriction | None:
-        """Return what is known of an object, None where it is new; a damaged file is put aside and told."""
+        """Return what is known of an object, None where it is new; a damaged file is put aside and logged."""
         path = self._file(name)
         try:
-            told = json.loads(path.read_text(encoding="utf-8"))
-            found = ObjectFriction(float(told["ln_friction"]), float(told["std"]))
+            stored = json.loads(path.read_text(encoding="utf-8"))
+            found = ObjectFriction(float(stored["ln_friction"]), float(stored["std"]))
         except FileNotFoundError:
             return None
         except (OSError, ValueError, TypeError, KeyError, RecursionError):
@@ -62,12 +62,12 @@ class KnownObjects:
         return None
 
     def write(self, name: str, friction: ObjectFriction) -> None:
-        """Keep what was learned; a folder that cannot be written is told."""
+        """Keep what was learned; a folder that cannot be written is reported."""
         path = self._file(name)
-        told = {"ln_friction": friction.mean, "std": friction.std}
+        stored = {"ln_friction": friction.mean, "std": friction.std}
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            write_whole(path, json.dumps(told) + "\n")
+            write_whole(path, json.dumps(stored) + "\n")
         except OSError as error:
             logging.getLogger("vegrip.memory").warning(
                 "what was learned of %s cannot be written to %s: %s", name, path, error.strerror

@@ -1,14 +1,14 @@
 """The load that the drive has to answer: what is felt, without its noise, and ahead by the drive's lag.
 
 A force that is commanded now is there a lag later, so the load that counts is that of then. Each component of
-the load (tangential force x and y, torque) passes two exponential filters; their difference tells its rate of
+the load (tangential force x and y, torque) passes two exponential filters; their difference shows its rate of
 change::
 
     rate = (fast - slow) / (slow_time - fast_time),     ahead = fast + (fast_time + lag) rate .
 
 Of the difference, ``LEAD_GATE`` standard deviations of its noise do not count: a steady load has no lead.
 
-The lag is the one that is told, or the measured one (:mod:`~vegrip.grip.drive_lag`), of which no more than
+The lag is the one that is stated, or the measured one (:mod:`~vegrip.grip.drive_lag`), of which no more than
 ``LEAD_MOST`` is led: beyond it, the noise of the rate and the shakes of the hand cost more than the lead
 gains. For the rest the finger holds more beforehand. A drive of first order with the lag L that answers a
 load which grows from 1 by ``burst`` a second, led by ``LEAD_MOST``, lacks at the end of the growth, at

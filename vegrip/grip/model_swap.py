@@ -1,6 +1,6 @@
 """A new model for a running node: estimators are built beside the loop and take over when they know as much.
 
-The old ones go on meanwhile, so no command is late or missing. A model that cannot be used is told in the
+The old ones go on meanwhile, so no command is late or missing. A model that cannot be used is reported in the
 log and counted, and the old one stays.
 """
 

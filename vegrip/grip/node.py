@@ -93,7 +93,7 @@ class GraspForce(NodeBase):
         self._model_swap = model_swap
         self.diagnoser = diagnoser or NoDiagnosis()
         self._active = False
-        self._why_not_probing = ""  # as it was last told
+        self._why_not_probing = ""  # as last reported
         self._drive_log = DriveLog(name)
         self._worn = False  # the fingers have a past
         self._is_at_fault = False  # of this node itself, not of its input
@@ -245,12 +245,12 @@ class GraspForce(NodeBase):
         return answers
 
     def on_broken(self, finger: str, now: int) -> None:
-        """Tell the watchdog of ``finger``: the bus is there, but what it brings is not to be understood."""
+        """Inform the watchdog of ``finger``: the bus is there, but what it brings is not to be understood."""
         if finger in self.fingers:
             self.fingers[finger].note_broken(now)
 
     def on_fault(self, now: int) -> Iterable[Message]:
-        """Ride out a fault of this node itself, without the estimators."""
+        """Hold the last commands through a fault of this node itself, without the estimators."""
         self._is_at_fault = True
         return self.controller.ride_out(now) if self.controller is not None else []
 
@@ -319,7 +319,7 @@ class GraspForce(NodeBase):
         return packets.step(packet, expected, now)
 
     def reports(self, name: str, now: int) -> Iterator[Message]:
-        """Return what is due to be told of a finger; worked out when it is taken."""
+        """Return what is due to be reported of a finger; worked out when it is taken."""
         controller = self.controller
         return iter(()) if controller is None else self._reports(controller, controller.fingers[name], now)
 
@@ -395,9 +395,9 @@ class GraspForce(NodeBase):
         for report in controller.reports(finger.name, now):
             yield self._with_suspects(report, controller)
         if looks:
-            controller.force_limit.tell(self._logger, controller.settings.limits.max_force)
-            self._tell_probing(controller)
-            self._drive_log.tell(finger.name, controller.friction, self.parameters.grip)
+            controller.force_limit.log_changes(self._logger, controller.settings.limits.max_force)
+            self._log_probing(controller)
+            self._drive_log.log_changes(finger.name, controller.friction, self.parameters.grip)
         # last, so that a state that has come meanwhile need not wait for it
         if looks and (learned := self._learned_store.observe(finger.name, now)):
             yield from finger.reports.learned(learned, now)
@@ -428,7 +428,7 @@ class GraspForce(NodeBase):
             by = "friction that the slides of all fingers teach"
         return f"{finger} grips by {by}{f'; to grip less: {less}' if less else ''}"
 
-    def _tell_probing(self, controller: GripController) -> None:
+    def _log_probing(self, controller: GripController) -> None:
         """Log why friction is not probed, where that is asked for, and whenever it changes."""
         friction = controller.friction
         if not friction.active or not self.parameters.friction.probing:

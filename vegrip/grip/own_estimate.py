@@ -19,10 +19,10 @@ from vegrip.types import NamedNumbers
 LONGEST_STEP_S: Final = 0.1
 """A longer pause between two states counts as so much."""
 USUAL_NOISE: Final = SensorNoise()
-"""Of the sensors of a finger whose estimator does not tell it."""
+"""Of the sensors of a finger whose estimator does not have it."""
 LOADING: Final = 0b1110
 """Tangential forces and torque, bit by bit (:data:`vegrip.estimator.memory.CHANNELS`): one that was lost is
-not zero, so without it the margin is not believed."""
+not zero, so without it the margin is not valid."""
 
 
 class _StandIn(NamedTuple):
@@ -36,13 +36,13 @@ STAND_IN: Final = _StandIn(paper_model(8e-3), layout_of(paper_model(8e-3)))
 
 
 class OwnEstimate:
-    """What the step is told of the contact of one finger."""
+    """What the step gets of the contact of one finger."""
 
     def __init__(self, estimator: Estimator, memory: NamedNumbers, shared: GraspMemory, number: int) -> None:
         self._estimator, self._memory, self._shared, self._number = estimator, memory, shared, number
 
     def take(self, state: FingertipState, wanted: tuple[float, float], *, asks: bool) -> None:
-        """Take in a state that is believed, and set the demand; ``asks`` for the least force.
+        """Take in an accepted state, and set the demand; ``asks`` for the least force.
 
         Margin and confidence are those ``wanted``: an estimator of another make shares no friction.
         """

@@ -18,7 +18,7 @@ from vegrip.parameters import changed
 
 @dataclass(frozen=True)
 class TipParameters:
-    """One fingertip as the estimator first believes it to be.
+    """The prior of one fingertip.
 
     A change in a running node is taken over without a gap, see :mod:`vegrip.grip.model_swap`.
     """

@@ -52,7 +52,7 @@ class Transfer:
 
 
 class Told:
-    """Of the slip margin that is told."""
+    """Of the slip margin that is reported."""
 
     confidence: float
 
@@ -141,7 +141,7 @@ class Need:
 class Turn:
     """Of the control, from state to state."""
 
-    seen: int  # whether a state was believed
+    seen: int  # whether a state was accepted
     has_margin: int  # whether the bound of the margin was ever worked out
     transfer_since: int  # [ns]
     in_transfer: int
@@ -152,8 +152,8 @@ class Turn:
     reason: int  # of the required force
     slots: int  # of the usual need that are filled
     next_slot: int
-    used: int  # [ns] when a state was believed
-    told: int  # condition that was told last
+    used: int  # [ns] when a state was accepted
+    told: int  # condition that was reported last
     report_due: int  # [ns] the first of contact and health
     noted: int  # states in the history
     fetched: int  # states fetched from it
@@ -178,7 +178,7 @@ class Baseline:
 
 
 class Own:
-    """What a policy or a share of the grasp in Python is told, and answers."""
+    """What a policy or a share of the grasp in Python gets, and answers."""
 
     base: float  # [N] force to start from
     step: float  # [s] since it was asked

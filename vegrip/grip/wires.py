@@ -11,7 +11,7 @@ LEFT_ALONE: Final = 0
 COMMANDED: Final = 2
 """Bit of a step after which there is a command."""
 REPORT: Final = 4
-"""Bit of a step after which something is due to be told."""
+"""Bit of a step after which something is due to be reported."""
 
 STATE_BYTES: Final = 48
 COMMAND_BYTES: Final = 24

@@ -40,7 +40,7 @@ def limit() -> int:
 
 
 def free() -> int:
-    """Return how many more files may be opened; where the system does not tell, as many as ever."""
+    """Return how many more files may be opened; where the system does not say, as many as ever."""
     try:
         return limit() - len(os.listdir(_OPEN))  # noqa: PTH208 (ten times faster)
     except FileNotFoundError:

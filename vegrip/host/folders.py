@@ -1,7 +1,7 @@
 """Sockets and locks that one user's processes share, in a private folder that is gone after a reboot.
 
-What others could change there must not be believed, let alone run. A file that is locked while a process
-lives tells the living from the dead, however they died; what killed processes have left is removed.
+What others could change there must not be trusted, let alone run. A file that is locked while a process
+lives distinguishes the living from the dead, however they died; what killed processes have left is removed.
 """
 
 import contextlib
@@ -168,7 +168,7 @@ def _served() -> set[str]:
 
 
 def _is_dead(path: Path, now: float) -> bool:
-    """Tell whether nothing listens at ``path``; it is tried, for the owner may be in another namespace."""
+    """Return whether nothing listens at ``path``; it is tried, for the owner may be in another namespace."""
     found = path.lstat()
     if not stat.S_ISSOCK(found.st_mode) or now - found.st_mtime < MIN_SOCKET_AGE_S:
         return False

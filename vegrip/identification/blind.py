@@ -122,14 +122,14 @@ def _mean(values: Sequence[float]) -> float:
 
 def read_truths(path: Path) -> tuple[dict[str, Truth], list[str]]:
     """Return what is hidden by recording, and the effects that may be."""
-    told = _read(path)
-    if not isinstance(told.get("recordings"), Mapping) or not isinstance(told.get("effects"), list):
+    stored = _read(path)
+    if not isinstance(stored.get("recordings"), Mapping) or not isinstance(stored.get("effects"), list):
         raise InputError(
             f"{path}: is not the truth of blind recordings; give the file of `vegrip trial --truth`"
         )
-    return {name: _built(Truth, one, f"{path}, {name}") for name, one in told["recordings"].items()}, told[
-        "effects"
-    ]
+    return {
+        name: _built(Truth, one, f"{path}, {name}") for name, one in stored["recordings"].items()
+    }, stored["effects"]
 
 
 def read_answers(path: Path, truths: Mapping[str, Truth], effects: Sequence[str]) -> dict[str, Answer]:
@@ -155,12 +155,12 @@ def _read(path: Path) -> dict[str, Any]:
     with reading(path):
         text = path.read_text(encoding="utf-8", errors="replace")
     try:
-        told = json.loads(text)
+        stored = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is no JSON ({error})") from None
-    if not isinstance(told, dict):
+    if not isinstance(stored, dict):
         raise InputError(f"{path}: must be one JSON object, recording -> answer")
-    return told
+    return stored
 
 
 def _built(cls: type[T], table: Any, where: str) -> T:

@@ -21,7 +21,7 @@ Channels = Collection[str]
 
 @dataclass(frozen=True)
 class Output:
-    """One thing that vegrip tells."""
+    """One thing that vegrip estimates."""
 
     name: str  # for people
     short: str  # the same as a heading
@@ -94,31 +94,31 @@ def answers(channels: Channels) -> dict[str, bool]:
 def lacking(channels: Channels, remedy: str = "") -> list[str]:
     """Return what a fingertip that measures ``channels`` does not measure and what that costs.
 
-    A sentence each, what costs most first. The ``remedy`` is put behind the sentence that tells of no margin.
+    A sentence each, what costs most first. The ``remedy`` stands behind the sentence on the missing margin.
     """
     if not _presses(channels):
         return ["no estimate at all: neither normal_force nor displacement is measured"]
-    told = []
+    sentences = []
     if not _knows_load(channels):
         missing = " and ".join(name for name in TANGENTIAL_CHANNELS if name not in channels)
         are = "are" if " and " in missing else "is"
         advice = f"; {remedy}" if remedy else ""
-        told.append(f"no slip margin and no grip command: {missing} {are} not measured{advice}")
+        sentences.append(f"no slip margin and no grip command: {missing} {are} not measured{advice}")
     elif "torque_z" not in channels:
-        told.append(
+        sentences.append(
             "torque_z is not measured and counts as zero: a load off the centre slips earlier than reported"
         )
     for name, other in (("normal_force", "displacement"), ("displacement", "normal_force")):
         if name not in channels:
-            told.append(
+            sentences.append(
                 f"stiffness and relaxation stay as in the model file: {name} is not measured beside {other}"
             )
     if _knows_load(channels) and not {"slip", "slip_speed"} & set(channels):
-        told.append(
+        sentences.append(
             "friction stays as in the model file unless a slip shows in the forces: "
             "neither slip nor slip_speed is measured"
         )
-    return told
+    return sentences
 
 
 def with_load(recording: Recording, load: float) -> Recording:

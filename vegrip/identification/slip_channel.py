@@ -1,4 +1,4 @@
-"""Delay of a slip channel, and the slip speed from which on it speaks: from slides of which the load tells.
+"""Delay of a slip channel, and the slip speed from which on it speaks: from slides that the load shows.
 
 While a fingertip sticks, the utilisation u = |tangential force| / normal force follows the load; from the
 moment it slides, u = mu, however the load goes on. So a slide begins where u stops growing: at t0 of
@@ -89,7 +89,7 @@ class SlipChannel:
 
 
 def slip_channel(slides: Sequence[Slide]) -> SlipChannel:
-    """Return what ``slides`` tell of their channel: the median of the delays, weighted, and its threshold."""
+    """Return what ``slides`` show of their channel: the median of the delays, weighted, and its threshold."""
     clear = sorted((one for one in slides if math.isfinite(one.delay)), key=lambda one: one.delay)
     unfelt = max((one.speed for one in slides if math.isinf(one.delay)), default=math.nan)
     speeds = [one.speed for one in slides if not (math.isinf(one.delay) or one.speed <= unfelt)]

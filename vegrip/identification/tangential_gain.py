@@ -1,4 +1,4 @@
-"""Gains of the tangential channels from a known weight: of their sum, and of each finger where shares tell.
+"""Gains of the tangential channels from a known weight: of their sum, and of each finger where shares differ.
 
 With ``read = gain * true`` each hold of a weight (:mod:`vegrip.identification.lifted_weight`) is an
 equation
@@ -9,7 +9,7 @@ equation
 each. The gain of the sum, ``G = sum_i T_i / (m g)``, is known from one lift, however the weight is shared.
 Those of the fingers are not: of ``ln g_i = c + d_i`` the common part c is free, and the differences d_i are
 normal with ALIKE_STD. One lift leaves them at that; lifts with other shares, best with one finger alone,
-tell them apart. The answer is the mode of this Gaussian problem (Gauss-Newton) with its covariance, widened
+distinguish them. The answer is the mode of this Gaussian problem (Gauss-Newton) with its covariance, widened
 where lifts scatter by more than was assumed (Birge ratio).
 """
 
@@ -34,7 +34,7 @@ HOLD_STD: Final = 0.005  # of m g, in one hold: what a pad's hysteresis leaves
 ALIKE_STD: Final = 0.1
 """Of ln g between fingers: two silicone pads read 0.81 to 0.95 (robertburk/ME_THESIS_ROBERT_BURKE)."""
 FREE_STD: Final = 1.0  # of the common ln g, which lies within ln 0.5 .. ln 2
-TOLD_APART: Final = (
+SEPARATED: Final = (
     0.5  # of what is assumed of the difference of two gains: its std from which on each has its own
 )
 DISAGREE_STD: Final = 2.0  # standard deviations by which gains at two weights differ that are not the same
@@ -73,11 +73,11 @@ class AtWeight:
 
 @dataclass(frozen=True, slots=True)
 class TangentialGain:
-    """What lifted weights tell of the tangential channels."""
+    """What lifted weights show of the tangential channels."""
 
     common: Gain  # of the sum
     fingers: Mapping[str, Gain]
-    are_told_apart: bool
+    are_separated: bool
     weights: tuple[AtWeight, ...]
     seconds: float  # in which a weight hung still
 
@@ -95,7 +95,7 @@ class TangentialGain:
     def settings(self) -> dict[str, Any]:
         """The parameters ``sensors`` of a grip controller; the std is that of a finger, not of the sum."""
         by_load = 0.5 * self.load_dependence
-        if not self.are_told_apart:
+        if not self.are_separated:
             widest = max(gain.std for gain in self.fingers.values())
             return Gain(self.common.value, math.hypot(widest, by_load)).settings
         logs = np.log([gain.value for gain in self.fingers.values()])
@@ -108,7 +108,7 @@ class TangentialGain:
 
 
 def tangential_gain(names: Sequence[str], holds: Sequence[Hold]) -> TangentialGain:
-    """Return what ``holds`` tell of the fingers ``names``, in the order of their loads.
+    """Return what ``holds`` show of the fingers ``names``, in the order of their loads.
 
     Raises:
         InputError: a gain that no sensor has.
@@ -122,11 +122,11 @@ def tangential_gain(names: Sequence[str], holds: Sequence[Hold]) -> TangentialGa
     }
     pairs = itertools.combinations(range(len(names)), 2)
     variances = (covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j] for i, j in pairs)
-    told_apart = bool(max(variances, default=math.inf) <= 2.0 * (TOLD_APART * ALIKE_STD) ** 2)
+    separated = bool(max(variances, default=math.inf) <= 2.0 * (SEPARATED * ALIKE_STD) ** 2)
     found = TangentialGain(
         _of_sum(holds),
         fingers,
-        told_apart,
+        separated,
         tuple(
             _at_weight([hold for hold in holds if hold.weight == one]) for one in sorted(set(weight.tolist()))
         ),
@@ -136,7 +136,7 @@ def tangential_gain(names: Sequence[str], holds: Sequence[Hold]) -> TangentialGa
         "" if all(hold.is_zeroed_in_air for hold in holds) else "; and begin with open fingers, for the zeros"
     )
     _check("the tangential forces together", found.common, doubt)
-    if told_apart:
+    if separated:
         for name, gain in fingers.items():
             _check(f"the tangential force of {name}", gain, doubt)
     return found
@@ -157,7 +157,7 @@ def _each(loads: Floats, weight: Floats, holds: Sequence[Hold]) -> tuple[Floats,
     assumed = _inverse(ALIKE_STD**2 * np.eye(count) + FREE_STD**2)
     errors, begin = _errors(holds), np.full(count, math.log(_of_sum(holds).value))
     x, covariance = _mode(loads, weight, errors, assumed, begin)
-    learned = count - float(np.trace(assumed @ covariance))  # numbers that the lifts tell
+    learned = count - float(np.trace(assumed @ covariance))  # numbers that the lifts determine
     wider = _birge(weight - loads @ np.exp(-x), holds, learned)
     return _mode(loads, weight, wider * errors, assumed, x)
 

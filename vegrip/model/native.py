@@ -46,7 +46,7 @@ def kernel_mode() -> str:
 
 
 @functools.cache
-def tell_once(reason: str) -> None:
+def log_once(reason: str) -> None:
     log.warning(
         "VEGRIP_KERNEL=c is not possible: %s; numba is used, which compiles for half a minute", reason
     )
@@ -65,7 +65,7 @@ def run_by(
 ) -> Any:
     """Return the module of a ``text`` as ``mode`` runs it, a :class:`ModuleC` where C does.
 
-    Where C cannot be had, numba runs it, and the reason is told once; the other arguments are those of
+    Where C cannot be had, numba runs it, and the reason is logged once; the other arguments are those of
     :func:`library_of` and :class:`ModuleC`, ``single`` for ``c-float`` alone.
     """
     library = library_by(mode, text, entries, place, more, single=single if mode == "c-float" else None)
@@ -83,7 +83,7 @@ def library_by(
     try:
         return library_of(text, entries, *more, single=single)
     except (host.CompilerError, UntranslatableError) as error:
-        tell_once(str(error))
+        log_once(str(error))
         return None
 
 

@@ -38,8 +38,8 @@ def run_behind(
     begun = [sys.executable, "-m", "vegrip.runtime.background", str(os.getpid())]
     command = [*_in_front(idle), *begun, module, *arguments]
     done = subprocess.run(command, input=given, capture_output=True, check=False, timeout=patience)
-    told, complaint = (text.decode(errors="replace") for text in (done.stdout, done.stderr))
-    return subprocess.CompletedProcess(command, done.returncode, told, complaint)
+    output, complaint = (text.decode(errors="replace") for text in (done.stdout, done.stderr))
+    return subprocess.CompletedProcess(command, done.returncode, output, complaint)
 
 
 def _in_front(idle: bool) -> list[str]:

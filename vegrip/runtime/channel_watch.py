@@ -37,8 +37,8 @@ class ChannelWatch:
             return
         self._known[state.finger] = channels
         self._fresh.append(state.finger)
-        told = (f"{state.finger}: {sentence}" for sentence in self.lacking(channels))
-        self._news += [sentence for sentence in told if sentence not in self._said]
+        sentences = (f"{state.finger}: {sentence}" for sentence in self.lacking(channels))
+        self._news += [sentence for sentence in sentences if sentence not in self._said]
 
     def knows(self, finger: str) -> bool:
         """Return whether the channels of ``finger`` are known, so that no more of its states are needed."""

@@ -80,10 +80,10 @@ class NodeCalls:
         status, clock = self._runner.status, self._runner.clock
         if status is None:
             return None
-        told: dict[str, Any] = {} if clock is None else {"clock": dataclasses.asdict(clock)}
+        extra: dict[str, Any] = {} if clock is None else {"clock": dataclasses.asdict(clock)}
         if path := self._runner.path_taken:
-            told["path"] = path
-        return {**dataclasses.asdict(status), "state": status.state.name.lower(), **told}
+            extra["path"] = path
+        return {**dataclasses.asdict(status), "state": status.state.name.lower(), **extra}
 
     def zero(self) -> None:
         """Have the devices of the hand take their own zeros; never while they may hold something."""
@@ -96,7 +96,7 @@ class NodeCalls:
                 )
             if not self._runner.zero():
                 raise UsageError(
-                    "this hand has no command for its zero; see `zero` in [device] of docs/connect.md"
+                    "this hand has no command for its zero; state it as `zero` in [device] of its map"
                 )
 
         self._in_loop(call)

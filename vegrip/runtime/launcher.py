@@ -68,11 +68,11 @@ class Launcher:
     """Watches over children."""
 
     def __init__(
-        self, children: Sequence[ChildProcess], clock: Clock, tell: Callable[[str, str], None]
+        self, children: Sequence[ChildProcess], clock: Clock, say: Callable[[str, str], None]
     ) -> None:
         self._children = children
         self._clock = clock
-        self._tell = tell
+        self._say = say
         self._stop = False
         self.exit_code = 0  # of the first child that ended badly for good
 
@@ -122,16 +122,16 @@ class Launcher:
 
     def _start(self, child: ChildProcess) -> None:
         child.process, child.started, child.again_at = child.start(), self._clock.now(), None
-        self._tell(child.name, "started")
+        self._say(child.name, "started")
 
     def _ended(self, child: ChildProcess, code: int) -> bool:
         child.process = None
         delay = child.policy.delay(code, (self._clock.now() - child.started) / NS)
         if delay is not None:
-            self._tell(child.name, f"ended with {_words(code)}; starts again in {delay:g} s")
+            self._say(child.name, f"ended with {_words(code)}; starts again in {delay:g} s")
             child.again_at = self._clock.now() + round(delay * NS)
             return True
-        self._tell(child.name, f"ended with {_words(code)}" + ("; it is required" if child.required else ""))
+        self._say(child.name, f"ended with {_words(code)}" + ("; it is required" if child.required else ""))
         self.exit_code = self.exit_code or (128 - code if code < 0 else code)
         return not child.required
 
@@ -141,15 +141,15 @@ class Launcher:
             try:
                 process.wait(GRACE)
             except subprocess.TimeoutExpired:
-                self._tell(child.name, f"did not end within {GRACE:g} s and was killed")
+                self._say(child.name, f"did not end within {GRACE:g} s and was killed")
                 process.kill()
                 process.wait()
         code, child.process = process.poll(), None
         if code == EXIT_LOST:
-            self._tell(child.name, f"stopped with {_words(code)}")
+            self._say(child.name, f"stopped with {_words(code)}")
             self.exit_code = self.exit_code or code
             return
-        self._tell(child.name, "stopped")
+        self._say(child.name, "stopped")
 
 
 def end_with_parent(parent: int | None = None) -> None:

@@ -16,7 +16,7 @@ from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Telemetry
 
 Answered = tuple[Any, Sequence[str]]
-"""What the endpoint is told, and the fingers of which something is due to be told."""
+"""What the endpoint gets, and the fingers of which a report is due."""
 
 
 class OfLoop(NamedTuple):

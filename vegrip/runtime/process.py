@@ -91,7 +91,7 @@ SWITCH_INTERVAL = 0.0005
 
 
 def run_node(config: NodeConfig, autostart: bool = True) -> None:
-    """Run the node of ``config`` until it has finished or the process is told to end (SIGINT, SIGTERM)."""
+    """Run the node of ``config`` until it has finished or the process is asked to end (SIGINT, SIGTERM)."""
     require_descriptors(NODE_NEEDS)
     name = config.full_name
     context = NodeContext(name.rpartition("/")[2], config.namespace, config.fingers, config.loop.tick_period)
@@ -111,7 +111,7 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
         beside: Counter[str] = Counter()
         sink = TelemetrySocket(entry.telemetry, codec, config.fingers, beside)
         telemetry = stack.enter_context(closing(Telemetry(sink)))
-        with _told(telemetry, sink, name):
+        with _connected(telemetry, sink, name):
             endpoint = open_endpoint(config.transport, hand, f"{name} [transport]")
         stack.enter_context(closing(endpoint))
         if isinstance(endpoint, CanEndpoint):
@@ -143,7 +143,7 @@ def _last_words(entry: Entry) -> Iterator[None]:
 
 
 @contextmanager
-def _told(telemetry: Telemetry, sink: TelemetrySocket, name: str) -> Iterator[None]:
+def _connected(telemetry: Telemetry, sink: TelemetrySocket, name: str) -> Iterator[None]:
     try:
         yield
     except VegripError:
@@ -193,7 +193,7 @@ class Ending:
 
     def __init__(self) -> None:
         self.runner: Runner | None = None
-        self.told = False
+        self.asked = False
         self._begun = False
         self._interrupted = -math.inf  # [s] when last
 
@@ -202,7 +202,7 @@ class Ending:
 
     def __call__(self, *_: object) -> None:
         """Take a signal; before the loop and while the node is being configured it interrupts at once."""
-        self.told = True
+        self.asked = True
         runner = self.runner
         if runner is not None:
             runner.stop()
@@ -222,7 +222,7 @@ def _ended_by_signals() -> Iterator[Ending]:
     finally:
         ending.begin()
         for number, handler in before.items():
-            after = signal.SIG_IGN if number == signal.SIGTERM and ending.told else handler
+            after = signal.SIG_IGN if number == signal.SIGTERM and ending.asked else handler
             signal.signal(number, after)
 
 

@@ -1,6 +1,6 @@
 """Which nodes run on this machine: one file each in the user's runtime folder, locked while the node lives.
 
-The lock tells the living from the dead, whichever way they died; process numbers cannot.
+The lock distinguishes the living from the dead, whichever way they died; process numbers cannot.
 """
 
 import contextlib

@@ -64,9 +64,9 @@ STATE_BACKLOG = (
     100  # drains of the bus before activation; a bus that never runs dry must not keep the node from starting
 )
 LISTEN_BEFORE_ACTIVE_S = (
-    0.1  # [s] before the first activation; another sender for these fingers is heard within
+    0.1  # [s] before the first activation; another sender for these fingers is noticed within
 )
-RECENT_SENDER_S = 0.5  # [s] a sender heard so long ago counts as present
+RECENT_SENDER_S = 0.5  # [s] a sender that sent so long ago counts as present
 MOST_UNFINISHED = 64  # answers put off while states come without end
 
 
@@ -389,7 +389,7 @@ class Runner:
         if describe is None:
             return
         if lines := [line for one in channels.fresh() if (line := describe(*one))]:
-            self.managed.logger.info("%s", "\n".join(lines))  # one record: of one line a second is told one
+            self.managed.logger.info("%s", "\n".join(lines))  # one record: one line a second passes
 
     def _rejected(self) -> Mapping[str, int]:
         of_others = {"also_sent": self._also_sent, "two_senders": self._senders.count}

@@ -7,7 +7,7 @@ Of the values ``x_i`` of one channel compare, over the last states,
 For a value that moves slowly ``S_1 < S_2``, for noise alone they are equal. Two streams in turn that differ
 by ``D``, each with noise of standard deviation ``sigma``, have ``S_1 / S_2 = 1 + D^2 / (2 sigma^2)``: every
 other value is near, the next one is not. A vibration at half the rate of the states looks the same, so this
-only tells.
+only reports.
 """
 
 import math

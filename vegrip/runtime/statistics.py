@@ -40,7 +40,7 @@ _SUB = 5  # 2^5 linear buckets per octave: a bucket is at most 1/32 of its value
 _OCTAVES = 35
 SIZE = (_OCTAVES + 1) << _SUB
 LONGEST = (1 << (_OCTAVES + _SUB)) - 1
-"""Longest duration told apart, 1100 s in nanoseconds; longer ones count as this."""
+"""Longest duration distinguished, 1100 s in nanoseconds; longer ones count as this."""
 
 
 class Histogram:

@@ -22,7 +22,7 @@ SUBSCRIBER_QUEUE_MESSAGES = 10_000  # messages kept for one subscriber
 TURN_MESSAGES = 100  # read of one node before the next one is
 MAX_SUBSCRIPTION_BYTES = 4096  # [bytes] of a subscription
 MOST_STREAMS = 1024  # are counted besides those of configured fingers; names may be made up
-MOST_PREFIXES = 256  # subscriptions told apart; when there are more, everything is encoded
+MOST_PREFIXES = 256  # subscriptions that are distinguished; when there are more, everything is encoded
 NEWEST = "newest:"  # in front of a topic: its newest message alone, every
 NEWEST_PERIOD = 0.04  # [s]
 CONNECTED_PERIOD = 0.2  # [s] between two looks whether a program is connected; each counts open files
@@ -64,7 +64,7 @@ class TelemetrySocket:
         self._context = zmq.Context()
         self._socket = self._context.socket(zmq.XPUB)
         self._socket.set_hwm(SUBSCRIBER_QUEUE_MESSAGES)
-        # every subscription is told, also while one who has gone still counts as a subscriber of the same
+        # every subscription is announced, also while a lost one still counts as a subscriber of the same
         self._socket.setsockopt(zmq.XPUB_VERBOSE, 1)
         self._socket.setsockopt(zmq.MAXMSGSIZE, MAX_SUBSCRIPTION_BYTES)
         self._limit = ConnectionLimit(self._socket, address, self._refused)
@@ -232,7 +232,7 @@ class TelemetryReader:
 
         A prefix that begins with :data:`NEWEST` brings the newest messages alone.
 
-        A node that is started again under its name is heard again.
+        A node that is started again under its name is received again.
         """
         there = (socket for socket, (known, _) in self._sources.items() if known.name == entry.name)
         socket = next(there, None) or self._connected(entry)
@@ -251,7 +251,7 @@ class TelemetryReader:
         """Yield node, topic, direction (``in``, ``out``) and message of what comes within ``timeout`` [s].
 
         Nodes take turns, and after another ``timeout`` it ends: one that sends faster than it is read would
-        keep the others from being heard.
+        keep the others from being received.
         """
         ready = [socket for socket, _ in self._poller.poll(round(timeout * 1000))]
         ends = time.monotonic() + timeout

@@ -69,7 +69,7 @@ class Hidden:
         return force
 
     def more(self, x: float, elastic: float) -> float:
-        """Return what the material pushes more [N] at the end of a step than its relaxing past tells.
+        """Return what the material pushes more [N] at the end of a step than its relaxing past implies.
 
         There the indentation is ``x`` [m] and the elastic force ``elastic`` [N].
         """
@@ -423,7 +423,7 @@ class JkrAdhesion(Hidden, name="jkr_adhesion"):
     """A soft sphere that sticks (Johnson, Kendall, Roberts), solved for the radius of its contact.
 
     The edge is pulled back by ``sqrt(2 pi w a / E)``, as a flat punch is, from the depth ``a^2 / R`` of a
-    contact that does not stick. The tip's law is told again, for its slope.
+    contact that does not stick. The tip's law is repeated, for its slope.
     """
 
     work: float = 1.5  # [J/m^2] of adhesion
@@ -608,7 +608,7 @@ class Saturation(Hidden, name="saturation"):
 
 @dataclass
 class GuideFriction(Hidden, name="guide_friction"):
-    """The guide of the drive drags against its motion; at rest it lets go."""
+    """The guide of the drive drags against its motion; at rest it releases."""
 
     force: float = 0.02  # [N]
     speed: float = 1e-4  # [m/s] where 70 % of it is reached

@@ -12,12 +12,12 @@ from vegrip.web.markup import Markup, table
 WIDE, LOW = (1300, 260), (1300, 170)  # [px]
 MAX_POINT_COLUMNS = 80  # columns, with less of which each is drawn as a point
 DOT = 1.5  # [px]
-Told = Mapping[str, Any]
+Answer = Mapping[str, Any]
 
 
-def over_time(channel: str, told: Told, beside: Told | None = None) -> str:
+def over_time(channel: str, answer: Answer, beside: Answer | None = None) -> str:
     """Draw measurement and model over time; ``beside``: the same channel of another model."""
-    columns, (scale, unit) = told["columns"], scaled(told["unit"])
+    columns, (scale, unit) = answer["columns"], scaled(answer["unit"])
     if not columns:
         return ""
     low, high = ([scale * v for v in columns[f"measured_{end}"]] for end in ("low", "high"))
@@ -29,7 +29,7 @@ def over_time(channel: str, told: Told, beside: Told | None = None) -> str:
         f"{channel.replace('_', ' ')} [{unit}]",
         WIDE,
     )
-    noise = SIGMA * scale * (told["noise"] or 0.0)
+    noise = SIGMA * scale * (answer["noise"] or 0.0)
     time = columns["time"]
     for run in runs(time):
         axes.band(time[run], [v - noise for v in low[run]], [v + noise for v in high[run]], "measured")
@@ -42,9 +42,9 @@ def over_time(channel: str, told: Told, beside: Told | None = None) -> str:
     return axes.svg(f"{channel}: measured and modelled over time")
 
 
-def residual_over_time(channel: str, told: Told) -> str:
+def residual_over_time(channel: str, answer: Answer) -> str:
     """Draw least and greatest residual of each column of time, in units of the noise."""
-    columns = told["columns"]
+    columns = answer["columns"]
     if not columns:
         return ""
     far = max(4.0, *(abs(v) for v in (*columns["z_low"], *columns["z_high"])))
@@ -60,9 +60,9 @@ def residual_over_time(channel: str, told: Told) -> str:
     return axes.svg(f"{channel}: residual over time")
 
 
-def over_variable(channel: str, name: str, told: Told) -> str:
+def over_variable(channel: str, name: str, answer: Answer) -> str:
     """Draw rms and mean of the residual in bins of a variable, and mark the worst bin."""
-    bins, (scale, unit) = told["bins"], scaled(told["unit"])
+    bins, (scale, unit) = answer["bins"], scaled(answer["unit"])
     middles = [scale * (one["low"] + one["high"]) / 2.0 for one in bins]
     rms, mean = [one["rms"] for one in bins], [one["mean"] for one in bins]
     axes = Axes(
@@ -86,19 +86,19 @@ def over_variable(channel: str, name: str, told: Told) -> str:
 WORST = 1.15  # rms over noise from which on a bin is marked
 
 
-def over_law(told: Told) -> str:
+def over_law(answer: Answer) -> str:
     """Draw what a model left and what a drafted law adds to it, over the variable of the law."""
-    columns = told["columns"]
+    columns = answer["columns"]
     ends = [*columns["left"], *columns["low"], *columns["high"]]
-    axes = Axes(extent(columns["q"], room=0.0), extent(ends), told["label"], "normal force [N]", WIDE)
+    axes = Axes(extent(columns["q"], room=0.0), extent(ends), answer["label"], "normal force [N]", WIDE)
     axes.points(columns["q"], columns["left"], "ink-soft", radius=DOT)
     for q, low, high in zip(columns["q"], columns["low"], columns["high"], strict=True):
         axes.line((q, q), (low, high), "soft", **{"stroke-width": 1})
     axes.points(columns["q"], columns["law"], "blue", radius=DOT)
-    return axes.svg(f"what was left, and {told['title']}")
+    return axes.svg(f"what was left, and {answer['title']}")
 
 
-def over_phases(phases: Sequence[Told]) -> str:
+def over_phases(phases: Sequence[Answer]) -> str:
     """Return the residual by regime as a table with bars."""
     most = max((one["rms"] for one in phases), default=1.0)
     rows = [
@@ -114,7 +114,7 @@ def ladder_width(count: int) -> int:
     return max(420, 170 * count)
 
 
-def ladder(rungs: Sequence[Told]) -> str:
+def ladder(rungs: Sequence[Answer]) -> str:
     """Draw the error of each model against the noise, in training and held out."""
     names = [short_name(rung["effect"]) for rung in rungs]
     places = [float(i) for i in range(len(rungs))]
@@ -150,13 +150,12 @@ def bar(share: float, *, is_bad: bool = False) -> str:
     return f'<div class="bar"><i class="{"is-bad" if is_bad else ""}" style="width:{width}%"></i></div>'
 
 
-def in_noise(channel: str, told: Told) -> str:
-    return (
-        f"{format_quantity(channel, told['rmse'])} against {format_quantity(channel, told['noise'])} of noise"
-    )
+def in_noise(channel: str, answer: Answer) -> str:
+    rmse, noise = (format_quantity(channel, answer[key]) for key in ("rmse", "noise"))
+    return f"{rmse} against {noise} of noise"
 
 
-def _model(columns: Told, scale: float) -> list[float]:
+def _model(columns: Answer, scale: float) -> list[float]:
     return [
         scale * (low + high) / 2.0
         for low, high in zip(columns["model_low"], columns["model_high"], strict=True)

@@ -82,8 +82,8 @@ class Job:
 
     def _run(self) -> None:
         assert self._process.stderr is not None  # noqa: S101
-        with self._process.stderr as told:
-            for line in told:
+        with self._process.stderr as answer:
+            for line in answer:
                 self.lines = [*self.lines, line.strip()][-LINES:]
         code = self._process.wait()
         self._output.seek(0)
@@ -99,10 +99,10 @@ class Job:
 
 def _parsed(text: str) -> dict[str, Any] | None:
     try:
-        told = json.loads(text)
+        answer = json.loads(text)
     except ValueError:
         return None
-    return told if isinstance(told, dict) else None
+    return answer if isinstance(answer, dict) else None
 
 
 class JobPage(ABC):
@@ -164,25 +164,29 @@ class JobPage(ABC):
         self._changed()
 
     def _end(
-        self, store: Callable[[dict[str, Any]], None], code: int, told: dict[str, Any] | None, last_words: str
+        self,
+        store: Callable[[dict[str, Any]], None],
+        code: int,
+        answer: dict[str, Any] | None,
+        last_words: str,
     ) -> None:
         with self._lock:
             stopped = self.job is not None and self.job.stopped
             self.job = None
-            if code == 0 and told is not None and not stopped:
-                store(told)
+            if code == 0 and answer is not None and not stopped:
+                store(answer)
             else:
                 self.error = (
                     f"{self.what} was stopped; {self.kept} is kept"
                     if stopped
                     else last_words.removeprefix("vegrip: ") or f"{self.what} ended with exit code {code}"
                 )
-                self._fail(told)
+                self._fail(answer)
             self._changed()
 
     @abstractmethod
-    def _fail(self, told: dict[str, Any] | None) -> None:
-        """Clean up after a command that printed ``told`` and failed or was stopped."""
+    def _fail(self, answer: dict[str, Any] | None) -> None:
+        """Clean up after a command that printed ``answer`` and failed or was stopped."""
 
     def _log_command(self, command: str) -> None:
         self.commands = [*self.commands, command][-MOST_COMMANDS:]
@@ -207,10 +211,10 @@ def job_routes(name: str, subject: str, shown: JobPage, actions: Actions) -> lis
     async def live(_: Request) -> Response:
         return StreamingResponse(events(_texts(shown)), media_type="text/event-stream")
 
-    def act(told: dict[str, Any]) -> dict[str, Any]:
-        if told.get("do") not in actions:
+    def act(answer: dict[str, Any]) -> dict[str, Any]:
+        if answer.get("do") not in actions:
             raise UsageError("the page asks for what this server does not know; load it again")
-        actions[told["do"]](told)
+        actions[answer["do"]](answer)
         return {}
 
     async def file(_: Request) -> Response:
@@ -230,11 +234,11 @@ def job_routes(name: str, subject: str, shown: JobPage, actions: Actions) -> lis
 async def _texts(shown: JobPage) -> AsyncIterator[str]:
     version, last = -1, ""
     while True:
-        told: dict[str, Any] = {"progress": shown.progress()}
+        answer: dict[str, Any] = {"progress": shown.progress()}
         if shown.version != version:
             version = shown.version
-            told |= shown.whole()
-        text = json.dumps(told)
+            answer |= shown.whole()
+        text = json.dumps(answer)
         if text != last:
             last = text
             yield text

@@ -24,9 +24,11 @@ def huge_error(error: float) -> str:
 
 def attributes(**given: object) -> str:
     """Return attributes of an element, ``_`` for ``-``; empty, false and absent ones are left out."""
-    told = {name.strip("_").replace("_", "-"): value for name, value in given.items()}
+    renamed = {name.strip("_").replace("_", "-"): value for name, value in given.items()}
     kept = [
-        (name, value) for name, value in told.items() if not (value is None or value is False or value == "")
+        (name, value)
+        for name, value in renamed.items()
+        if not (value is None or value is False or value == "")
     ]
     return "".join(f" {n}" if value is True else f' {n}="{escape(str(value))}"' for n, value in kept)
 
@@ -52,11 +54,11 @@ def form(do: str, submit: str, *fields: str, is_busy: bool, kind: str = "") -> s
 
 def legend(*lines: tuple[str, str]) -> str:
     """Return what the lines of a figure are: colour (``colour dash`` for a dashed one) and words."""
-    told = (
+    entries = (
         f"<span><i{attributes(class_=kind, style=f'border-color:var(--{colour})')}></i>{escape(text)}</span>"
         for (colour, _, kind), text in ((name.partition(" "), text) for name, text in lines)
     )
-    return f'<div class="legend">{"".join(told)}</div>'
+    return f'<div class="legend">{"".join(entries)}</div>'
 
 
 def facts(rows: Mapping[str, object]) -> str:

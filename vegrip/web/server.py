@@ -1,4 +1,4 @@
-"""Serve a page on loopback until it is told to stop, to programs of this machine that know its key."""
+"""Serve a page on loopback until it is asked to stop, to programs of this machine that know its key."""
 
 import hmac
 import json
@@ -52,7 +52,7 @@ class Guard:
     def __init__(self, app: ASGIApp, key: str, port: int) -> None:
         self._app = app
         self._key = key
-        self._cookie = f"vegrip-{port}"  # cookies do not tell ports apart
+        self._cookie = f"vegrip-{port}"  # cookies do not distinguish ports
         self._hosts = {f"{name}:{port}" for name in HOST_NAMES}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -113,7 +113,7 @@ def serve(
     Args:
         routes: of the page.
         port: to listen on, 0 = any that is free.
-        announce: told the address, with its key, once it can be opened.
+        announce: gets the address, with its key, once it can be opened.
         opens: whether to open it in the browser.
 
     Raises:
@@ -157,11 +157,11 @@ def listening(port: int) -> socket.socket:
 class _Server(uvicorn.Server):
     def __init__(self, config: uvicorn.Config, started: Callable[[], None]) -> None:
         super().__init__(config)
-        self._tell_started = started
+        self._has_started = started
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)
-        self._tell_started()
+        self._has_started()
 
 
 def _announce(address: str, announce: Callable[[str], None], *, opens: bool) -> None:
@@ -191,12 +191,12 @@ async def asked(request: Request) -> dict[str, Any]:
     if request.method == "GET":
         return dict(request.query_params)
     try:
-        told = json.loads(await _body(request))
+        answer = json.loads(await _body(request))
     except (ValueError, RecursionError):  # also a thousand brackets
-        told = None
-    if not isinstance(told, dict):
+        answer = None
+    if not isinstance(answer, dict):
         raise UsageError("the request is no JSON object")
-    return told
+    return answer
 
 
 def answering(call: Callable[[dict[str, Any]], Any]) -> Callable[[Request], Any]:

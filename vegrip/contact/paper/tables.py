@@ -32,7 +32,7 @@ TABLE_1_K = (*range(1, 11), 50, math.inf)
 TABLE_2_K = (2.0, 2.2, 2.4, 2.5, 2.6, 2.8, 3.0, 3.2, 3.4, 3.5, 3.6, 3.8, 4.0)
 
 TIMES = (0.0, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0, 2.0, math.inf)  # [s]
-CURVE_TIMES = (0.0, 0.1, 0.2, 0.5, 1.0, math.inf)  # [s] few enough to tell the curves apart
+CURVE_TIMES = (0.0, 0.1, 0.2, 0.5, 1.0, math.inf)  # [s] few enough to distinguish the curves
 
 LIMIT_SURFACE_K = (2, 3, 4)
 DISTANCES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0)  # [contact radii] of the COR

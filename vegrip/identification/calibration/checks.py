@@ -13,7 +13,7 @@ from vegrip.types import Floats
 FORCE_CHANNELS = ("normal_force", "tangential_force_x", "tangential_force_y", "torque_z")
 LEAST_ROWS = 20  # in the air, from which a mean is better than the zero that was set
 NOISES = 20.0  # standard deviations of the noise that a good press reaches at least
-LEAST_NOISES = 8.0  # below, nothing is told at all: noise alone reaches five
+LEAST_NOISES = 8.0  # below, nothing is reported at all: noise alone reaches five
 CLEAR_OF_NOISE_STD = 6.0  # standard deviations of the noise: what differs by more is no noise
 MIN_AIR_S = 0.15  # [s] out of contact before the first touch
 HOLD_S = 2.0  # [s] that a hold lasts at least
@@ -28,7 +28,7 @@ def without_zeros(recording: Recording) -> Recording:
 
     A sensor is switched on, warms and is mounted anew between two trials, and a fit has one zero for all that
     it is given. A zero that differs from trial to trial by half the noise of the force put the stiffness of a
-    soft fingertip ten standard errors off. Each trial begins in the air, so each tells its own.
+    soft fingertip ten standard errors off. Each trial begins in the air, so each shows its own.
     """
     air = in_air(recording)
     columns = dict(recording.columns)

@@ -113,7 +113,7 @@ def next_of(
         good: kinds of the trials that showed what they are for.
         tried: kinds of all trials.
         limits: of the rig, all given.
-        report: is told how far it is.
+        report: is called with how far it is.
 
     """
     model = fit.model

@@ -122,7 +122,7 @@ class Calibration:
         return join_recordings(parts, self.folder.resolve().name), tuple(trials)
 
     def slip_channel(self) -> SlipChannel:
-        """Return what the slides tell of the channel that feels them."""
+        """Return what the slides show of the channel that feels them."""
         slides = [one for one in self.trials if one.kind == "slide"]
         return slip_channel(
             [
@@ -210,7 +210,7 @@ def usual_limits(given: RigLimits, radius: float) -> RigLimits:
 
 def save(calibration: Calibration) -> None:
     """Write the state; a reader sees the old one or the new one."""
-    told = {
+    answer = {
         "version": VERSION,
         "radius": calibration.radius,
         "limits": asdict(calibration.limits),
@@ -219,7 +219,7 @@ def save(calibration: Calibration) -> None:
     }
     with writing(calibration.folder):
         calibration.folder.mkdir(parents=True, exist_ok=True)
-        write_whole(calibration.folder / CALIBRATION_FILE, json.dumps(told, indent=1) + "\n")
+        write_whole(calibration.folder / CALIBRATION_FILE, json.dumps(answer, indent=1) + "\n")
 
 
 def load(folder: Path) -> Calibration | None:
@@ -228,13 +228,13 @@ def load(folder: Path) -> Calibration | None:
     if not file.is_file():
         return None
     try:
-        told = json.loads(file.read_text(encoding="utf-8"))
+        answer = json.loads(file.read_text(encoding="utf-8"))
         return Calibration(
             folder,
-            float(told["radius"]),
-            RigLimits(**told["limits"]),
-            [Done(**one) for one in told["trials"]],
-            dict(told["asked"]),
+            float(answer["radius"]),
+            RigLimits(**answer["limits"]),
+            [Done(**one) for one in answer["trials"]],
+            dict(answer["asked"]),
         )
     except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise InputError(f"{file} cannot be read ({error}); begin anew in another folder") from None
@@ -248,7 +248,7 @@ class Ended:
     added: list[str]  # effects that the paper's model lacked
     error: float  # rms of the whitened residuals; 1 is the noise
     known: list[Known]  # how well each parameter is known
-    slip: SlipChannel  # what the slides tell of the channel that feels them
+    slip: SlipChannel  # what the slides show of the channel that feels them
     account: dict[str, Any]  # everything that the report needs
 
     def as_dict(self) -> dict[str, Any]:
@@ -276,17 +276,17 @@ def finish(calibration: Calibration, command: str, report: Report = lambda _: No
     write_recording(_from_touch(whole, found.result), folder)
     write_model(found.model, calibration.folder / MODEL)
     known = known_of(found.result)
-    told = account(found, folder, [command], next_experiment(found))
-    told["calibration"] = {
+    answer = account(found, folder, [command], next_experiment(found))
+    answer["calibration"] = {
         "trials": [
             {"kind": one.kind, "name": one.name, "problems": one.problems} for one in calibration.trials
         ],
         "known": {one.symbol: one.as_dict() for one in known},
         "again": calibration.again,
     }
-    added = [rung["effect"] for rung in told["ladder"] if rung["effect"] is not None]
+    added = [rung["effect"] for rung in answer["ladder"] if rung["effect"] is not None]
     return Ended(
-        found.verdict, added, float(told["ladder"][-1]["error"]), known, calibration.slip_channel(), told
+        found.verdict, added, float(answer["ladder"][-1]["error"]), known, calibration.slip_channel(), answer
     )
 
 

@@ -24,7 +24,7 @@ from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.settings import FingertipSettings, SensorSettings, random_fingertip
 
 TRIAL_KINDS = ("press", "hold", "slide", "twist")
-"""In the order of a calibration: each needs what the one before has told."""
+"""In the order of a calibration: each needs what the one before has shown."""
 MENU_ITEMS = {
     "press": ("presses over two decades of speed", "growing peaks, then a small one"),
     "hold": ("holds at three depths", "one hold"),

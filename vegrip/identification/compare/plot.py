@@ -75,7 +75,7 @@ def channel_figure(title: str, models: Mapping[str, Curves], channel: str) -> "F
     ``models``: :func:`curves` by the names of one model, or of several of which the last is the one in
     question; of the others the residual is not drawn over the variables.
     """
-    every = {name: told[channel] for name, told in models.items() if channel in told}
+    every = {name: record[channel] for name, record in models.items() if channel in record}
     last = list(every.values())[-1]
     variables = list(last["variables"])
     rows = [variables[i : i + IN_A_ROW] for i in range(0, len(variables), IN_A_ROW)]
@@ -98,17 +98,19 @@ def _draw_over_time(axis: "Axes", channel: str, every: Curves) -> None:
     t, low, high = (_parted(columns, name) for name in ("time", "measured_low", "measured_high"))
     band = "measured, with 95 % of the noise"
     axis.fill_between(t, scale * (low - noise), scale * (high + noise), color="0.75", lw=0.5, label=band)
-    for i, (name, told) in enumerate(every.items(), 1 - len(every)):
-        model = (_parted(told["columns"], "model_low") + _parted(told["columns"], "model_high")) / 2.0
-        axis.plot(_parted(told["columns"], "time"), scale * model, color=COLOURS[i], ls=STYLES[i], label=name)
+    for i, (name, record) in enumerate(every.items(), 1 - len(every)):
+        model = (_parted(record["columns"], "model_low") + _parted(record["columns"], "model_high")) / 2.0
+        axis.plot(
+            _parted(record["columns"], "time"), scale * model, color=COLOURS[i], ls=STYLES[i], label=name
+        )
     axis.set(xlabel=TIME_LABEL, ylabel=f"{channel.replace('_', ' ')} [{unit}]")
     axis.margins(x=0.0)
     axis.legend(fontsize=8)
 
 
 def _draw_left(axis: "Axes", every: Curves) -> None:
-    for i, (name, told) in enumerate(every.items(), 1 - len(every)):
-        t, low, high = (_parted(told["columns"], key) for key in ("time", "z_low", "z_high"))
+    for i, (name, record) in enumerate(every.items(), 1 - len(every)):
+        t, low, high = (_parted(record["columns"], key) for key in ("time", "z_low", "z_high"))
         axis.fill_between(t, low, high, color=COLOURS[i], lw=0.5, alpha=0.6, label=name)
     axis.axhspan(-SIGMA, SIGMA, color="0.5", alpha=0.25, label="95 % of the noise")
     axis.set(xlabel=TIME_LABEL, ylabel="residual [noise std]")
@@ -116,15 +118,20 @@ def _draw_left(axis: "Axes", every: Curves) -> None:
     axis.legend(fontsize=8)
 
 
-def _draw_over(axis: "Axes", variable: str, told: Curves) -> None:
+def _draw_over(axis: "Axes", variable: str, record: Curves) -> None:
     """Draw rms and mean of the residual in bins of a variable."""
-    scale, unit = scaled(told["unit"])
-    middles = [scale * (one["low"] + one["high"]) / 2.0 for one in told["bins"]]
+    scale, unit = scaled(record["unit"])
+    middles = [scale * (one["low"] + one["high"]) / 2.0 for one in record["bins"]]
     axis.axhline(1.0, color="0.6", ls=":", lw=1)
     axis.plot(
-        middles, [one["rms"] for one in told["bins"]], "o-", ms=3, color=COLOURS[0], label="rms (1 is noise)"
+        middles,
+        [one["rms"] for one in record["bins"]],
+        "o-",
+        ms=3,
+        color=COLOURS[0],
+        label="rms (1 is noise)",
     )
-    axis.plot(middles, [one["mean"] for one in told["bins"]], "--", color=COLOURS[-1], label="mean")
+    axis.plot(middles, [one["mean"] for one in record["bins"]], "--", color=COLOURS[-1], label="mean")
     axis.set(xlabel=f"{CHANNEL_NAMES.get(variable, variable)} [{unit}]", ylabel="residual [noise std]")
     axis.set_ylim(bottom=min(axis.get_ylim()[0], 0.0), top=max(axis.get_ylim()[1], 1.5))
     axis.legend(fontsize=7)

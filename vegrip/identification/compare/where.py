@@ -1,7 +1,7 @@
 """Where a model fails: the regimes that hold most of what noise cannot explain, each as a sentence.
 
 The misfit of a row is ``z^2 - 1``, z the residual over its standard deviation: zero on average where the
-model is right. A regime is a phase, a third of a variable, or both; those are told that hold a large share
+model is right. A regime is a phase, a third of a variable, or both; reported are those with a large share
 of the misfit in few rows, one after the other, each without the rows of those before.
 """
 

@@ -60,7 +60,7 @@ SHARPER = (2.0, 0.5, 1.3, 1.0 / 1.3)  # steps of a law's memory on the screen, o
 MULTIPLIED = 12  # laws beside which every second variable is screened, and of those how many are sharpened
 REFITTED = 12
 JUDGED = 8
-CONTENDS = 0.9  # of the evidence of the best law, with which another may foretell protocols better
+CONTENDS = 0.9  # of the evidence of the best law, with which another may predict protocols better
 MAX_ALIKE = 2  # of them, of one place and variable
 MIN_EPISODES = 2
 MIN_SHARE = 0.3  # of the excess of the squared error over the noise's, that a law worth writing takes
@@ -95,7 +95,7 @@ class Refitted:
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """A law that was refitted; ``across``: gain [nats] where each protocol is foretold by the others."""
+    """A law that was refitted; ``across``: gain [nats] where each protocol is predicted by the others."""
 
     law: Law
     fitted: CandidateFit
@@ -112,7 +112,7 @@ class Tried:
 
     @property
     def worth(self) -> float:
-        """Evidence, and what protocols foretell of each other that were held out [nats]."""
+        """Evidence, and what protocols predict of each other that were held out [nats]."""
         return self.verdict.gain + self.across
 
     @property
@@ -383,7 +383,7 @@ class Judge:
         return Tried(one.law, fitted, verdict, share, self._across(fitted), tuple(broken))
 
     def _across(self, new: CandidateFit) -> float:
-        """Return by how much [nats] protocols are better foretold by fits to the others.
+        """Return by how much [nats] protocols are better predicted by fits to the others.
 
         Episodes, where all of them are one protocol.
         """
@@ -586,7 +586,7 @@ def spans(base: CandidateFit) -> list[str]:
 
 def digest(recording: Recording) -> str:
     """Return a hash of what was recorded."""
-    told = hashlib.sha256(np.ascontiguousarray(recording.t).tobytes())
+    hashed = hashlib.sha256(np.ascontiguousarray(recording.t).tobytes())
     for name in sorted(recording.columns):
-        told.update(name.encode() + np.ascontiguousarray(recording.columns[name]).tobytes())
-    return told.hexdigest()[:16]
+        hashed.update(name.encode() + np.ascontiguousarray(recording.columns[name]).tobytes())
+    return hashed.hexdigest()[:16]

@@ -1,4 +1,4 @@
-"""The next experiment: which motion would tell apart what a recording cannot tell apart."""
+"""The next experiment: which motion would separate what a recording cannot."""
 
 from vegrip.identification.experiment.design import Design, Planned, design
 from vegrip.identification.experiment.design_space import RigLimits

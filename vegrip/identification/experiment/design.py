@@ -39,7 +39,7 @@ DURATION_COST = 0.05  # of the score that the whole allowed duration costs
 
 @dataclass(frozen=True)
 class Planned:
-    """An experiment: an item with its amplitudes, how often, and what it is expected to tell."""
+    """An experiment: an item with its amplitudes, how often, and what it is expected to show."""
 
     item: str
     amplitudes: Mapping[str, float]
@@ -85,7 +85,7 @@ class Design:
 
     @property
     def best(self) -> Planned | None:
-        """The experiment to do next; None when none on the menu would tell."""
+        """The experiment to do next; None when none on the menu would decide."""
         first = self.tried[0] if self.tried else None
         return first if first is not None and first.refitted and first.nats >= MIN_SEPARATION_NATS else None
 
@@ -100,8 +100,8 @@ class Design:
                 f"{self.best.item}: {odds} (decides with probability {hypotheses.chance_to_decide(nats):.2f})"
             )
         most = f" (at most {self.tried[0].nats:.1f} nats, {self.tried[0].item})" if self.tried else ""
-        told = [effect(n).experiment for n in self.contest.names if n != hypotheses.NO_EFFECT]
-        hints = "; ".join(dict.fromkeys(text for text in told if text))
+        answer = [effect(n).experiment for n in self.contest.names if n != hypotheses.NO_EFFECT]
+        hints = "; ".join(dict.fromkeys(text for text in answer if text))
         return (
             f"no experiment on the menu distinguishes {between} within these limits{most}; what may: {hints}"
         )
@@ -130,7 +130,7 @@ def design(
     is_thorough: bool = True,
     report: Report = lambda _: None,
 ) -> Design:
-    """Find the experiment that tells the contestants apart by enough nats in the shortest time.
+    """Find the experiment that separates the contestants by enough nats in the shortest time.
 
     Where none does, the one that comes closest. The menu is gone through with linear refits, the most
     promising ones are refitted in full. ``is_thorough`` looks at more of them, searches on from the
@@ -273,7 +273,7 @@ def _polished(planned: Planned, contest: hypotheses.Hypotheses, limits: RigLimit
 
 
 def _often(planned: Planned, limits: RigLimits) -> Planned:
-    """Repeat an experiment that tells something but not enough, as often as the time allows."""
+    """Repeat an experiment that separates, but not enough, as often as the time allows."""
     nats = planned.separation.nats
     if not FAINT <= nats < SUFFICIENT_NATS:
         return planned
@@ -284,7 +284,7 @@ def _often(planned: Planned, limits: RigLimits) -> Planned:
 
 
 def hypotheses_after(found: Diagnosis) -> hypotheses.Hypotheses | None:
-    """Return the first set of effects that ``found`` could not tell apart; None where there is none."""
+    """Return the first set of effects that ``found`` could not distinguish; None where there is none."""
     sets = [
         [name for name in names if name not in (ZERO_JUMP, FRICTION_TREND)]
         for names in found.indistinguishable
@@ -306,5 +306,5 @@ def next_experiment(found: Diagnosis) -> dict[str, Any] | None:
     limits = complete_limits(RigLimits(), limits_of(found.start.problem.measured.recording))
     made = design(contest, limits, is_thorough=False).as_dict()
     effects = {e.name: e for model in contest.models.values() for e in model.effects}
-    told = {name: effects[name].experiment for name in contest.names if effects[name].experiment}
-    return {**made, "suggestions": told}
+    answer = {name: effects[name].experiment for name in contest.names if effects[name].experiment}
+    return {**made, "suggestions": answer}

@@ -1,7 +1,7 @@
-"""The contestants: models that a recording does not tell apart, and how far an experiment puts them apart.
+"""The contestants: models that a recording does not distinguish, and how far an experiment puts them apart.
 
-Where a recording does not show an effect at all, its fitted amount is nothing and no experiment would tell it
-from its absence; it then stands in at its declared size, and that is said.
+Where a recording does not show an effect at all, its fitted amount is nothing, as if it
+were absent; it then stands in at its declared size, and that is said.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -36,7 +36,7 @@ NO_EFFECT = "nothing"
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses:
-    """The models that an experiment is to tell apart."""
+    """The models that an experiment is to distinguish."""
 
     models: Mapping[str, ContactModel]  # by the name of the effect that each has
     assumed: tuple[str, ...]  # names whose size is the declared one, because the recording does not show them

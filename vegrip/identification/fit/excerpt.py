@@ -1,6 +1,6 @@
 """What is fitted of a recording of an hour: pieces of it, drawn evenly over its whole length.
 
-Time and memory of a fit grow with the rows, and what a recording tells grows with their root: past some
+Time and memory of a fit grow with the rows, the information in a recording with their root: past some
 hundred thousand rows it is the forms of the laws that limit a verdict, and no more the noise. A piece is an
 episode, or where an episode is long about a minute of it, cut in its longest pauses in the air. Of
 neighbouring pieces one is drawn, so that a drift, a wear or a change shows as in the whole.
@@ -33,10 +33,10 @@ def excerpt(recording: Recording) -> Recording:
     drawn = np.random.default_rng(0).integers(of, size=-(-count // of)) + of * np.arange(-(-count // of))
     chosen = np.isin(number, drawn)
     pieces, rows = np.unique(number[chosen]).size, np.count_nonzero(chosen)
-    told = f"of this recording {pieces} of {count} pieces are used, {rows} of {len(recording)} rows"
+    note = f"of this recording {pieces} of {count} pieces are used, {rows} of {len(recording)} rows"
     cut = np.unique(recording.episode).size < count
     part = replace(recording, episode=number) if cut else recording
-    return replace(part.select(chosen), source={**recording.source, EXCERPT: told})
+    return replace(part.select(chosen), source={**recording.source, EXCERPT: note})
 
 
 def _pieces(recording: Recording) -> NDArray[np.int64]:

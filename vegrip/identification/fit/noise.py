@@ -37,13 +37,13 @@ MIN_PAIR_ROWS = 100
 MAX_LENGTH_DIFFERENCE_SAMPLES = 1.5  # [samples] by which the lengths of a pair may differ
 LIGHT = 5.0  # noises of the force below which there is no contact
 SERVED = ("normal_force", "displacement", "tangential_force_x", "torque_z", "contact_radius")
-LEAST_AIR = 100  # rows in air from which their scatter is believed
+LEAST_AIR = 100  # rows in air from which their scatter counts
 ABOUT = 5  # samples to either side of one that is at rest
 STATED = "stated by the recording"
 NEIGHBOURS = "differences of neighbouring samples"
 SAME_VALUE = 1e-9  # of the range: values that differ by less are the same number, converted
 UNDERSTATED, OVERSTATED = 1.2, 1.4  # times that noise is more, or less, than what is stated
-LEAST_SCATTER = 200  # rows from which their scatter is believed
+LEAST_SCATTER = 200  # rows from which their scatter counts
 TRIM = 4.0  # standard deviations beyond which a difference is no noise
 APART = 10  # samples over which noise that is not white has changed
 
@@ -71,7 +71,7 @@ def estimate_ou_noise(
     surface, or in the difference of two episodes with the same motion. X holds what is no noise there (a
     constant, a drift, another gain); its coefficients b, of each ``owner`` (n,) of rows, are integrated out
     (restricted likelihood [PattersonThompson1971]_: profiled out, they take a third of the slow part along).
-    The slow part is believed when the likelihood pays for its two parameters.
+    The slow part counts when the likelihood pays for its two parameters.
 
     ``first`` is 1 where a stretch begins that does not know of the one before; ``rough``: a guess of the
     white std, same unit as y. Of more than MAX_ROWS rows, stretches spread evenly over those that count are
@@ -491,7 +491,7 @@ def rounding(values: Floats) -> float:
 
 
 def in_air(recording: Recording) -> np.ndarray:
-    """Return the rows (n,) in which the tip is clear of the surface, as far as the displacement tells."""
+    """Return the rows (n,) in which the tip is clear of the surface, as far as the displacement shows."""
     depth = recording.columns.get("displacement")
     if depth is None:
         return np.zeros(len(recording), dtype=bool)

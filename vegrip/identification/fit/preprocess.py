@@ -1,4 +1,4 @@
-"""A recording made ready for a fit: smoothed motion, outliers taken out, which rows tell what."""
+"""A recording made ready for a fit: smoothed motion, outliers taken out, which rows inform which channel."""
 
 import dataclasses
 from dataclasses import dataclass, field
@@ -171,7 +171,7 @@ def preprocess(recording: Recording, noise: Noise) -> Measured:
 
 
 def without_lost_rows(recording: Recording) -> Recording:
-    """Return ``recording`` without rows for which no displacement is known: no model tells their force."""
+    """Return ``recording`` without rows for which no displacement is known: no model predicts their force."""
     moves = np.ones(len(recording), dtype=bool)
     first = np.r_[1.0, np.diff(recording.episode) != 0]
     for before, after in find_gaps(recording.t, first, recording.columns["displacement"]).tolist():
@@ -266,7 +266,7 @@ def _sliding(recording: Recording, noise: Noise) -> NDArray[np.int64]:
 def _creeping(recording: Recording, slips: Mask) -> Mask:
     """Return the rows after slip was felt and before the whole contact slides, whose load is no limit.
 
-    Where a recording tells the speed of slides, it is nothing there.
+    Where a recording has the speed of slides, it is nothing there.
     """
     speed = np.nan_to_num(recording.columns.get("slip_speed", np.zeros(len(recording))))
     if not np.any(slips & (speed > 0.0)):

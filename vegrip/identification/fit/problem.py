@@ -274,7 +274,7 @@ class Problem:
         return out
 
     def table(self, u: Floats, instead: Mapping[str, float] | None = None) -> Floats:
-        """Return the prediction (n, 14), radius and load only of rows that tell.
+        """Return the prediction (n, 14), radius and load only of rows that inform.
 
         The normal force is with the zero of its sensor.
 

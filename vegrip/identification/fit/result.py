@@ -263,13 +263,13 @@ class Fit(Result):
         if not self.laws:
             return ""
         K, p = ([law[symbol] for law in self.laws if symbol in law] for symbol in ("K", "p"))
-        told = ", ".join(
+        result = ", ".join(
             f"{name} {min(of):.3g} to {max(of):.3g}{unit}"
             for name, of, unit in (("K", K, " N"), ("p", p, ""))
             if of
         )
         return (
-            f"each of {len(self.laws)} episodes has a stiffness of its own ({told}): "
+            f"each of {len(self.laws)} episodes has a stiffness of its own ({result}): "
             "other places or specimens were pressed, or something changed between them"
         )
 
@@ -330,11 +330,11 @@ class Fit(Result):
     def as_dict(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
         vector, k = self._vector, self.problem.unknowns
-        told: dict[str, Any] = {}
+        result: dict[str, Any] = {}
         for name, place in zip(k.names, k.place.tolist(), strict=True):
             found = self.declared(name)
             if place >= 0 and found is not None:
-                told[name] = {
+                result[name] = {
                     "effect": found[0].name,
                     "value": float(vector[place]),
                     "std": self.std[name],
@@ -342,11 +342,11 @@ class Fit(Result):
                     "unit": found[1].unit,
                 }
                 if (si := self.in_si(name)) is not None:
-                    told[name]["si"] = {"value": si[0], "unit": si[1]}
+                    result[name]["si"] = {"value": si[0], "unit": si[1]}
         noise = self.problem.measured.noise
         return {
             "recording": self.problem.measured.recording.name,
-            "parameters": told,
+            "parameters": result,
             "zeros": self.zeros,
             "laws": self.laws,
             "correlations": [list(pair) for pair in self.correlations()],

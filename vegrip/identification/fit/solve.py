@@ -12,7 +12,7 @@ Report = Callable[[str], None]
 
 START_EVALUATIONS = 8  # evaluations of a start before the best one is chosen
 MAX_EVALUATIONS = 40
-LAST_STEP_NATS = 1e-4  # [nats] a step that foretells less is the last one
+LAST_STEP_NATS = 1e-4  # [nats] a step that predicts less is the last one
 SETTLED_NATS, SETTLED_SHARE = 1.0, 1e-3  # [nats], of the cost, that a model may lack which was fitted before
 DAMPED = 1e-3  # of the first step
 CANCELLED = 1e-4  # of a sum of squares, below which it is summed anew
@@ -126,9 +126,9 @@ def refine_optimum(
 ) -> Optimum:
     """Minimise from one start with the noise as it is frozen; ``known``: derivatives near the start.
 
-    Damped Gauss-Newton steps within the bounds [Marquardt1963]_. Derivatives are as dear as all unknowns
+    Damped Gauss-Newton steps within the bounds [Marquardt1963]_. Derivatives cost as much as all unknowns
     together, so they are kept from step to step, corrected by what each step showed [Broyden1965]_, and taken
-    anew where that foretold little; ``evaluations`` limits the steps.
+    anew where that predicted little; ``evaluations`` limits the steps.
     """
     k = problem.unknowns
     inside = 1e-9 * k.std
@@ -188,7 +188,7 @@ def _cost(k: Unknowns, r: Floats, u: Floats) -> float:
 
 
 def _step(k: Unknowns, u: Floats, pull: Floats, square: Floats, damping: float) -> tuple[Floats, float]:
-    """Return the damped step, kept within the bounds, and the fall of the cost that it foretells [nats].
+    """Return the damped step, kept within the bounds, and the fall of the cost that it predicts [nats].
 
     ``pull`` is J' r, ``square`` J' J.
     """

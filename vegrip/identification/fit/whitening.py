@@ -82,7 +82,7 @@ def follows(indentation: Answer, first: Floats, motion: Floats, noise: float) ->
     """Return whether the tip follows each step (n,) of a motion that is shaken a little.
 
     ``indentation`` of the tip [m], by what is added to the ``motion`` (n,) [m]. A tip that is never farther
-    from where the motion takes it than the ``noise`` [m] has no play that could be told.
+    from where the motion takes it than the ``noise`` [m] has no backlash that could be seen.
     """
     still = indentation(np.zeros(first.size))
     away = (still - motion)[still > 0.0]

@@ -58,15 +58,15 @@ def _found(path: Path, root: Path) -> Found:
     sections = (about.get(name) for name in ("source", "fingertip"))
     source, tip = (one if isinstance(one, dict) else {} for one in sections)
     parts = path.relative_to(root).parts
-    told = next((text for key in DATES if (text := _date(source.get(key)))), "")
+    stored = next((text for key in DATES if (text := _date(source.get(key)))), "")
     changed = max(p.stat().st_mtime for p in _files(path))
     is_alone = len(parts) < 2 and not {"hand", "pad"} & source.keys()
     return Found(
         str(path),
         str(source.get("hand", parts[0] if len(parts) > 1 else root.resolve().name)),
         path.name if is_alone else str(source.get("pad", tip.get("name", path.name))),
-        told or datetime.fromtimestamp(changed, UTC).isoformat(timespec="seconds"),
-        "recording" if told else "file",
+        stored or datetime.fromtimestamp(changed, UTC).isoformat(timespec="seconds"),
+        "recording" if stored else "file",
         _fingerprint(path),
         is_alone,
     )
@@ -86,8 +86,8 @@ def _files(path: Path) -> list[Path]:
 
 
 def _fingerprint(path: Path) -> str:
-    told = [(p.name, p.stat().st_size, p.stat().st_mtime_ns) for p in _files(path)]
-    return hashlib.sha256(repr(told).encode()).hexdigest()[:16]
+    stored = [(p.name, p.stat().st_size, p.stat().st_mtime_ns) for p in _files(path)]
+    return hashlib.sha256(repr(stored).encode()).hexdigest()[:16]
 
 
 @dataclass(frozen=True)
@@ -174,9 +174,9 @@ class Ledger:
         if row.is_machine_failure:
             return
         self._known[self._key(found)] = row
-        told = jsonable(asdict(row))
+        stored = jsonable(asdict(row))
         with writing(self.path), self.path.open("a", encoding="utf-8") as stream:
-            stream.write(json.dumps({"key": self._key(found), **told}) + "\n")
+            stream.write(json.dumps({"key": self._key(found), **stored}) + "\n")
 
     def _key(self, found: Found) -> str:
         return f"{self._context}:{found.fingerprint}:{found.path}"
@@ -184,11 +184,11 @@ class Ledger:
     def _read(self) -> None:
         for line in self.path.read_text(encoding="utf-8").splitlines():
             try:
-                told = json.loads(line)
-                key = told.pop("key")
-                told |= {name: tuple(told[name]) for name in ("effects", "doubts")}
-                told |= {name: math.nan for name in ("before", "after") if told[name] is None}
-                self._known[key] = Row(**told)
+                stored = json.loads(line)
+                key = stored.pop("key")
+                stored |= {name: tuple(stored[name]) for name in ("effects", "doubts")}
+                stored |= {name: math.nan for name in ("before", "after") if stored[name] is None}
+                self._known[key] = Row(**stored)
             except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
                 continue
 

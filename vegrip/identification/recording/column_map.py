@@ -73,7 +73,7 @@ class TimeMap:
 
 @dataclass(frozen=True)
 class EpisodeMap:
-    """The column that tells the trials apart; any text, numbered in order of appearance."""
+    """The column that separates the trials; any text, numbered in order of appearance."""
 
     column: str = parameter("", doc="name of the column; empty: all is one trial")
     gap: float = parameter(5.0, unit="s", low=0.0, doc="put between trials whose time begins anew")

@@ -75,16 +75,16 @@ def read_recording(
     if isinstance(missing, int) and missing > 0:
         report.add(Kind.NOTE, told(missing))
     if announce:
-        for doubt in dict.fromkeys([*_told_doubts(source), *report.doubts]):
+        for doubt in dict.fromkeys([*_kept_doubts(source), *report.doubts]):
             log.warning("%s: %s", folder, doubt)
         if report.rows_lost:
             log.warning("%s: %s", folder, report.summary())
     return Recording(name, t, episode, columns, fingertip, sensors, source, start, report)
 
 
-def _told_doubts(source: Mapping[str, Any]) -> list[str]:
-    told = source.get(DOUBTS, ())
-    return [str(one) for one in told] if isinstance(told, list | tuple) else [str(told)]
+def _kept_doubts(source: Mapping[str, Any]) -> list[str]:
+    stated = source.get(DOUBTS, ())
+    return [str(one) for one in stated] if isinstance(stated, list | tuple) else [str(stated)]
 
 
 def write_recording(recording: Recording, folder: Path | str, *, compressed: bool = False) -> None:

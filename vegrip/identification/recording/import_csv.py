@@ -42,7 +42,7 @@ from vegrip.types import Floats
 LOST_TRIALS = 0.1  # of the rows left out, from which it is looked for trials that lie over each other
 REST_ROWS = 20  # at the start of a trial, before its press
 LEAST_TOUCH_ROWS = 10  # at rest, for the noise above which the force has risen
-LEAST_NOISE_ROWS = 300  # at rest, which tell the noise to 8 %; from fewer it is left to the fit
+LEAST_NOISE_ROWS = 300  # at rest, which give the noise to 8 %; from fewer it is left to the fit
 LEAST_STEP_ROWS = 10
 STEP_STRAIN = 1e-5  # displacement [m] of the specimen at a step; all is linear in it
 PA_PER_MPA = 1e6
@@ -288,7 +288,7 @@ def steps_of(
     """Return the recording of unit steps, each trial one: the strain or the stress that is held from t = 0.
 
     Of a specimen 1 m long and of 1 mm^2 in section: a displacement in m is a strain, a force in N a stress in
-    MPa. A table tells neither what was before the step nor at once after it: before, all is zero; a strain
+    MPa. A table has neither what was before the step nor at once after it: before, all is zero; a strain
     that is held is there at once, and the compliance until its first row is the power of time that goes
     through the rows after it.
     """
@@ -469,7 +469,7 @@ def _with_those_lost(
     *,
     spread: bool,
 ) -> Floats:
-    """Return the times ``t``, mended together with those of rows that are left out: they tell the clock."""
+    """Return the times ``t``, corrected together with those of rows left out: they show the clock."""
     every = np.concatenate([lines, lost_lines])
     order = np.argsort(every, kind="stable")
     whole = np.concatenate([t, np.where(np.isinf(lost), np.nan, lost)])[order]
@@ -487,7 +487,7 @@ def _converted(path: Path, values: Floats, name: str, chart: ColumnMap) -> Float
 def _noise(
     t: Floats, trial: NDArray[np.int64], columns: Columns, chart: ColumnMap, least: int
 ) -> dict[str, float]:
-    """Return the noise as the map states it, else as the baselines of all trials tell it."""
+    """Return the noise as the map states it, else as measured in the baselines of all trials."""
     quiet = [
         slice(rows.start, rows.start + int(np.sum(t[rows] < t[rows.start] + chart.baseline.duration)))
         for rows in stretches_of(trial)

@@ -361,7 +361,7 @@ def _unchunked(path: Path, records: Iterator[Any]) -> Iterator[Any]:
 
 def _inflated(path: Path, compression: str, data: bytes) -> bytes:
     if compression == "zstd":
-        # a reader stops where it is told, whatever size the frame claims
+        # a reader stops where the index says, whatever size the frame claims
         data = bag_library("zstandard").ZstdDecompressor().stream_reader(data).read(MAX_RECORD_BYTES + 1)
     elif compression == "lz4":
         data = bag_library("lz4.frame").LZ4FrameDecompressor().decompress(data, MAX_RECORD_BYTES + 1)

@@ -313,16 +313,16 @@ class LoadReport:
 
 def account(reports: Iterable[LoadReport]) -> dict[str, Any]:
     """Return for machines how many rows came, were used, and were left out by reason with their seconds."""
-    told, read, kept = dict[str, dict[str, float]](), 0, 0
+    left_out, read, kept = dict[str, dict[str, float]](), 0, 0
     for report in reports:
         read, kept = read + report.rows_read, kept + report.rows_kept
         for finding in report.findings:
             if finding.kind.lost:
-                one = told.setdefault(finding.kind.name.lower(), {"count": 0, "seconds": 0.0})
+                one = left_out.setdefault(finding.kind.name.lower(), {"count": 0, "seconds": 0.0})
                 one["count"] += finding.count
         for kind, seconds in report.seconds.items():
-            told[kind.name.lower()]["seconds"] += seconds
-    return {"in": read, "used": kept, "left_out": told}
+            left_out[kind.name.lower()]["seconds"] += seconds
+    return {"in": read, "used": kept, "left_out": left_out}
 
 
 def gaps_of(t: Floats) -> list[int]:

@@ -97,7 +97,7 @@ def _finger(folder: Path) -> dict[str, Any]:
     slips = int(np.count_nonzero((reasons[1:] == "slip") & (reasons[:-1] != "slip")))
     bound = margin["lower_bound"] if margin else np.empty(0)
     known = bound[np.isfinite(bound)]
-    told: dict[str, Any] = {
+    result: dict[str, Any] = {
         "duration": _span(command["t"]),
         "commands": len(reasons),
         "slips": slips,
@@ -116,8 +116,8 @@ def _finger(folder: Path) -> dict[str, Any]:
         },
     }
     if health:
-        told |= _health(health)
-    return told
+        result |= _health(health)
+    return result
 
 
 def _health(health: Table) -> dict[str, Any]:
@@ -183,7 +183,7 @@ def _number(value: Any) -> float:
 
 
 def holds_recording(folder: Path) -> bool:
-    """Tell whether ``folder`` is a recording or a session, or what is left of one."""
+    """Return whether ``folder`` is a recording or a session, or what is left of one."""
     return any((folder / mark).is_file() for mark in MARKS)
 
 

@@ -92,7 +92,7 @@ class TableFile:
     def _missing(self) -> int:
         """Return how many rows were in the file and are not any more, and begin anew when it is gone.
 
-        A file that was deleted can still be written, without complaint: nothing but a look at its name tells.
+        A file that was deleted can still be written, without complaint: only its name shows that.
         """
         if not isinstance(self._file, io.FileIO):
             return 0

@@ -165,7 +165,7 @@ def _check_sections(path: Path, lines: Sequence[str], layout: Layout) -> None:
 
 
 def _head(path: Path) -> bytes:
-    damage = EOFError, zlib.error, gzip.BadGzipFile  # told when the table is read, with the line
+    damage = EOFError, zlib.error, gzip.BadGzipFile  # reported when the table is read, with the line
     opened = gzip.open if path.suffix == ".gz" else open
     with reading(path, RecordingError), contextlib.suppress(*damage), opened(path, "rb") as file:
         return file.read(SEEN_BYTES)

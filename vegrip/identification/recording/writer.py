@@ -11,7 +11,7 @@
 
 Rows are whole lines, written out by :meth:`RecordingWriter.flush`, so that after a crash at most what came
 since the last flush is missing. Nothing here raises once the folder is made: what the disk refuses, and what
-is deleted while it is written, is counted in :attr:`RecordingWriter.lost`, told in the log when it happens,
+is deleted while it is written, is counted in :attr:`RecordingWriter.lost`, logged when it happens,
 and summed up in :attr:`RecordingWriter.problem`.
 """
 
@@ -164,7 +164,7 @@ class RecordingWriter:
         self._start: int | None = None
         self._began = datetime.now(UTC).isoformat(timespec="seconds")
         self._descriptions = {SESSION: f'began = "{self._began}"\n'}
-        self._refusal = ""  # why the disk takes nothing, as far as it was told
+        self._refusal = ""  # why the disk takes nothing, as it was last logged
         self._causes: dict[str, None] = {}  # of what is lost, in the order they were met
         self._make()
 
@@ -206,18 +206,18 @@ class RecordingWriter:
         """Write out everything taken; what the disk refuses is kept for a while, then counted as lost."""
         lost = {name: file.flush() for name, file in self._files.items()}
         self.lost.update(lost)
-        self._tell_accidents(lost)
+        self._log_accidents(lost)
         self._note_missing()
         for name in self._descriptions:
             self._describe(name)
-        self._tell_refusal(sum(lost.values()))
+        self._log_refusal(sum(lost.values()))
 
     def close(self) -> None:
         """Write out what is left and seal the session; may be called twice."""
         self.flush()
         lost = {name: file.give_up() for name, file in self._files.items()}
         self.lost.update(lost)
-        self._tell_accidents(lost)
+        self._log_accidents(lost)
         if any(lost.values()) and self._refusal:
             log.error("%s: %d rows are lost at the end (%s)", self.folder, sum(lost.values()), self._refusal)
         for file in self._files.values():
@@ -259,7 +259,7 @@ class RecordingWriter:
         self.rows["refused"] += 1
         self.lost["refused"] += 1
 
-    def _tell_accidents(self, lost: Mapping[str, int]) -> None:
+    def _log_accidents(self, lost: Mapping[str, int]) -> None:
         met = {name: file.accident for name, file in self._files.items() if file.accident}
         for accident in dict.fromkeys(met.values()):
             names = [name for name, what in met.items() if what == accident]
@@ -275,7 +275,7 @@ class RecordingWriter:
         for name in met:
             self._files[name].accident = ""
 
-    def _tell_refusal(self, lost: int) -> None:
+    def _log_refusal(self, lost: int) -> None:
         refusal = next((file.refusal for file in self._files.values() if file.refusal), "")
         if refusal and not self._refusal:
             log.error(

@@ -66,7 +66,7 @@ class Sample:
     write: Callable[[Path], object]
 
     def is_at(self, path: Path) -> bool:
-        """Tell whether ``path`` is this sample already, unchanged."""
+        """Return whether ``path`` is this sample already, unchanged."""
         with tempfile.TemporaryDirectory() as scratch:
             fresh = Path(scratch) / path.name
             self.write(fresh)

@@ -27,7 +27,7 @@ TIMES_S: Final = (
     6.0,
     6.3,
     7.0,
-)  # open, touch, grip, lift, ..., put down, let go
+)  # open, touch, grip, lift, ..., put down, released
 GRIP_N: Final = 9.0
 NOISE_N: Final = 0.01
 SEED: Final = 5

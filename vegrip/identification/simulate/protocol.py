@@ -181,10 +181,10 @@ def write_protocol(protocol: Protocol, path: Path | str, comment: str = "") -> N
 
 
 def _line(segment: Segment) -> str:
-    told = {"duration": segment.duration, "depth": segment.depth, "force": segment.force}
+    keys = {"duration": segment.duration, "depth": segment.depth, "force": segment.force}
     rest = {name: getattr(segment, name) for name in ("amplitude", "frequency", "pull_x", "pull_y", "spin")}
-    told |= {name: value for name, value in rest.items() if value}
-    return ", ".join(f"{name} = {float(value)!r}" for name, value in told.items() if value is not None)
+    keys |= {name: value for name, value in rest.items() if value}
+    return ", ".join(f"{name} = {float(value)!r}" for name, value in keys.items() if value is not None)
 
 
 def clear(model: ContactModel) -> Segment:

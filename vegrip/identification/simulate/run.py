@@ -274,8 +274,8 @@ def _motion(model: ContactModel, line: Timeline, given: Mapping[str, Floats]) ->
 
 def _quantities(model: ContactModel, columns: Mapping[str, Floats]) -> dict[str, Floats]:
     table = Predictor(model, columns, load="model")(model.vector)
-    told = {name: table[:, AT[name]] for name in ("normal_force", "contact_radius")}
-    return {name: columns[name] for name in ("displacement", "temperature", *LATERAL)} | told
+    outputs = {name: table[:, AT[name]] for name in ("normal_force", "contact_radius")}
+    return {name: columns[name] for name in ("displacement", "temperature", *LATERAL)} | outputs
 
 
 def _measured(

@@ -46,7 +46,7 @@ class Board:
     log: deque[LogLine] = field(default_factory=lambda: deque(maxlen=LOG_LINES))
     said: int = 0  # lines of the log since the start
     counts: dict[str, int] = field(default_factory=dict)
-    _limits: dict[str, str] = field(default_factory=dict)  # of each finger, as it was told
+    _limits: dict[str, str] = field(default_factory=dict)  # of each finger, as it was reported
     _slipping: set[str] = field(default_factory=set)
     _looked: int | None = None  # [ns]
     _awake_since: int = 0  # [ns]
@@ -75,7 +75,7 @@ class Board:
                 self.say(f"{message.finger}: slip detected, grip raised", now, "red")
         elif isinstance(message, messages.ModelHealth):
             self._log_limit(message, now)
-            # :meth:`refresh` tells a change of condition, several fingers in one line
+            # :meth:`refresh` reports a change of condition, several fingers in one line
             if message.condition is finger.announced or (
                 finger.announced is None and message.condition in ABSENT
             ):
@@ -138,14 +138,14 @@ class Board:
         }
 
     def _log_presence(self, name: str, row: NodeRow, before: Presence, now: int) -> None:
-        heard = f"{(row.last_heard - self.start) / NS:.1f} s"
+        since = f"{(row.last_received - self.start) / NS:.1f} s"
         if row.presence in (Presence.GONE, Presence.STOPPED) and row.sends:
             self._ended = (name, now)
         match row.presence:
             case Presence.SILENT:
-                self.say(f"{name} is silent since {heard}", now, "bold red")
+                self.say(f"{name} is silent since {since}", now, "bold red")
             case Presence.GONE:
-                self.say(f"{name} has died, last heard at {heard}: {row.failure}", now, "bold red")
+                self.say(f"{name} has died, last heard at {since}: {row.failure}", now, "bold red")
             case Presence.STOPPED:
                 self.say(f"{name} has stopped", now)
             case Presence.STARTING:
@@ -177,15 +177,15 @@ class Board:
             and (row.pending[0] > messages.Condition.MISSING or now - row.pending[1] > FRESH * NS)
         }
         for condition in sorted(due):
-            told = []
+            changed = []
             for finger, row in self.rows.items():
                 if row.pending is None or row.pending[0] is not condition or not self._speaks(row.source):
                     continue
                 first, row.announced, row.pending = row.announced is None, condition, None
                 if not (first and condition is messages.Condition.OK):
-                    told.append(finger)
-            if told:
-                self._log_condition(told, condition, now)
+                    changed.append(finger)
+            if changed:
+                self._log_condition(changed, condition, now)
 
     def _log_condition(self, fingers: list[str], condition: messages.Condition, now: int) -> None:
         names = "all fingers" if len(fingers) == len(self.rows) > 1 else ", ".join(fingers)

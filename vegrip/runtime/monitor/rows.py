@@ -26,7 +26,7 @@ M = TypeVar("M", bound=Message)
 
 
 @dataclass(frozen=True, slots=True)
-class _Heard:
+class _Received:
     """A message, when it came, and how long after the one before."""
 
     message: Message
@@ -69,17 +69,17 @@ class FingerRow:
     source: str = ""  # full name of the node that the newest message came from, "" = not known
     announced: Condition | None = None  # what the log knows of its input; None = there was none yet
     pending: tuple[Condition, int] | None = None  # what the log does not know yet, and since when [ns]
-    _heard: dict[type[object], _Heard] = field(default_factory=dict)
+    _last: dict[type[object], _Received] = field(default_factory=dict)
 
     def put(self, message: Message, now: int) -> None:
         """Keep ``message``, which came at ``now`` [ns]."""
-        before = self._heard.get(type(message))
+        before = self._last.get(type(message))
         gap = 0.0 if before is None else (now - before.at) / NS
-        self._heard[type(message)] = _Heard(message, now, gap)
+        self._last[type(message)] = _Received(message, now, gap)
 
     def newest(self, kind: type[M]) -> M | None:
-        heard = self._heard.get(kind)
-        return heard.message if heard is not None and isinstance(heard.message, kind) else None
+        last = self._last.get(kind)
+        return last.message if last is not None and isinstance(last.message, kind) else None
 
     def fresh(self, kind: type[M], now: int) -> M | None:
         return self.newest(kind) if self.age(kind, now) <= self._patience(kind) else None
@@ -95,14 +95,14 @@ class FingerRow:
 
         A message that repeats an old estimate is as old as what the estimate rests on.
         """
-        heard = self._heard.get(kind)
-        if heard is None:
+        last = self._last.get(kind)
+        if last is None:
             return math.inf
-        return (now - heard.at) / NS + _age_inside(heard.message)
+        return (now - last.at) / NS + _age_inside(last.message)
 
     def _patience(self, kind: type[object]) -> float:
         """Return how old a message may be; health comes seldom, so its own pace counts."""
-        return FRESH + (self._heard[kind].gap if kind is ModelHealth and kind in self._heard else 0.0)
+        return FRESH + (self._last[kind].gap if kind is ModelHealth and kind in self._last else 0.0)
 
 
 def _age_inside(message: Message) -> float:
@@ -155,7 +155,7 @@ class NodeRow:
     late: float = 0.0  # [1/s] deadlines missed, over the last status period
     sends: bool = False  # states or commands, not only statuses
     recent: dict[str, int] = field(default_factory=dict)  # refusal: [ns] when it was last counted
-    is_compared: bool = False  # whether two statuses tell what was refused lately
+    is_compared: bool = False  # whether two statuses show what was refused lately
     _spoke: int = 0  # [ns] the newest message of any kind
     _streamed: int = 0  # [ns] the newest that is no status
     _pid: int = 0
@@ -188,7 +188,7 @@ class NodeRow:
         return self.age(now) > FRESH + self._period
 
     @property
-    def last_heard(self) -> int:
+    def last_received(self) -> int:
         """When it last said something [ns]."""
         return max(self._spoke, self.since)
 
@@ -209,13 +209,13 @@ class NodeRow:
         is_finalized = self.status is not None and self.status.state is Lifecycle.FINALIZED
         if self.has_left or (is_finalized and self._is_last_word()):
             return Presence.STOPPED
-        if now - max(self.last_heard, awake_since) > self._patience() * NS:
+        if now - max(self.last_received, awake_since) > self._patience() * NS:
             started = self._spoke >= self.since
             return Presence.SILENT if started or self.present is None else Presence.STARTING
         return Presence.RUNNING if self._spoke >= self.since else self.presence
 
     def _is_last_word(self) -> bool:
-        """Tell whether no new process of this name has begun since the last status."""
+        """Return whether no new process of this name has begun since the last status."""
         return self.present is None or self._status_at >= self.since
 
     def _patience(self) -> float:

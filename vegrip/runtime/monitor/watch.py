@@ -48,7 +48,7 @@ class Sink(Protocol):
 
 
 class Watch:
-    """Hears all nodes of this machine; fingers carry their namespace."""
+    """Receives from all nodes of this machine; fingers carry their namespace."""
 
     def __init__(
         self,
@@ -68,7 +68,7 @@ class Watch:
         self._due = 0.0
 
     def run(self, sink: Sink, duration: float = 0.0) -> None:
-        """Tell ``sink`` what the nodes say until ``duration`` [s] has passed; 0 = for ever."""
+        """Give ``sink`` what the nodes say until ``duration`` [s] has passed; 0 = for ever."""
         ends = time.monotonic() + duration if duration > 0.0 else None
         while ends is None or time.monotonic() < ends:
             self.step(sink)
@@ -175,10 +175,10 @@ class Screen:
         live.update(render(self.board, now, self._title, size=self._console.size), refresh=True)
 
     def _print_lines(self) -> None:
-        due, told, fingers = self.board.start, 0, [""]
+        due, counted, fingers = self.board.start, 0, [""]
         while not self._stop.wait(REDRAW_PERIOD_S):
             now = self._refresh()
-            news, told = self.board.said - told, self.board.said
+            news, counted = self.board.said - counted, self.board.said
             lines = [str(log_line(line)) for line in list(self.board.log)[-news:]] if news else []
             before = fingers
             if now >= due and (fingers := finger_lines(self.board, now)) != before:

@@ -43,6 +43,6 @@ def record_node(
 
 
 def tip_of(entry: Entry) -> tuple[str, float]:
-    """Return model file (empty: the paper's model) and radius [m] (NaN: not told) of a node's fingertips."""
+    """Return model file (empty: the paper's model) and radius [m] (NaN: unknown) of a node's fingertips."""
     rows: dict[str, Any] = {row["name"]: row["value"] for row in ask(entry, "parameters")}
     return str(rows.get("tip.model") or ""), float(rows.get("tip.radius") or math.nan)

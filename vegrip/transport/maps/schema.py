@@ -188,7 +188,7 @@ class MessageMap:
     counter: str = parameter("", doc="signal with a counter")
     modulus: int = parameter(0, low=0, high=1 << 32, doc="of the counter; 0: what its bits hold")
     type: str = parameter("", doc="protobuf: full name of the message, as 'acme.HandState'")
-    checksum: ChecksumMap = parameter(ChecksumMap(), doc="see the table of checksums in docs/connect.md")
+    checksum: ChecksumMap = parameter(ChecksumMap(), doc="kind, and what it needs")
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Runs ``vegrip calibrate`` for the page, and keeps what it told."""
+"""Runs ``vegrip calibrate`` for the page, and keeps what it answered."""
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
@@ -15,34 +15,34 @@ from vegrip.web.figures import bar
 from vegrip.web.job_page import Actions, JobPage, job_routes
 from vegrip.web.server import serve
 
-Told = Mapping[str, Any]
+Answer = Mapping[str, Any]
 MOTION_SIZE = (640, 210)  # [px]
 TRIAL_KINDS = ("press", "hold", "slide", "twist")
 
 
-def standing(told: Told | None) -> tuple[str, str]:
+def standing(answer: Answer | None) -> tuple[str, str]:
     """Return level and name of where a calibration stands."""
-    if told is None:
+    if answer is None:
         return "unknown", "not begun"
-    if told["ended"] is not None:
-        return ("ok" if told["ended"]["verdict"] in ("adequate", "named") else "warn"), "model written"
-    if told["next"] is None:
+    if answer["ended"] is not None:
+        return ("ok" if answer["ended"]["verdict"] in ("adequate", "named") else "warn"), "model written"
+    if answer["next"] is None:
         return "ok", "nothing more to record"
-    return "warn", f"next: {told['next']['kind']}"
+    return "warn", f"next: {answer['next']['kind']}"
 
 
-def body(told: Told | None, *, node: str, is_busy: bool) -> str:
-    if told is None:
+def body(answer: Answer | None, *, node: str, is_busy: bool) -> str:
+    if answer is None:
         return _begin(is_busy=is_busy)
     return "".join(
         (
-            _path(told),
+            _path(answer),
             '<div class="overview">',
-            _ended(told) if told["ended"] is not None else _next(told, node, is_busy=is_busy),
-            _known(told),
+            _ended(answer) if answer["ended"] is not None else _next(answer, node, is_busy=is_busy),
+            _known(answer),
             "</div>",
-            _trials(told, is_busy=is_busy),
-            _finish(told, is_busy=is_busy),
+            _trials(answer, is_busy=is_busy),
+            _finish(answer, is_busy=is_busy),
         )
     )
 
@@ -59,33 +59,33 @@ def _begin(*, is_busy: bool) -> str:
     ) + markup.section("or see it done", markup.form("practise", "do all trials", seed, is_busy=is_busy))
 
 
-def _path(told: Told) -> str:
-    good = {one["kind"] for one in told["trials"] if one["good"]}
-    tried = {one["kind"] for one in told["trials"]}
-    coming = told["next"]["kind"] if told["next"] is not None else ""
+def _path(answer: Answer) -> str:
+    good = {one["kind"] for one in answer["trials"] if one["good"]}
+    tried = {one["kind"] for one in answer["trials"]}
+    coming = answer["next"]["kind"] if answer["next"] is not None else ""
     cells = []
     for kind in TRIAL_KINDS:
         level, said = (
             ("ok", "done") if kind in good else ("bad", "again") if kind in tried else ("unknown", "")
         )
-        if kind in told["left_out"]:
-            level, said = "unknown", told["left_out"][kind]
+        if kind in answer["left_out"]:
+            level, said = "unknown", answer["left_out"][kind]
         elif kind == coming:
             level, said = ("warn", "next, once more" if kind in good else "next")
         cells.append(f'<li class="{level}"><b>{kind}</b> <span>{escape(said)}</span></li>')
     return f'<ol class="steps">{"".join(cells)}</ol>'
 
 
-def _next(told: Told, node: str, *, is_busy: bool) -> str:
-    trial = told["next"]
+def _next(answer: Answer, node: str, *, is_busy: bool) -> str:
+    trial = answer["next"]
     if trial is None:
-        lead = f'<p class="lead">{escape(told["why"])}</p>'
+        lead = f'<p class="lead">{escape(answer["why"])}</p>'
         return markup.section("what is next", lead, "<p>End the calibration below.</p>")
     words = "".join(f"<li>{escape(one)}</li>" for one in trial["words"])
     return markup.section(
         f"next: {trial['kind']}",
         f'<p class="lead">{escape(trial["name"])}, {trial["duration"]:.0f} s</p>',
-        f'<p class="soft">{escape(told["why"])}</p><figure>{draw_motion(trial["motion"])}</figure>',
+        f'<p class="soft">{escape(answer["why"])}</p><figure>{draw_motion(trial["motion"])}</figure>',
         f"<ol>{words}</ol>",
         '<p><a id="motion" href="/motion" download>the motion for a rig (TOML, SI units)</a></p>',
         _taking(trial["kind"], is_busy=is_busy),
@@ -131,24 +131,25 @@ def _recording(node: str, *, is_busy: bool) -> str:
     return markup.form("record", "record", source, finger, is_busy=is_busy)
 
 
-def _ended(told: Told) -> str:
-    ended = told["ended"]
+def _ended(answer: Answer) -> str:
+    ended = answer["ended"]
     added = ", ".join(one.replace("_", " ") for one in ended["added"])
     more = ""
-    if told["next"] is not None:
-        more = f"<p>{escape(told['why'])}: a further {escape(told['next']['kind'])} would show it.</p>"
+    if answer["next"] is not None:
+        more = f"<p>{escape(answer['why'])}: a further {escape(answer['next']['kind'])} would show it.</p>"
     return markup.section(
         "the model",
         markup.huge_error(ended["error"]),
         f"<p>the paper's model{escape(f' with {added}' if added else '')}: "
         f'<b id="verdict">{escape(ended["verdict"])}</b></p>',
-        f"<p>Written: <code>{escape(told['model'])}</code>, <code>{escape(told['report'])}</code></p>{more}",
+        f"<p>Written: <code>{escape(answer['model'])}</code>, <code>{escape(answer['report'])}</code></p>",
+        more,
         f"<p>{markup.button('go on with further trials', 'look', is_busy=False)}</p>",
     )
 
 
-def _known(told: Told) -> str:
-    known = told["ended"]["parameters"] if told["ended"] is not None else told["parameters"]
+def _known(answer: Answer) -> str:
+    known = answer["ended"]["parameters"] if answer["ended"] is not None else answer["parameters"]
     if not known:
         return markup.section("what is known", "<p>Nothing yet.</p>")
     rows = [
@@ -167,13 +168,13 @@ def _known(told: Told) -> str:
         )
         for symbol, one in known.items()
     ]
-    misfit = f'<p class="warn">{escape(told["misfit"])}</p>' if told["misfit"] else ""
+    misfit = f'<p class="warn">{escape(answer["misfit"])}</p>' if answer["misfit"] else ""
     head = ("", "value", "unit", "std", "target", "", "")
     return markup.section("what is known", markup.table(head, rows, numbers=(1, 3, 4)), misfit)
 
 
-def _trials(told: Told, *, is_busy: bool) -> str:
-    if not told["trials"]:
+def _trials(answer: Answer, *, is_busy: bool) -> str:
+    if not answer["trials"]:
         return ""
     rows = [
         (
@@ -183,7 +184,7 @@ def _trials(told: Told, *, is_busy: bool) -> str:
             markup.Markup(_problems(one["problems"])),
             markup.Markup(markup.button("drop", "drop", is_busy=is_busy, data_number=i)),
         )
-        for i, one in enumerate(told["trials"], 1)
+        for i, one in enumerate(answer["trials"], 1)
     ]
     head = ("no.", "kind", "motion", "what it lacks", "")
     return markup.section("trials", markup.table(head, rows, numbers=(0,), identifier="trials"))
@@ -195,10 +196,10 @@ def _problems(problems: Sequence[str]) -> markup.Markup:
     return markup.Markup(f'<span class="bad">record again: {escape("; ".join(problems))}</span>')
 
 
-def _finish(told: Told, *, is_busy: bool) -> str:
-    if not told["trials"] or told["ended"] is not None:
+def _finish(answer: Answer, *, is_busy: bool) -> str:
+    if not answer["trials"] or answer["ended"] is not None:
         return ""
-    main = "main" if told["next"] is None else ""
+    main = "main" if answer["next"] is None else ""
     return markup.section(
         "the end",
         "<p>Looks for effects that the model lacks, and writes model and report.</p>",
@@ -220,7 +221,7 @@ class Calibrator(JobPage):
     def __init__(self, folder: Path, node: str = "") -> None:
         super().__init__()
         self.folder, self.node = folder, node
-        self.told: dict[str, Any] | None = None
+        self.answer: dict[str, Any] | None = None
 
     @property
     def has_begun(self) -> bool:
@@ -261,12 +262,12 @@ class Calibrator(JobPage):
         self._start("looking for what the model lacks", "--end")
 
     def motion(self) -> Path | None:
-        found = (self.told or {}).get("motion")
+        found = (self.answer or {}).get("motion")
         return Path(found) if found and Path(found).is_file() else None
 
     def shown(self) -> dict[str, Any]:
-        level, name = standing(self.told)
-        html = body(self.told, node=self.node, is_busy=self.job is not None)
+        level, name = standing(self.answer)
+        html = body(self.answer, node=self.node, is_busy=self.job is not None)
         return {"name": self.folder.resolve().name, "level": level, "verdict": name, "body": html}
 
     def _start(self, what: str, *options: str) -> None:
@@ -275,21 +276,21 @@ class Calibrator(JobPage):
             self.error = ""
             self._run(what, ["calibrate", str(self.folder), *options], self._store)
 
-    def _store(self, told: dict[str, Any]) -> None:
-        self.told = told
+    def _store(self, answer: dict[str, Any]) -> None:
+        self.answer = answer
 
-    def _fail(self, told: dict[str, Any] | None) -> None:
-        if told is None:  # it did nothing: what is shown is what leads here
+    def _fail(self, answer: dict[str, Any] | None) -> None:
+        if answer is None:  # it did nothing: what is shown is what leads here
             self.commands = self.commands[:-1]
 
 
 def routes(calibrator: Calibrator) -> list[Route]:
     actions: Actions = {
-        "begin": lambda told: calibrator.begin(str(told["radius"]), str(told["force"])),
-        "take": lambda told: calibrator.take(str(told["recording"]), str(told.get("kind", ""))),
-        "record": lambda told: calibrator.record(str(told["node"]), str(told["finger"])),
-        "practise": lambda told: calibrator.practise(int(told["seed"])),
-        "drop": lambda told: calibrator.drop(int(told["number"])),
+        "begin": lambda answer: calibrator.begin(str(answer["radius"]), str(answer["force"])),
+        "take": lambda answer: calibrator.take(str(answer["recording"]), str(answer.get("kind", ""))),
+        "record": lambda answer: calibrator.record(str(answer["node"]), str(answer["finger"])),
+        "practise": lambda answer: calibrator.practise(int(answer["seed"])),
+        "drop": lambda answer: calibrator.drop(int(answer["number"])),
         "end": lambda _: calibrator.end(),
         "look": lambda _: calibrator.refresh(),
         "stop": lambda _: calibrator.stop(),

@@ -98,7 +98,7 @@ class Controller(JobPage):
             self._start([*steps, self._diagnose] if rung.diagnosis is None else steps)
 
     def hold_back(self, episodes: str) -> None:
-        """Fit the model that is looked at without ``episodes``, and see how it foretells them.
+        """Fit the model that is looked at without ``episodes``, and see how it predicts them.
 
         Raises:
             UsageError: not a list of episodes, or the model was fitted so.
@@ -141,15 +141,15 @@ class Controller(JobPage):
             self._compare_other(name, name, None)
 
     def _compare_other(self, name: str, file: str, beside: int | None) -> None:
-        def store(told: dict[str, Any]) -> None:
-            self.beside, self.other = beside, (name, told)
+        def store(answer: dict[str, Any]) -> None:
+            self.beside, self.other = beside, (name, answer)
 
         held = self._held(self._standing().held_back)
         arguments = ["compare", str(self._recording), "--model", file, "--curves", *held, *self._options]
         self._start([lambda: Task(f"comparing with {name}", arguments, store)])
 
     def plan(self, candidates: str, duration: str = "") -> None:
-        """Look for the experiment that tells ``candidates`` (by commas) apart, as a motion to export."""
+        """Look for the experiment that separates ``candidates`` (by commas), as a motion to export."""
         with self._lock:
             rung = self._standing()
             if not candidates.strip():
@@ -190,9 +190,9 @@ class Controller(JobPage):
             arguments += self._options
             parent = self.session.current
 
-            def store(told: dict[str, Any]) -> None:
-                added = Rung(file, name, parent, told["error"]["after"], held_back=held)
-                added.parameters, added.warnings = told["parameters"], told["warnings"]
+            def store(answer: dict[str, Any]) -> None:
+                added = Rung(file, name, parent, answer["error"]["after"], held_back=held)
+                added.parameters, added.warnings = answer["parameters"], answer["warnings"]
                 self.session.add(added)
                 self.beside = self.other = None
 
@@ -255,9 +255,9 @@ class Controller(JobPage):
         start = ["--model", model] if model else []
         arguments = ["fit", str(self._recording), *start, "-o", self._path(file), *self._held(held_back)]
 
-        def store(told: dict[str, Any]) -> None:
-            rung = Rung(file, None, parent, told["error"], held_back=held_back)
-            rung.parameters, rung.warnings = told["parameters"], told.get("warnings", [])
+        def store(answer: dict[str, Any]) -> None:
+            rung = Rung(file, None, parent, answer["error"], held_back=held_back)
+            rung.parameters, rung.warnings = answer["parameters"], answer.get("warnings", [])
             self.session.add(rung)
             self.beside = self.other = None
 
@@ -268,9 +268,9 @@ class Controller(JobPage):
         rung = self._standing()
         arguments = ["compare", *self._with(rung.model), "--curves", *self._held(rung.held_back)]
 
-        def store(told: dict[str, Any]) -> None:
-            rung.comparison = told
-            rung.error = told["error"]
+        def store(answer: dict[str, Any]) -> None:
+            rung.comparison = answer
+            rung.error = answer["error"]
 
         return Task("comparing", [*arguments, *self._options], store)
 
@@ -313,15 +313,15 @@ class Controller(JobPage):
             return
         task = self._queue.pop(0)()
 
-        def store(told: dict[str, Any]) -> None:
-            task.store(told)
+        def store(answer: dict[str, Any]) -> None:
+            task.store(answer)
             save(self.session, self.folder)
             self._next()
 
         self._run(task.what, task.arguments, store)
 
-    def _fail(self, told: dict[str, Any] | None) -> None:
-        del told
+    def _fail(self, answer: dict[str, Any] | None) -> None:
+        del answer
         self._queue.clear()
 
     def _say(self, note: str, command: str) -> None:
@@ -332,29 +332,29 @@ class Controller(JobPage):
 
 
 def _into(rung: Rung, name: str) -> Callable[[dict[str, Any]], None]:
-    return lambda told: setattr(rung, name, told)
+    return lambda answer: setattr(rung, name, answer)
 
 
 def routes(controller: Controller) -> list[Route]:
     actions: Actions = {
         "judge": lambda _: controller.judge(),
-        "add": lambda told: controller.add(str(told["effect"])),
+        "add": lambda answer: controller.add(str(answer["effect"])),
         "undo": lambda _: controller.undo(),
-        "look_at": lambda told: controller.look_at(int(told["place"])),
+        "look_at": lambda answer: controller.look_at(int(answer["place"])),
         "stop": lambda _: controller.stop(),
-        "hold_back": lambda told: controller.hold_back(str(told["episodes"])),
-        "compare_with": lambda told: controller.compare_with(_place(told["place"])),
-        "compare_with_file": lambda told: controller.compare_with_file(str(told["name"])),
+        "hold_back": lambda answer: controller.hold_back(str(answer["episodes"])),
+        "compare_with": lambda answer: controller.compare_with(_place(answer["place"])),
+        "compare_with_file": lambda answer: controller.compare_with_file(str(answer["name"])),
         "draft": lambda _: controller.draft(),
-        "plan": lambda told: controller.plan(str(told["candidates"]), str(told["duration"])),
-        "write_model": lambda told: controller.write_model(str(told["name"])),
-        "use_in_node": lambda told: controller.use_in_node(str(told["node"])),
+        "plan": lambda answer: controller.plan(str(answer["candidates"]), str(answer["duration"])),
+        "write_model": lambda answer: controller.write_model(str(answer["name"])),
+        "use_in_node": lambda answer: controller.use_in_node(str(answer["node"])),
     }
     return job_routes("check", "model", controller, actions)
 
 
-def _place(told: Any) -> int | None:
-    return None if told == "before" else int(told)
+def _place(answer: Any) -> int | None:
+    return None if answer == "before" else int(answer)
 
 
 def run(

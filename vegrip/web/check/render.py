@@ -32,7 +32,7 @@ from vegrip.web.markup import (
     unit_name,
 )
 
-Told = Mapping[str, Any]
+Answer = Mapping[str, Any]
 VERDICTS = {
     "adequate": ("ok", "adequate", "nothing is missing that this recording can show"),
     "named": ("warn", "an effect is missing", "what is named below explains the misfit: add it"),
@@ -51,7 +51,7 @@ def verdict(rung: Rung) -> tuple[str, str, str]:
     return "unknown", "not diagnosed", f"the model leaves {rung.error:.2f} times the noise"
 
 
-Beside = tuple[str, Told]
+Beside = tuple[str, Answer]
 """Name and comparison of a model that is shown beside another."""
 
 
@@ -98,31 +98,31 @@ def body(
     )
 
 
-def comparison(told: Told | None, beside: Beside | None = None) -> str:
+def comparison(answer: Answer | None, beside: Beside | None = None) -> str:
     """Return measured against modelled, and the residual by regime and over every variable."""
-    if told is None or "curves" not in told:
+    if answer is None or "curves" not in answer:
         return ""
     name, other = beside or ("", {})
     return "".join(
-        _channel(channel, told["channels"].get(channel), curves, name, other.get("curves", {}).get(channel))
-        for channel, curves in told["curves"].items()
+        _channel(channel, answer["channels"].get(channel), curves, name, other.get("curves", {}).get(channel))
+        for channel, curves in answer["curves"].items()
     )
 
 
-def where(told: Told | None) -> str:
+def where(answer: Answer | None) -> str:
     """Return in words where the model fails."""
-    if told is None:
+    if answer is None:
         return ""
-    notes = [one["note"] for one in told["where"]] or ["nothing stands out of the noise"]
-    if told.get("repeated"):
-        notes.append(told["repeated"]["note"])
-    doubts = [*told.get("doubts", [])]
+    notes = [one["note"] for one in answer["where"]] or ["nothing stands out of the noise"]
+    if answer.get("repeated"):
+        notes.append(answer["repeated"]["note"])
+    doubts = [*answer.get("doubts", [])]
     return listed(notes) + (f'<p class="warn">{escape("; ".join(doubts))}</p>' if doubts else "")
 
 
-def channels(told: Told | None) -> str:
+def channels(answer: Answer | None) -> str:
     """Return error, noise and coverage of every channel."""
-    if told is None:
+    if answer is None:
         return ""
     rows = [
         (
@@ -131,22 +131,22 @@ def channels(told: Told | None) -> str:
             in_noise(name, one),
             f"{100.0 * one['coverage95']:.0f} %",
         )
-        for name, one in told["channels"].items()
+        for name, one in answer["channels"].items()
     ]
     return table(("channel", "error / noise", "rms", "within 95 %"), rows, numbers=(1, 3))
 
 
 def ranking(rung: Rung, have: Sequence[str], *, is_busy: bool, has_buttons: bool = True) -> str:
     """Return what was tried, best first, each with its evidence and a button that adds it."""
-    told = rung.diagnosis
-    if told is None:
+    answer = rung.diagnosis
+    if answer is None:
         return ""
-    tried = [one for one in told["effects"][:8] if one["name"] not in have]
+    tried = [one for one in answer["effects"][:8] if one["name"] not in have]
     if not tried:
         nothing = "<p>No further effect of the catalogue explains anything more.</p>"
-        return section("what may be missing", nothing, _undecided(told))
-    most = max([1.0, *(one["heldout_gain"] for one in told["effects"])])
-    named = [place for place, one in enumerate(tried, 1) if one["name"] in told["named"]]
+        return section("what may be missing", nothing, _undecided(answer))
+    most = max([1.0, *(one["heldout_gain"] for one in answer["effects"])])
+    named = [place for place, one in enumerate(tried, 1) if one["name"] in answer["named"]]
     rows = [
         _candidate(one, most, named=place in named, has_buttons=has_buttons, is_busy=is_busy)
         for place, one in enumerate(tried, 1)
@@ -154,7 +154,7 @@ def ranking(rung: Rung, have: Sequence[str], *, is_busy: bool, has_buttons: bool
     head = ("effect", "evidence [nats]", "held out [nats]", "", "error after / noise", "outcome", "")
     return section(
         "what may be missing",
-        _undecided(told) + table(head, rows, numbers=(1, 2, 4), kind="ranking", named=named),
+        _undecided(answer) + table(head, rows, numbers=(1, 2, 4), kind="ranking", named=named),
         '<p class="soft">Evidence: how much better the effect explains the recording, its price paid. '
         "Held out: on episodes that the fit has not seen. An effect that fails a test is no finding.</p>",
     )
@@ -245,10 +245,10 @@ def _beside(session: Session, place: int | None) -> Beside | None:
     if place is None or not 0 <= place < len(session.rungs):
         return None
     rung, other = session.rung, session.rungs[place]
-    told = other.comparison
+    answer = other.comparison
     if rung is None or other.held_back != rung.held_back:
         return None  # judged on other episodes
-    return None if told is None else (f"model {_rung_name(session, place)}", told)
+    return None if answer is None else (f"model {_rung_name(session, place)}", answer)
 
 
 def _beside_card(
@@ -271,7 +271,7 @@ def _beside_card(
     )
 
 
-def _two_models(mine: Told, shown: Beside) -> str:
+def _two_models(mine: Answer, shown: Beside) -> str:
     name, other = shown
     rows: list[tuple[object, ...]] = [
         (channel.replace("_", " "), f"{one['ratio']:.2f}", _ratio(other["channels"].get(channel)))
@@ -283,7 +283,7 @@ def _two_models(mine: Told, shown: Beside) -> str:
     return table(("error / noise", "this model", name), rows, numbers=(1, 2), kind="narrow")
 
 
-def _ratio(channel: Told | None) -> str:
+def _ratio(channel: Answer | None) -> str:
     return "–" if channel is None else f"{channel['ratio']:.2f}"
 
 
@@ -295,7 +295,7 @@ def _held_back_card(rung: Rung, *, is_busy: bool) -> str:
         form(
             "hold_back", "fit again", entry("episodes", "episodes", is_busy=is_busy, **given), is_busy=is_busy
         ),
-        '<p class="soft">The fit leaves them out, and its error on them shows whether the model foretells '
+        '<p class="soft">The fit leaves them out, and its error on them shows whether the model predicts '
         f"what it has not seen; {now}.</p>",
     )
 
@@ -303,8 +303,8 @@ def _held_back_card(rung: Rung, *, is_busy: bool) -> str:
 def _held_out(rung: Rung) -> str:
     if rung.held_out is None:
         return ""
-    told = rung.held_out["curves"].items()
-    figures = [f"<figure>{over_time(name, curves)}</figure>" for name, curves in told]
+    answer = rung.held_out["curves"].items()
+    figures = [f"<figure>{over_time(name, curves)}</figure>" for name, curves in answer]
     return section(f"episodes {rung.held_back}, which the fit has not seen", *figures)
 
 
@@ -330,22 +330,23 @@ def _law(rung: Rung, *, is_busy: bool) -> str:
     if rung.draft is None and (rung.diagnosis is None or rung.diagnosis["verdict"] != "unexplained"):
         return ""
     asks = button("draft a law", "draft", is_busy=is_busy, id="draft")
-    told = rung.draft
-    if told is None:
+    answer = rung.draft
+    if answer is None:
         return section("a law for what is left", f'<p class="acts">{asks}</p>')
-    if told["law"] is None:
-        return section("a law for what is left", f"<p>none: {escape(told['reason'])}</p>")
-    error = told["error"]
-    given = {"class_": "main", "id": "add-law", "data_effect": told["file"]}
-    others = [f"as good: {law}" for law in told["rivals"]]
+    if answer["law"] is None:
+        return section("a law for what is left", f"<p>none: {escape(answer['reason'])}</p>")
+    error = answer["error"]
+    given = {"class_": "main", "id": "add-law", "data_effect": answer["file"]}
+    others = [f"as good: {law}" for law in answer["rivals"]]
     return section(
         "a law for what is left",
-        f"<p><b>{escape(told['law'])}</b></p>",
-        f"<p>error {error['before']:.2f} → {error['after']:.2f} times the noise; in the {told['place']}. "
-        f"A draft is a shape that fits, not physics; what would refute it: {escape(told['experiment'])}</p>",
+        f"<p><b>{escape(answer['law'])}</b></p>",
+        f"<p>error {error['before']:.2f} → {error['after']:.2f} times the noise; in the {answer['place']}. "
+        "A draft is a shape that fits, not physics; what would refute it: "
+        f"{escape(answer['experiment'])}</p>",
         listed(others) if others else "",
         legend(("ink-soft", "measured less model"), ("blue", "what the law adds, with its 95 % interval")),
-        f"<figure>{over_law(told['curve'])}</figure>",
+        f"<figure>{over_law(answer['curve'])}</figure>",
         f'<p class="acts">{button("add this law", "add", is_busy=is_busy, **given)}</p>',
         id="law",
     )
@@ -354,19 +355,19 @@ def _law(rung: Rung, *, is_busy: bool) -> str:
 def _rivals(rung: Rung) -> list[str]:
     if rung.draft is not None and rung.draft["file"]:
         return [rung.draft["file"], rung.draft["rival"] or "nothing"]
-    told = rung.diagnosis
-    if told is None:
+    answer = rung.diagnosis
+    if answer is None:
         return []
-    if told["experiment"]:
-        return list(told["experiment"]["between"])
-    return [one["name"] for one in told["effects"][:2]]
+    if answer["experiment"]:
+        return list(answer["experiment"]["between"])
+    return [one["name"] for one in answer["effects"][:2]]
 
 
-def _channel(name: str, error: Told | None, told: Told, other: str, beside: Told | None) -> str:
+def _channel(name: str, error: Answer | None, answer: Answer, other: str, beside: Answer | None) -> str:
     said = f": {error['ratio']:.2f} times the noise" if error is not None else ""
     variables = "".join(
         f"<figure>{over_variable(name, variable, one)}</figure>"
-        for variable, one in told["variables"].items()
+        for variable, one in answer["variables"].items()
     )
     lines = [("measured area measured", "measured, with 95 % of the noise"), ("blue", "model")]
     more = ""
@@ -376,14 +377,15 @@ def _channel(name: str, error: Told | None, told: Told, other: str, beside: Told
     return section(
         f"{name.replace('_', ' ')}{said}",
         legend(*lines, *([("orange dash", other)] if beside is not None else [])),
-        f"<figure>{over_time(name, told, beside)}</figure><figure>{residual_over_time(name, told)}</figure>",
-        f"{over_phases(told['phases'])}{more}",
+        f"<figure>{over_time(name, answer, beside)}</figure>",
+        f"<figure>{residual_over_time(name, answer)}</figure>",
+        f"{over_phases(answer['phases'])}{more}",
         kind="card channel",
     )
 
 
 def _candidate(
-    one: Told, most: float, *, named: bool, has_buttons: bool, is_busy: bool
+    one: Answer, most: float, *, named: bool, has_buttons: bool, is_busy: bool
 ) -> tuple[object, ...]:
     name = one["name"]
     label = escape(name.replace("_", " "))
@@ -396,16 +398,16 @@ def _candidate(
     return (title, *gains, size, f"{one['error_after']:.2f}", Markup(fails), Markup(adds))
 
 
-def _undecided(told: Told) -> str:
+def _undecided(answer: Answer) -> str:
     said = [
         f"cannot be distinguished by this recording: {', '.join(group)}"
-        for group in told["indistinguishable"]
+        for group in answer["indistinguishable"]
     ]
-    if told["unexplained"]:
-        said.append(told["unexplained"]["note"])
-    suggestions = (told["experiment"] or {}).get("suggestions", {})
+    if answer["unexplained"]:
+        said.append(answer["unexplained"]["note"])
+    suggestions = (answer["experiment"] or {}).get("suggestions", {})
     said += [f"to distinguish {name}: {text}" for name, text in suggestions.items()]
-    said += told["doubts"]
+    said += answer["doubts"]
     return listed([one.replace("_", " ") for one in said])
 
 

@@ -95,11 +95,11 @@ def load(folder: Path, recording: str) -> Session | None:
     if not file.is_file():
         return None
     try:
-        told = json.loads(file.read_text(encoding="utf-8"))
+        saved = json.loads(file.read_text(encoding="utf-8"))
         found = Session(
-            told["recording"],
-            [Rung(**rung) for rung in told["rungs"]],
-            min(told["current"], len(told["rungs"])),
+            saved["recording"],
+            [Rung(**rung) for rung in saved["rungs"]],
+            min(saved["current"], len(saved["rungs"])),
         )
     except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise InputError(

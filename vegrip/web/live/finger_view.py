@@ -30,7 +30,7 @@ OF_THE_CONTACT = ("mu", "k")  # are in ContactEstimate, as they are now
 
 SHOWN = ("normal_force", "contact_radius", "pressure_exponent", "friction_coefficient", "indentation")
 
-NO_LOAD = 0.98  # margin from which on the load is too small to tell the sure limit from
+NO_LOAD = 0.98  # margin from which on the load is too small to distinguish the certain limit from
 
 
 @cache
@@ -44,7 +44,7 @@ def finger_view(
     """Return the finger as it is at ``now`` [ns].
 
     Args:
-        row: what has been heard of it.
+        row: what has been received of it.
         now: [ns].
         wanted: the margin its controller keeps, None = not known.
         learned: newest of each parameter, by symbol.

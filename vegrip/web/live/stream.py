@@ -1,4 +1,4 @@
-"""The thread that hears the nodes and turns what it hears into the events of the page, 25 a second."""
+"""The thread that turns what it receives from the nodes into the events of the page, 25 a second."""
 
 import asyncio
 import threading
@@ -35,7 +35,7 @@ def routes(stream: EventLog) -> list[Route]:
         Route("/live", live),
         Route("/parameters", answering(_parameters), methods=["GET"]),
         Route("/parameters", answering(_set_parameter), methods=["POST"]),
-        Route("/state", answering(lambda told: ask(find_node(told["node"]), "state")), methods=["GET"]),
+        Route("/state", answering(lambda asked: ask(find_node(asked["node"]), "state")), methods=["GET"]),
         Route("/state", answering(_set_state), methods=["POST"]),
     ]
 
@@ -50,16 +50,16 @@ async def _texts(stream: EventLog) -> AsyncIterator[str]:
             yield text
 
 
-def _parameters(told: dict[str, Any]) -> Any:
-    return jsonable(ask(find_node(told["node"]), "parameters"))
+def _parameters(asked: dict[str, Any]) -> Any:
+    return jsonable(ask(find_node(asked["node"]), "parameters"))
 
 
-def _set_parameter(told: dict[str, Any]) -> Any:
-    return jsonable(ask(find_node(told["node"]), "set_parameter", name=told["name"], value=told["value"]))
+def _set_parameter(asked: dict[str, Any]) -> Any:
+    return jsonable(ask(find_node(asked["node"]), "set_parameter", name=asked["name"], value=asked["value"]))
 
 
-def _set_state(told: dict[str, Any]) -> Any:
-    return ask(find_node(told["node"]), "set_state", CONFIGURING_MAY_TAKE, target=told["target"])
+def _set_state(asked: dict[str, Any]) -> Any:
+    return ask(find_node(asked["node"]), "set_state", CONFIGURING_MAY_TAKE, target=asked["target"])
 
 
 EVERY_ONE = (messages.SlipMargin, messages.LearnedParameter)
@@ -70,7 +70,7 @@ ASK_PATIENCE = 0.5  # [s]
 
 
 class Stream:
-    """Hears all nodes of this machine in a thread of its own; pages read its ``log``."""
+    """Receives from all nodes of this machine in a thread of its own; pages read its ``log``."""
 
     def __init__(self) -> None:
         self._watch = Watch(EVERY_ONE, NEWEST_ONLY, waits=True)
@@ -132,7 +132,7 @@ class WantedMargins:
 
 
 def run(port: int, announce: Callable[[str], None], *, opens: bool = False) -> None:
-    """Hear all nodes of this machine, those that come later as well, and serve the page that shows them."""
+    """Receive from all nodes of this machine, also later ones, and serve the page that shows them."""
     with closing(Stream()) as stream:
         stream.start()
         serve(routes(stream.log), port, announce, opens=opens)

@@ -54,7 +54,7 @@ class Columns:
         self._stds[name] = std
 
     def close(self) -> Column:
-        """End the open column, keep and return it; what was not heard in it is None."""
+        """End the open column, keep and return it; what was not received in it is None."""
         column: Column = []
         for name in COLUMN_NAMES:
             column += [_short(v) for v in self._open.get(name, (math.nan,) * 3)]
@@ -130,7 +130,7 @@ class LiveView:
                     row,
                     now,
                     wanted=wanted(row.source),
-                    learned=self._learned.get(name, {}) if self._is_heard(row.source) else {},
+                    learned=self._learned.get(name, {}) if self._is_received(row.source) else {},
                 )
                 for name, row in board.rows.items()
             },
@@ -142,7 +142,7 @@ class LiveView:
             ],
         }
 
-    def _is_heard(self, node: str) -> bool:
+    def _is_received(self, node: str) -> bool:
         return node in self.board.nodes and self.board.nodes[node].presence is Presence.RUNNING
 
     @staticmethod
@@ -174,7 +174,7 @@ def _label(alarm: Alarm | None) -> dict[str, str] | None:
 
 def _node(row: NodeRow, now: int) -> dict[str, Any]:
     status = row.status
-    told: dict[str, Any] = {
+    shown: dict[str, Any] = {
         "presence": row.presence.value,
         "age": finite(row.age(now), 3),
         "overdue": row.is_overdue(now),
@@ -183,8 +183,8 @@ def _node(row: NodeRow, now: int) -> dict[str, Any]:
         "refused": row.refusals(now),
     }
     if status is None:
-        return told
-    return told | {
+        return shown
+    return shown | {
         "state": status.state.name.lower(),
         "rate_in": finite(status.rate_in),
         "rate_out": finite(status.rate_out),

@@ -36,8 +36,8 @@ def bibtex(keys: Iterable[str]) -> str:
 def software(version: str) -> str:
     """Return the entry of vegrip itself."""
     title = "vegrip: contact estimation and grip control for robot hands with soft fingertips"
-    told = {"author": f"{{{AUTHOR}}}", "title": title, "version": version, "license": "Apache-2.0"}
-    return _written("software", "vegrip", told)
+    entry = {"author": f"{{{AUTHOR}}}", "title": title, "version": version, "license": "Apache-2.0"}
+    return _written("software", "vegrip", entry)
 
 
 def _entry(key: str, text: str) -> str:
@@ -55,7 +55,9 @@ def _authors(text: str) -> str:
 
 
 def _written(kind: str, key: str, fields: Mapping[str, str]) -> str:
-    told = {name: re.sub(r"[&_%#$]", r"\\\g<0>", value) for name, value in fields.items() if value}
-    if "pages" in told:
-        told["pages"] = told["pages"].replace("-", "--")
-    return "\n".join((f"@{kind}{{{key},", *(f"  {name} = {{{value}}}," for name, value in told.items()), "}"))
+    entry = {name: re.sub(r"[&_%#$]", r"\\\g<0>", value) for name, value in fields.items() if value}
+    if "pages" in entry:
+        entry["pages"] = entry["pages"].replace("-", "--")
+    return "\n".join(
+        (f"@{kind}{{{key},", *(f"  {name} = {{{value}}}," for name, value in entry.items()), "}")
+    )

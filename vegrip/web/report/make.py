@@ -22,27 +22,27 @@ from vegrip.web.markup import commands, document, facts, legend, listed, section
 from vegrip.web.report.methods import methods_of_run
 from vegrip.web.report.model_report import account_of_check, model_report
 
-Told = Mapping[str, Any]
+Answer = Mapping[str, Any]
 FAULTY = 0.01  # share of the time under a fault from which on it is said
 
 
-def run_report(told: Told, commands_run: list[str], versions: Told) -> str:
+def run_report(answer: Answer, commands_run: list[str], versions: Answer) -> str:
     """Return the report of :func:`~vegrip.identification.recording.session.summarise_run`."""
-    fingers = told["fingers"]
+    fingers = answer["fingers"]
     parts = (
-        section("what happened", listed(_findings(told))),
+        section("what happened", listed(_findings(answer))),
         section("fingers", _fingers(fingers)),
-        section("nodes", _nodes(told["nodes"])),
+        section("nodes", _nodes(answer["nodes"])),
         *(section(name, _finger(name, one)) for name, one in fingers.items()),
-        section("data", facts({"run": told["folder"], **told["about"]})),
-        methods_of_run(told, versions),
+        section("data", facts({"run": answer["folder"], **answer["about"]})),
+        methods_of_run(answer, versions),
         section("how to make this again", commands(commands_run)),
     )
-    return document(told["name"], "".join(parts), versions_line(versions))
+    return document(answer["name"], "".join(parts), versions_line(versions))
 
 
-def _findings(told: Told) -> list[str]:
-    fingers = told["fingers"]
+def _findings(answer: Answer) -> list[str]:
+    fingers = answer["fingers"]
     slips = sum(one["slips"] for one in fingers.values())
     said = [f"{slips} slips were felt" if slips else "no slip was felt"]
     bounds = {name: one["bound_lowest"] for name, one in fingers.items() if one["bound_lowest"] is not None}
@@ -63,7 +63,7 @@ def _findings(told: Told) -> list[str]:
     return said
 
 
-def _fingers(fingers: Told) -> str:
+def _fingers(fingers: Answer) -> str:
     head = (
         "finger", "time [s]", "slips", "mean force [N]", "largest force [N]", "lowest bound", "5 % bound",
         "below 0", "under a fault", "why",
@@ -79,7 +79,7 @@ def _fingers(fingers: Told) -> str:
     return table(head, rows, numbers=range(1, 9))
 
 
-def _nodes(nodes: Told) -> str:
+def _nodes(nodes: Answer) -> str:
     head = ("node", "out [Hz]", "p50 [ms]", "p99 [ms]", "max [ms]", "late", "dropped", "refused")
     rows = [
         (
@@ -92,13 +92,13 @@ def _nodes(nodes: Told) -> str:
     return table(head, rows, numbers=range(1, 7)) + note
 
 
-def _finger(name: str, one: Told) -> str:
+def _finger(name: str, one: Answer) -> str:
     margin = _margins(name, one["traces"])
     force = _forces(name, one["traces"])
     return f"<figure>{margin}</figure><figure>{force}</figure>"
 
 
-def _margins(name: str, traces: Told) -> str:
+def _margins(name: str, traces: Answer) -> str:
     margin, bound = traces["margin"], traces["bound"]
     if margin is None or bound is None:
         return ""
@@ -116,7 +116,7 @@ def _margins(name: str, traces: Told) -> str:
     return legend(("blue", "margin"), ("orange", "its lower bound")) + axes.svg(f"{name}: margin over time")
 
 
-def _forces(name: str, traces: Told) -> str:
+def _forces(name: str, traces: Answer) -> str:
     command, force = traces["command"], traces["normal_force"]
     if command is None:
         return ""
@@ -129,7 +129,7 @@ def _forces(name: str, traces: Told) -> str:
     return legend(*lines) + axes.svg(f"{name}: force over time")
 
 
-def _shares(reasons: Told) -> str:
+def _shares(reasons: Answer) -> str:
     ordered = sorted(reasons.items(), key=lambda item: -item[1])
     return ", ".join(
         f"{name.replace('_', ' ')} {100.0 * share:.0f} %" for name, share in ordered if share >= 0.005
@@ -166,7 +166,7 @@ NEEDED = (
 def make_report(
     what: Path, model: ContactModel | None, model_file: Path | None, report: Callable[[str], None]
 ) -> str:
-    """Return the report of ``what`` as HTML; ``report`` is told what is done."""
+    """Return the report of ``what`` as HTML; ``report`` gets each step as a sentence."""
     if (existing_folder(what) / TOML).is_file():
         return _of_recording(what, model, model_file, report)
     if model is not None:
@@ -211,17 +211,17 @@ def _of_check(folder: Path) -> str:
 
 
 def _refined(file: Path) -> dict[str, Any]:
-    told = _read(file)
-    if missing := [name for name in NEEDED if name not in told]:
+    answer = _read(file)
+    if missing := [name for name in NEEDED if name not in answer]:
         raise InputError(f"{file} lacks {', '.join(missing)}; make it again with `vegrip refine --report`")
-    return told
+    return answer
 
 
 def _read(file: Path) -> dict[str, Any]:
     try:
-        told = json.loads(file.read_text(encoding="utf-8"))
+        answer = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"{file} cannot be read: {error}") from None
-    if not isinstance(told, dict):
+    if not isinstance(answer, dict):
         raise InputError(f"{file} is no report")
-    return told
+    return answer

@@ -13,24 +13,24 @@ from vegrip.web.report.methods import methods_of_model
 Account = Mapping[str, Any]
 
 
-def model_report(told: Account) -> str:
+def model_report(answer: Account) -> str:
     """Return the report of an :func:`~vegrip.identification.diagnosis.account.account`."""
-    last = Rung("", None, None, told["ladder"][-1]["error"], told["after"], told["diagnosis"])
-    last.parameters, last.warnings = told["parameters"], told["warnings"]
-    added = [rung["effect"] for rung in told["ladder"] if rung["effect"] is not None]
+    last = Rung("", None, None, answer["ladder"][-1]["error"], answer["after"], answer["diagnosis"])
+    last.parameters, last.warnings = answer["parameters"], answer["warnings"]
+    added = [rung["effect"] for rung in answer["ladder"] if rung["effect"] is not None]
     parts = (
-        f'<div class="overview">{_result(told, added)}{section("ladder of errors", _ladder(told))}</div>',
-        section("what was measured", _data(told["data"])),
-        _calibration(told.get("calibration")),
-        section("where the first model failed", where(told["before"]), channels(told["before"])),
+        f'<div class="overview">{_result(answer, added)}{section("ladder of errors", _ladder(answer))}</div>',
+        section("what was measured", _data(answer["data"])),
+        _calibration(answer.get("calibration")),
+        section("where the first model failed", where(answer["before"]), channels(answer["before"])),
         ranking(last, [], is_busy=False, has_buttons=False),
-        comparison(told["after"], ("the first model", told["before"]) if added else None),
+        comparison(answer["after"], ("the first model", answer["before"]) if added else None),
         parameters(last),
-        section("what remains unknown", _unknown(told)),
-        methods_of_model(told),
-        section("how to make this again", commands(told["commands"])),
+        section("what remains unknown", _unknown(answer)),
+        methods_of_model(answer),
+        section("how to make this again", commands(answer["commands"])),
     )
-    return document(told["data"]["name"], "".join(parts), versions_line(told["versions"]))
+    return document(answer["data"]["name"], "".join(parts), versions_line(answer["versions"]))
 
 
 def account_of_check(
@@ -60,11 +60,11 @@ def account_of_check(
     }
 
 
-def _result(told: Account, added: list[str]) -> str:
-    level, name, sentence = VERDICTS[told["verdict"]]
-    if told["verdict"] == "named":
+def _result(answer: Account, added: list[str]) -> str:
+    level, name, sentence = VERDICTS[answer["verdict"]]
+    if answer["verdict"] == "named":
         level, name, sentence = "ok", "named", "what was added explains the misfit"
-    errors = [rung["error"] for rung in told["ladder"]]
+    errors = [rung["error"] for rung in answer["ladder"]]
     change = f"{errors[0]:.2f} → {errors[-1]:.2f}" if added else f"{errors[-1]:.2f}"
     model = f"with {', '.join(one.replace('_', ' ') for one in added)}" if added else "as it was"
     return section(
@@ -72,13 +72,13 @@ def _result(told: Account, added: list[str]) -> str:
         f'<p><span class="chip {level}">{name}</span></p>',
         f'<p class="huge">{change} <small>times the noise</small></p>',
         f"<p>{sentence}</p>",
-        channels(told["after"]),
+        channels(answer["after"]),
     )
 
 
-def _ladder(told: Account) -> str:
+def _ladder(answer: Account) -> str:
     lines = (("blue", "fitted"), ("orange dash", "held-out episodes"), ("green dash", "noise"))
-    return legend(*lines) + ladder(told["ladder"])
+    return legend(*lines) + ladder(answer["ladder"])
 
 
 def _data(data: Account) -> str:
@@ -98,12 +98,12 @@ def _data(data: Account) -> str:
     )
 
 
-def _calibration(told: Account | None) -> str:
-    if told is None:
+def _calibration(answer: Account | None) -> str:
+    if answer is None:
         return ""
     trials = [
         (i, one["kind"], one["name"], "; ".join(one["problems"]) or "good")
-        for i, one in enumerate(told["trials"], 1)
+        for i, one in enumerate(answer["trials"], 1)
     ]
     known = [
         (
@@ -113,9 +113,9 @@ def _calibration(told: Account | None) -> str:
             spread(one, "goal"),
             "known" if one["known"] else "not known well enough",
         )
-        for symbol, one in told["known"].items()
+        for symbol, one in answer["known"].items()
     ]
-    again = listed(told["again"]) if told["again"] else "<p>Nothing has to be recorded again.</p>"
+    again = listed(answer["again"]) if answer["again"] else "<p>Nothing has to be recorded again.</p>"
     return section(
         "calibration",
         table(("trial", "kind", "motion", "what it lacks"), trials, numbers=(0,)),
@@ -130,9 +130,9 @@ def _kind(channel: str) -> str:
     return channel.removesuffix("_x").removesuffix("_y")
 
 
-def _unknown(told: Account) -> str:
-    found = told["diagnosis"]
-    said = list(told["warnings"])
+def _unknown(answer: Account) -> str:
+    found = answer["diagnosis"]
+    said = list(answer["warnings"])
     if found is not None:
         said += [f"not separated: {', '.join(group)}" for group in found["indistinguishable"]]
         if found["unexplained"]:
