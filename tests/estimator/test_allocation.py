@@ -11,6 +11,9 @@ from vegrip.messages import FingertipState
 from vegrip.model import paper_model
 
 
+pytestmark = pytest.mark.numba
+
+
 @pytest.fixture(autouse=True)
 def numba_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
     """Look into the kernels as numba compiles them; in C they have no names to ask for."""
