@@ -7,7 +7,7 @@ DEMO := .venv/.demo
 # every process would compile all its modules anew, and each of hundreds in the tests does
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-ci test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel wheel-test sbom check format lint types docs site examples bench latency trials soak soak-wall clean fuzz fuzz-estimator fuzz-c attack audit mutants golden
+.PHONY: demo test test-ci test-long branches test-fast test-numba test-vcan test-web web-pictures test-c wheel wheel-test sbom check format lint types docs site examples bench latency trials soak soak-wall clean fuzz fuzz-estimator fuzz-c attack audit mutants golden
 
 demo: $(DEMO)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -32,6 +32,9 @@ test-ci: $(STAMP)  ## the same; up to five tests that fail are told, and run onc
 
 test-long: $(STAMP)  ## tests that take the longest, and those of many trials for one figure
 	$(V)/python -m pytest -q -n auto --dist load -m long $$(grep -rl --include='*.py' mark.long tests)
+
+branches: $(STAMP)  ## branch coverage of the safety path: watchdog, fail-safe, limits, renewal, decoding; one that no test takes fails
+	$(V)/python -m tools.safety_branches
 
 test-fast: $(STAMP)
 	$(V)/python -m pytest -q -n $(WORKERS) -m "not slow and not long and not wheel and not numba"
@@ -69,7 +72,7 @@ sbom: $(STAMP)  ## build/vegrip.cdx.json: all pinned parts, as CycloneDX
 	mkdir -p build
 	$(V)/python -m tools.sbom > build/vegrip.cdx.json
 
-check: lint types test test-long test-web test-numba test-vcan docs examples site wheel-test  ## what CI runs
+check: lint types test test-long branches test-web test-numba test-vcan docs examples site wheel-test  ## what CI runs
 
 format: $(STAMP)
 	$(V)/ruff format .

@@ -10,7 +10,6 @@ from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.messages import FingertipState
 from vegrip.model import paper_model
 
-
 pytestmark = pytest.mark.numba
 
 
