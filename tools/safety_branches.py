@@ -12,6 +12,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import coverage
 
@@ -58,7 +59,7 @@ def main() -> int:
     return 1 if left else 0
 
 
-def counted(files: Mapping[str, Mapping[str, list[list[int]]]]) -> tuple[set[Branch], set[Branch]]:
+def counted(files: Mapping[str, Mapping[str, Any]]) -> tuple[set[Branch], set[Branch]]:
     """Return the branches that are taken, and those that are left, of what was measured by file."""
     taken: set[Branch] = set()
     known: set[Branch] = set()
@@ -66,7 +67,7 @@ def counted(files: Mapping[str, Mapping[str, list[list[int]]]]) -> tuple[set[Bra
     for name, found in files.items():
         lines = lines_behind(Path(name), authors)
         for done in ("executed", "missing"):
-            arcs = [*found[f"{done}_branches"], *([line, 0] for line in found[f"{done}_lines"])]
+            arcs: list[list[int]] = [*found[f"{done}_branches"], *([n, 0] for n in found[f"{done}_lines"])]
             here = {
                 (*lines[start], lines[end][1] if end in lines else 0) for start, end in arcs if start in lines
             }
@@ -89,7 +90,7 @@ def lines_behind(path: Path, authors: Mapping[str, tuple[str, list[int]]]) -> di
         name = str(path.relative_to(ROOT)) if path.is_absolute() else str(path)
         count = len((ROOT / name).read_text(encoding="utf-8").splitlines())
         return {line: (name, line) for line in range(1, count + 1)}
-    found = {}
+    found: dict[int, tuple[str, int]] = {}
     for function, lines in functions_of(path):
         if function in authors:
             file, written = authors[function]
