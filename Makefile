@@ -18,14 +18,16 @@ WORKERS ?= $(shell expr $$(nproc) + 1)
 # the workers share the processors already; BLAS with threads of its own beside them costs a quarter more
 test test-ci test-long test-fast test-numba test-vcan test-c: export OPENBLAS_NUM_THREADS = 1
 
-TESTS = $(V)/python -m pytest -q -m "not wheel and not long and not numba"
+test: WHICH = not wheel and not long and not numba
+test-ci: WHICH = not wheel and not numba
+TESTS = $(V)/python -m pytest -q -m "$(WHICH)"
 ALL_TESTS = $(TESTS) -n $(WORKERS) --dist worksteal
 FAILED = .pytest_cache/v/cache/lastfailed
 
 test: $(STAMP)  ## pass the tests
 	$(ALL_TESTS)
 
-test-ci: $(STAMP)  ## the same; up to five tests that fail are told, and run once more, alone: the machine may have been late for them
+test-ci: $(STAMP)  ## the same with the longest; up to five tests that fail are told, and run once more, alone: the machine may have been late for them
 	@rm -f $(FAILED)
 	@$(ALL_TESTS) || { code=$$?; [ $$code = 1 ] && [ $$(grep -c :: $(FAILED)) -le 5 ] || exit $$code; \
 	  echo "FAILED AT FIRST, and run once more, alone:"; grep :: $(FAILED); $(TESTS) -n 0 --last-failed; }
