@@ -7,7 +7,7 @@ DEMO := .venv/.demo
 # every process would compile all its modules anew, and each of hundreds in the tests does
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-ci test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel wheel-test sbom check format lint types docs site examples bench latency trials soak soak-wall clean fuzz fuzz-estimator fuzz-c attack audit mutants golden
+.PHONY: demo test test-ci test-long branches test-fast test-numba test-vcan test-web web-pictures test-c wheel wheel-test sbom check format lint types docs site examples bench latency trials soak soak-wall clean fuzz fuzz-estimator fuzz-c attack audit mutants golden
 
 demo: $(DEMO)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -18,20 +18,25 @@ WORKERS ?= $(shell expr $$(nproc) + 1)
 # the workers share the processors already; BLAS with threads of its own beside them costs a quarter more
 test test-ci test-long test-fast test-numba test-vcan test-c: export OPENBLAS_NUM_THREADS = 1
 
-TESTS = $(V)/python -m pytest -q -m "not wheel and not long and not numba"
+test: WHICH = not wheel and not long and not numba
+test-ci: WHICH = not wheel and not numba
+TESTS = $(V)/python -m pytest -q -m "$(WHICH)"
 ALL_TESTS = $(TESTS) -n $(WORKERS) --dist worksteal
 FAILED = .pytest_cache/v/cache/lastfailed
 
 test: $(STAMP)  ## pass the tests
 	$(ALL_TESTS)
 
-test-ci: $(STAMP)  ## the same; up to five tests that fail are told, and run once more, alone: the machine may have been late for them
+test-ci: $(STAMP)  ## the same with the longest; up to five tests that fail are told, and run once more, alone: the machine may have been late for them
 	@rm -f $(FAILED)
 	@$(ALL_TESTS) || { code=$$?; [ $$code = 1 ] && [ $$(grep -c :: $(FAILED)) -le 5 ] || exit $$code; \
 	  echo "FAILED AT FIRST, and run once more, alone:"; grep :: $(FAILED); $(TESTS) -n 0 --last-failed; }
 
 test-long: $(STAMP)  ## tests that take the longest, and those of many trials for one figure
 	$(V)/python -m pytest -q -n auto --dist load -m long $$(grep -rl --include='*.py' mark.long tests)
+
+branches: $(STAMP)  ## branch coverage of the safety path: watchdog, fail-safe, limits, renewal, decoding; one that no test takes fails
+	$(V)/python -m tools.safety_branches
 
 test-fast: $(STAMP)
 	$(V)/python -m pytest -q -n $(WORKERS) -m "not slow and not long and not wheel and not numba"
@@ -69,7 +74,7 @@ sbom: $(STAMP)  ## build/vegrip.cdx.json: all pinned parts, as CycloneDX
 	mkdir -p build
 	$(V)/python -m tools.sbom > build/vegrip.cdx.json
 
-check: lint types test test-long test-web test-numba test-vcan docs examples site wheel-test  ## what CI runs
+check: lint types test test-long branches test-web test-numba test-vcan docs examples site wheel-test  ## what CI runs
 
 format: $(STAMP)
 	$(V)/ruff format .

@@ -75,6 +75,19 @@ def test_modules_of_the_package_itself_import_no_folder(monkeypatch: pytest.Monk
     assert any("modules of vegrip itself import `model`" in said for said in folders.complaints(PAGE))
 
 
+ACROSS = ("attack", "hidden", "install", "law", "security", "vcan", "grip/compiled")
+"""Tests of what goes through several folders."""
+
+
+def test_tests_stand_where_the_folder_stands_that_they_test() -> None:
+    tests = ROOT / "tests"
+    found = {path.parent.relative_to(tests).as_posix() for path in tests.rglob("test_*.py")}
+    own = {folder for folder in found if not folder.startswith(ACROSS)}
+    assert {
+        folder for folder in own if not any((ROOT / at / folder).is_dir() for at in ("vegrip", "."))
+    } == set()
+
+
 PLACES = re.findall(r"`(vegrip/[\w/]+\.py)`: ((?:`[\w.]+`(?:, )?)+)", PAGE)
 
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from vegrip import config
 from vegrip.errors import ConfigError
+from vegrip.runtime.lifecycle import rows, with_value
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,7 @@ class Grip:
     policy: str = config.parameter("limit_surface", choices=("limit_surface", "cone"))
     verbose: bool = config.parameter(False)
     repeats: int = config.parameter(3, low=1, high=10)
+    settles: float = config.constant(0.1, unit="s", low=0.0, high=1.0)
     limits: Limits = field(default_factory=Limits)
 
 
@@ -43,6 +45,10 @@ def test_a_table_becomes_a_typed_group() -> None:
         ({"finger": "thumb", "margin": True}, "'margin' is True; it must be a float"),
         ({"finger": "thumb", "repeats": 2.5}, "'repeats' is 2.5; it must be a whole number"),
         ({"finger": "thumb", "policy": "hope"}, "it must be one of limit_surface, cone"),
+        (
+            {"finger": "thumb", "settles": 0.1},
+            "hand.toml: 'settles' is a constant and no parameter; leave it out",
+        ),
         ({"finger": "thumb", "limits": 3}, "'limits' is 3; it must be a table$"),
         (
             {"finger": "thumb", "limits": {"highest": 0}},
@@ -65,6 +71,13 @@ def test_a_replaced_value_lies_within_its_bounds_or_is_refused(value: float) -> 
         with pytest.raises(ConfigError):
             config.replace(grip, "margin", value)
     assert grip.margin == 0.3
+
+
+def test_a_constant_is_neither_listed_nor_set_by_anything_but_python() -> None:
+    known = {name for name, *_ in rows(Grip("thumb", settles=0.2))}
+    assert known == {"finger", "margin", "policy", "verbose", "repeats", "limits.highest"}
+    with pytest.raises(ConfigError, match="there is no parameter 'settles'"):
+        with_value(Grip("thumb"), "settles", 0.1, False, "grip")
 
 
 def test_an_unknown_parameter_is_refused_with_the_known_names() -> None:

@@ -88,11 +88,25 @@ fixed_parameter = functools.partial(parameter, live=False)
 """Declare one that stays as it is while the node runs."""
 
 
+def constant(
+    default: Any, *, unit: str = "", low: float = -math.inf, high: float = math.inf, doc: str = ""
+) -> Any:
+    """Declare a field that is no parameter: neither a file nor a running node sets it, only Python does."""
+    declared = Declaration(unit, low, high, doc, live=False)
+    return dataclasses.field(default=default, metadata={"constant": declared})
+
+
+def constants(group: type[Any] | Any) -> frozenset[str]:
+    """Return the names of what is a constant in a group of parameters."""
+    return frozenset(field.name for field in dataclasses.fields(group) if "constant" in field.metadata)
+
+
 def declaration(cls: type[Any] | Any, name: str) -> Declaration:
     """Return what is declared of the parameter ``name`` of ``cls``."""
     for field in dataclasses.fields(cls):
         if field.name == name:
-            declared: Declaration = field.metadata.get("parameter", Declaration())
+            metadata = field.metadata
+            declared: Declaration = metadata.get("parameter") or metadata.get("constant", Declaration())
             return declared
     raise ConfigError(f"there is no parameter {name!r}; {suggestion(name, _names(cls))}")
 
@@ -146,8 +160,11 @@ def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
         ConfigError: unknown or missing key, wrong type, value out of bounds.
 
     """
-    fields = {f.name: f for f in dataclasses.fields(cls)}  # type: ignore[arg-type]
+    fixed = constants(cls)
+    fields = {f.name: f for f in dataclasses.fields(cls) if f.name not in fixed}  # type: ignore[arg-type]
     for key in table:
+        if key in fixed:
+            raise ConfigError(f"{where}: {key!r} is a constant and no parameter; leave it out")
         if key not in fields:
             raise ConfigError(f"{where}: unknown key {key!r}; {suggestion(key, fields, 'known are')}")
     for name, field in fields.items():
@@ -233,7 +250,7 @@ def _hint(cls: type[Any], name: str) -> str:
 
 
 def _names(cls: type[Any] | Any) -> list[str]:
-    return [field.name for field in dataclasses.fields(cls)]
+    return [field.name for field in dataclasses.fields(cls) if field.name not in constants(cls)]
 
 
 BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")

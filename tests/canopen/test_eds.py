@@ -63,10 +63,10 @@ def test_the_file_is_what_is_written_from_the_declarations(name):
 
 def test_a_parameter_keeps_its_index_when_others_come_and_go():
     first = {variable.entry.name: variable.index for variable in _parameters({})}
-    known = {name: index for name, index in first.items() if name != "grip.dead_band"} | {"gone": 0x3100}
-    later = {variable.entry.name: variable.index for variable in _parameters(known)}
-    assert later.pop("grip.dead_band") == 0x3101
-    assert later == {name: index for name, index in first.items() if name != "grip.dead_band"}
+    others = {name: index for name, index in first.items() if name != "grip.release_time"}
+    later = {variable.entry.name: variable.index for variable in _parameters(others | {"gone": 0x3100})}
+    assert later.pop("grip.release_time") == 0x3101
+    assert later == others
 
 
 def test_every_plain_parameter_can_be_reached_by_sdo():

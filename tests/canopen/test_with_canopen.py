@@ -63,8 +63,8 @@ def test_a_master_reads_and_sets_parameters_and_is_told_why_not(grasp, other):
         master.sdo["policy"].raw = "cone"
     assert refused.value.code == 0x08000022
     assert node.parameters.policy == "margin"
-    master.sdo["watchdog.recover_after"].raw = 7
-    assert node.parameters.watchdog.recover_after == 7
+    master.sdo["fail_safe.force"].raw = 7.0
+    assert node.parameters.fail_safe.force == 7.0
     with pytest.raises(canopen.SdoAbortedError):
         master.sdo.download(0x3000, 0, b"x" * 1000)
 

@@ -10,6 +10,8 @@ from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.messages import FingertipState
 from vegrip.model import paper_model
 
+pytestmark = pytest.mark.numba
+
 
 @pytest.fixture(autouse=True)
 def numba_kernels(monkeypatch: pytest.MonkeyPatch) -> None:

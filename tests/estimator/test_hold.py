@@ -31,12 +31,6 @@ ONSET = math.hypot(0.1, SCATTER)
 """Relative std of the utilisation at which the next slip begins."""
 
 
-@pytest.fixture(autouse=True)
-def numba_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Look into the kernels as numba compiles them; in C they have no names to ask for."""
-    monkeypatch.setenv("VEGRIP_KERNEL", "numba")
-
-
 @pytest.fixture
 def known(model: ContactModel) -> ContactModel:
     """A fingertip of which everything is known but friction, and that to 10 %."""
@@ -147,7 +141,7 @@ def test_a_contact_that_has_held_its_load_slips_by_the_conditional_law(
     estimator = holding(known, "position")
     loaded(estimator, press, run, load)
     m = estimator.numbers
-    m[estimator._module.FRI_PEAK] = load / N[0]
+    m[dict(estimator.layout.named_places())["FRI_PEAK"]] = load / N[0]
     margin = estimator.slip_margin()
     rng = np.random.default_rng(0)
     onset = np.log(known.values["mu"].value) + ONSET * rng.standard_normal(400_000)

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from .channels import FAULTS
 from .grasp import DELAY_S, DROPPED_M, SLID_M, WORLDS, Case, draw, run, without_a_channel
 from .plant import Make
 from .verdict import breaches, excused, least_slide
@@ -130,8 +129,7 @@ def test_the_law_holds_over_its_whole_space(seed: int) -> None:
     assert excused(case, told, list(breaches(case, told)))[0] == [], (case, told)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("fault", ["none", "dead", "stuck", "flicker"])
 def test_embedded_objects_grip_as_the_compiled_step_does(fault: str) -> None:
     """With a seed at which both prove the channel at once: when they do depends on each sample."""
     case = replace(ALONE, fault=fault, start=4.0, duration=10.0, seed=6)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from vegrip.config import build, fixed_parameter, parameter
+from vegrip.config import build, constant, fixed_parameter, parameter
 from vegrip.errors import ConfigError
 from vegrip.estimator.friction_prior import FrictionPrior
 
@@ -73,16 +73,16 @@ class EstimatorSettings:
     agility: float = parameter(
         3.0, unit="1/s", low=1e-3, high=1e4, doc="white acceleration has the density R^2 agility^3"
     )
-    force_drift: float = parameter(
+    force_drift: float = constant(
         0.1, unit="1", low=0.0, high=100.0, doc="slow force disturbance, in units of the noise"
     )
-    force_drift_time: float = parameter(2.0, unit="s", low=1e-3, high=1e6, doc="its time constant")
-    displacement_drift: float = parameter(
+    force_drift_time: float = constant(2.0, unit="s", low=1e-3, high=1e6, doc="its time constant")
+    displacement_drift: float = constant(
         0.1, unit="1", low=0.0, high=100.0, doc="slow displacement disturbance, in units of the noise"
     )
-    displacement_drift_time: float = parameter(0.5, unit="s", low=1e-3, high=1e6, doc="its time constant")
-    force_bias: float = parameter(2.0, unit="1", low=0.0, high=1e3, doc="unknown at start, in units of noise")
-    offset: float = parameter(
+    displacement_drift_time: float = constant(0.5, unit="s", low=1e-3, high=1e6, doc="its time constant")
+    force_bias: float = constant(2.0, unit="1", low=0.0, high=1e3, doc="unknown at start, in units of noise")
+    offset: float = constant(
         0.002, unit="1", low=0.0, high=1.0, doc="std of where displacement is zero, in units of the radius"
     )
     learning_rest: float = parameter(
@@ -92,16 +92,16 @@ class EstimatorSettings:
     late: int = parameter(
         16, unit="1", low=0, high=10000, doc="samples among which a late one finds its place"
     )
-    recovery: int = parameter(15, unit="1", low=1, high=100000, doc="rejections in a row before widening")
+    recovery: int = constant(15, unit="1", low=1, high=100000, doc="rejections in a row before widening")
     health_time: float = parameter(2.0, unit="s", low=1e-2, high=1e4, doc="memory of the consistency check")
-    friction_scatter: float = parameter(
+    friction_scatter: float = constant(
         0.06, unit="1", low=1e-3, high=1.0, doc="of ln mu from one slip to the next, about its mean"
     )
     friction_drift: float = parameter(
         0.01, unit="1/sqrt(s)", low=0.0, high=1.0, doc="forgetting: random walk of ln mu"
     )
-    regrasp: float = parameter(0.05, unit="1", low=0.0, high=3.0, doc="change of ln mu with a new contact")
-    friction: FrictionPrior = fixed_parameter(
+    regrasp: float = constant(0.05, unit="1", low=0.0, high=3.0, doc="change of ln mu with a new contact")
+    friction: FrictionPrior = constant(
         FrictionPrior(),
         doc="what is believed of friction at first; in a grasp the section 'friction' says it",
     )

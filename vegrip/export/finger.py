@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from vegrip.c99 import literals
 from vegrip.clock import NS
-from vegrip.config import declaration
+from vegrip.config import constants, declaration
 from vegrip.estimator import ContactEstimator
 from vegrip.estimator.estimator import quantile
 from vegrip.estimator.layout import layout_of
@@ -207,9 +207,10 @@ class Setting:
 def settable() -> Iterator[Setting]:
     """Yield what can be set."""
     for name, (section, key, scale) in RULES.items():
-        if name in FIXED:
+        group = getattr(ControlSettings(), section)
+        if name in FIXED or key in constants(group):
             continue
-        declared = declaration(getattr(ControlSettings(), section), key)
+        declared = declaration(group, key)
         low, high, doc = declared.low * scale, declared.high * scale, declared.doc
         unit = "ns" if scale == NS else "-" if declared.unit == "1" else declared.unit
         if name == "QUANTILE":

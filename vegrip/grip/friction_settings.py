@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from vegrip.config import fixed_parameter
+from vegrip.config import constant, fixed_parameter
 from vegrip.estimator.friction_prior import FrictionPrior
 
 PUBLISHED = FrictionPrior()
@@ -40,14 +40,14 @@ class FrictionSettings:
         "",
         doc="of what is held: its friction is kept in the folder 'learned' for the next grasp; empty = none",
     )  # fmt: skip
-    own_spread: float = fixed_parameter(
+    own_spread: float = constant(
         0.08, unit="1", low=0.0, high=2.0, doc="std of ln mu between the fingers on one object"
     )
     slip_threshold: float = fixed_parameter(
         0.0, unit="m/s", low=0.0, high=10.0, doc="slip speed from which the tips feel slip"
     )
     slip_delay: float = fixed_parameter(0.0, unit="s", low=0.0, high=10.0, doc="by which felt slip is late")
-    sliding_speed: float = fixed_parameter(
+    sliding_speed: float = constant(
         1e-3, unit="m/s", low=0.0, high=10.0,
         doc="slip speed from which a tip slides, whatever its flag says; 0 = none",
     )  # fmt: skip

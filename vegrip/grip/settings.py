@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from vegrip.config import build, fixed_parameter, parameter
+from vegrip.config import build, constant, fixed_parameter, parameter
 from vegrip.errors import ConfigError
 from vegrip.grip.allocation.internal_forces import InternalForces, contacts_of
 from vegrip.grip.friction_settings import FrictionSettings
@@ -29,8 +29,8 @@ class ControlSettings:
         {}, doc="place [m] and inward normal of each contact, instead of a thumb"
     )
     report_period: float = parameter(0.02, unit="s", low=0.0, high=10.0, doc="of estimates; 0 = every state")
-    health_period: float = parameter(0.2, unit="s", low=0.0, high=60.0, doc="of ModelHealth")
-    learned_period: float = parameter(1.0, unit="s", low=0.0, high=60.0, doc="of LearnedParameter")
+    health_period: float = constant(0.2, unit="s", low=0.0, high=60.0, doc="of ModelHealth")
+    learned_period: float = constant(1.0, unit="s", low=0.0, high=60.0, doc="of LearnedParameter")
     grip: GripSettings = parameter(GripSettings(), doc="the margin grip")
     friction: FrictionSettings = parameter(FrictionSettings(), doc="what the fingers learn of friction")
     constant: ConstantSettings = parameter(ConstantSettings(), doc="the constant grip")

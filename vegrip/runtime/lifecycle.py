@@ -11,7 +11,7 @@ import dataclasses
 from collections.abc import Iterator
 from typing import Any
 
-from vegrip.config import Declaration, declaration, replace
+from vegrip.config import Declaration, constants, declaration, replace
 from vegrip.errors import ConfigError, UsageError, suggestion
 from vegrip.messages import Lifecycle
 
@@ -20,7 +20,10 @@ def rows(group: Any, prefix: str = "") -> Iterator[tuple[str, Any, Declaration]]
     """Yield dotted name, value and declaration of every parameter in ``group`` and the groups inside it."""
     if not dataclasses.is_dataclass(group):
         return
+    fixed = constants(group)
     for field in dataclasses.fields(group):
+        if field.name in fixed:
+            continue
         value = getattr(group, field.name)
         if dataclasses.is_dataclass(value):
             yield from rows(value, f"{prefix}{field.name}.")

@@ -73,8 +73,7 @@ def frames_go_through(one, other):
     return False
 
 
-@pytest.mark.parametrize("identifier", [0, 0x123, 0x7FF])
-@pytest.mark.parametrize("corruption", [0.0, 1.0])
+@pytest.mark.parametrize(("identifier", "corruption"), [(0, 1.0), (0x7FF, 0.0)])
 def test_the_hub_ends_after_a_lone_member_that_babbled(bus, identifier, corruption):
     alone = bus(faults={"babble": identifier, "corruption": corruption})
     process = hub_process()

@@ -3,7 +3,7 @@
 import pytest
 
 from vegrip.messages import FingertipState, ForceCommand, NodeStatus
-from vegrip.transport.codec.can_codec import _cover, acceptance_filters
+from vegrip.transport.codec.can_codec import CanCodec, _cover
 from vegrip.transport.codec.database import layouts
 
 EVERY = range(1 << 11)
@@ -26,7 +26,7 @@ def useless(hand: int, kinds: set[type]) -> set[int]:
 @pytest.mark.parametrize("hand", [0, 2])
 @pytest.mark.parametrize("kinds", [{ForceCommand}, {FingertipState, NodeStatus}, set()])
 def test_filters_let_through_all_but_what_is_useless(hand: int, kinds: set[type]) -> None:
-    filters = acceptance_filters(layouts(), hand, kinds)
+    filters = CanCodec((), fd=True, hand=hand).filters(kinds)
     assert all(0 <= first <= 0x7FF and 0 <= mask <= 0x7FF for first, mask in filters)
     passing = [sum(identifier & mask == first & mask for first, mask in filters) for identifier in EVERY]
     assert set(passing) <= {0, 1}

@@ -10,6 +10,7 @@ from vegrip.errors import ConfigError
 from vegrip.messages import Channel, ContactEstimate, Estimate, FingertipState, ForceCommand, Reason
 from vegrip.transport.codec.batch_codec import FIRST_ROW, MAX_BATCH_ROWS, BatchCodec
 from vegrip.transport.codec.database import database
+from vegrip.transport.codec.protection import P04
 
 FINGERS = tuple(f"finger{number}" for number in range(20))
 NOW = 7_000_000_000
@@ -119,6 +120,17 @@ def test_a_cut_batch_is_refused(cut: int) -> None:
     codec = BatchCodec(FINGERS)
     assert codec.rows_in(packed(codec, states())[:cut], FingertipState) == -1
     assert codec.rejected.total() == 1
+
+
+@pytest.mark.parametrize(("at", "why"), [(12, "version"), (13, "rows"), (14, "rows")])
+def test_another_version_number_or_size_of_rows_is_named_even_though_the_checksum_holds(
+    at: int, why: str
+) -> None:
+    codec, broken = BatchCodec(FINGERS), bytearray(packed(BatchCodec(FINGERS), states()))
+    broken[at] += 1
+    P04.protect(broken, codec._data_ids[FingertipState])
+    assert codec.rows_in(bytes(broken), FingertipState) == -1
+    assert codec.rejected == {why: 1}
 
 
 def test_a_batch_of_states_is_none_of_commands_and_none_of_another_hand() -> None:

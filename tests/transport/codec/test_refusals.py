@@ -1,17 +1,29 @@
 """Every fault has its name, and a receiver that has refused a frame goes on."""
 
+import dataclasses
+import math
 import struct
 from collections.abc import Callable
 
 import msgpack
 import pytest
 
-from vegrip.messages import FingertipState, Lifecycle, Message, NodeStatus
+from vegrip.messages import (
+    Estimate,
+    FingertipState,
+    ForceCommand,
+    Lifecycle,
+    Message,
+    NodeStatus,
+    Reason,
+    SlipMargin,
+)  # fmt: skip
 from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
-from vegrip.transport.codec.database import layouts
+from vegrip.transport.codec.database import database, layouts
 from vegrip.transport.codec.protection import P04, P04_HEADER
 from vegrip.transport.codec.schema import Topics
 from vegrip.transport.codec.sequence import MOST_STRANGERS, Streams
+from vegrip.transport.codec.signals import Real
 
 FINGERS = ("thumb", "index")
 PROFILES = {part.base: part.profile for layout in layouts().layouts for part in layout.parts}
@@ -87,6 +99,28 @@ def test_a_command_that_is_no_number_is_named(number: float, examples: list[Mess
     assert refused(forge(frame, at12=struct.pack("<f", number)), fd=True) == {"value": 1}
 
 
+def test_an_infinite_margin_is_named(examples: list[Message]) -> None:
+    frame = CanCodec(FINGERS, fd=True).encode(examples[2])[0]
+    signal = database().get_message_by_name("SlipMarginFd").get_signal_by_name("margin")
+    infinite = forge(frame, **{f"at{signal.start // 8}": struct.pack("<f", math.inf)})
+    assert refused(infinite, fd=True) == {"value": 1}
+
+
+def test_a_contact_by_channels_that_have_no_name_is_not_sent_and_counted(
+    fd: bool, examples: list[Message]
+) -> None:
+    sender = CanCodec(FINGERS, fd=fd)
+    assert sender.encode(dataclasses.replace(examples[1], channels=1 << 20)) == []  # type: ignore[type-var]
+    assert sender.clipped == {"channels": 1}
+
+
+@pytest.mark.parametrize("value", [0.0, -1.5, 2.0**127, math.nan])
+def test_a_real_travels_as_it_is_and_one_beyond_single_precision_does_not(value: float) -> None:
+    real = Real()
+    assert repr(real.read(real.write(value))) == repr(value)
+    assert real.write(math.copysign(2.0**128, value)) is None
+
+
 def test_an_infinite_force_is_named(examples: list[Message]) -> None:
     frame = CanCodec(FINGERS, fd=True).encode(examples[0])[0]
     assert refused(forge(frame, at12=struct.pack("<f", float("inf"))), fd=True) == {"value": 1}
@@ -132,6 +166,7 @@ FAULTS: dict[str, tuple[str, object]] = {
     "nothing for a number": ("type", GOOD | {"normal_force": None}),
     "a fraction for a counter": ("type", GOOD | {"seq": 7.0}),
     "a flag for a counter": ("type", GOOD | {"seq": True}),
+    "text for a time": ("type", GOOD | {"stamp": "5"}),
     "a negative counter": ("value", GOOD | {"seq": -1}),
     "a counter of more than 32 bits": ("value", GOOD | {"seq": 2**32}),
     "NaN for a command": ("value", GOOD | {"normal_force": float("nan")}),
@@ -155,6 +190,75 @@ def test_a_faulty_payload_is_named(fault: str) -> None:
     receiver = MsgpackCodec()
     assert receiver.decode("/hand/index/force_command", payload_of(body), 0) is None
     assert receiver.rejected == {name: 1}
+
+
+KNOWN = [0.25, 0.01, True, 0.0]
+MARGIN = {"version": 1, "stamp": 5, "finger": "index", "seq": 7, "margin": KNOWN}
+STATUS = {"version": 1, "stamp": 5, "node": "grasp", "seq": 7, "state": 2, "rejected": {"checksum": 3}}
+OTHER_FAULTS: dict[str, tuple[str, str, object]] = {
+    "an estimate that is no list": ("type", "slip_margin", MARGIN | {"margin": 0.25}),
+    "an estimate of three": ("type", "slip_margin", MARGIN | {"margin": KNOWN[:3]}),
+    "an infinite estimate": ("value", "slip_margin", MARGIN | {"margin": [float("inf"), *KNOWN[1:]]}),
+    "text in an estimate": ("type", "slip_margin", MARGIN | {"margin": [0.25, "0.01", True, 0.0]}),
+    "a number for a flag": ("type", "slip_margin", MARGIN | {"margin": [0.25, 0.01, 1, 0.0]}),
+    "an infinite quantity": ("value", "state", MARGIN | {"normal_force": float("-inf")}),
+    "a number for a name": ("type", "slip_margin", MARGIN | {"finger": 7}),
+    "a list of counts": ("type", "status", STATUS | {"rejected": [3]}),
+    "a number for the name of a count": ("schema", "status", STATUS | {"rejected": {3: 3}}),
+    "a fraction for a count": ("type", "status", STATUS | {"rejected": {"checksum": 3.0}}),
+}
+
+
+@pytest.mark.parametrize("fault", OTHER_FAULTS)
+def test_a_faulty_part_of_an_estimate_or_a_status_is_named(fault: str) -> None:
+    name, kind, body = OTHER_FAULTS[fault]
+    topic = {"status": "/diagnostics"}.get(kind, f"/hand/index/{kind}")
+    receiver = MsgpackCodec()
+    assert receiver.decode(topic, payload_of(body, topic), 0) is None
+    assert receiver.rejected == {name: 1}
+
+
+def test_a_whole_number_is_a_number_in_an_estimate() -> None:
+    topic, receiver = "/hand/index/slip_margin", MsgpackCodec()
+    message = receiver.decode(topic, payload_of(MARGIN | {"margin": [0, 1, True, 2]}, topic), 0)
+    assert isinstance(message, SlipMargin)
+    assert message.margin == Estimate(0.0, 1.0, True, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("message", "clipped"),
+    [
+        (
+            NodeStatus(
+                5, "grasp", 7, Lifecycle.ACTIVE, rejected={f"{n}".rjust(64, "x"): 2**62 for n in range(64)}
+            ),
+            "size",
+        ),
+        (FingertipState(5, "little", 7), "finger"),
+        (ForceCommand(5, "index", 7, math.inf, 0.0, Reason.HOLD, 9), "normal_force"),
+        (ForceCommand(5, "index", 7, math.nan, 0.0, Reason.HOLD, 9), "normal_force"),
+    ],
+)
+def test_what_no_payload_can_carry_is_not_sent_and_counted(message: Message, clipped: str) -> None:
+    sender = MsgpackCodec(fingers=FINGERS)
+    assert sender.encode(message) is None
+    assert sender.clipped == {clipped: 1}
+
+
+def test_an_infinite_estimate_is_left_out_and_counted() -> None:
+    sender, receiver = MsgpackCodec(), MsgpackCodec()
+    sent = sender.encode(SlipMargin(5, "index", 7, Estimate(math.inf, 0.0, True, 0.0), 0.25, 0.95))
+    assert sent is not None
+    assert sender.clipped == {"margin": 1}
+    told = receiver.decode(*sent, 0)
+    assert isinstance(told, SlipMargin)
+    assert (told.lower_bound, told.margin.valid) == (0.25, False)
+
+
+def test_a_command_that_is_no_number_goes_in_no_classic_frames(fd: bool) -> None:
+    sender = CanCodec(FINGERS, fd=fd)
+    assert sender.encode(ForceCommand(5, "index", 7, math.nan, 0.0, Reason.HOLD, 9)) == []
+    assert sender.clipped == {"normal_force": 1}
 
 
 def test_fields_of_a_later_revision_are_passed_over() -> None:

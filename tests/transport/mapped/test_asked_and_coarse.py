@@ -4,9 +4,9 @@ import math
 from collections import Counter
 
 import pytest
-from hands import load, seeded, written
 
 from tests.grip.stages import Watchdog
+from tests.transport.maps.hands import load, seeded, written
 from validation.faults.simulated_can import SimulatedCan
 from vegrip.clock import NS, SimulatedClock
 from vegrip.config import build

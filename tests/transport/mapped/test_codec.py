@@ -3,10 +3,10 @@
 import math
 
 import pytest
-from hands import PLAIN_DBC, PLAIN_MAP, load, seeded, written
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.transport.maps.hands import PLAIN_DBC, PLAIN_MAP, load, seeded, written
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec

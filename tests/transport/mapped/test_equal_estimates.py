@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hands import PLAIN_DBC, PLAIN_MAP, load, seeded, written
 
+from tests.transport.maps.hands import PLAIN_DBC, PLAIN_MAP, load, seeded, written
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.messages import FingertipState
 from vegrip.model import paper_model

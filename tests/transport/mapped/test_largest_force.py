@@ -1,8 +1,8 @@
 """Laws of the largest force that a map gives: of what command and sensor declare, never of mere bits."""
 
 import pytest
-from hands import PLAIN_DBC, PLAIN_MAP, written
 
+from tests.transport.maps.hands import PLAIN_DBC, PLAIN_MAP, written
 from vegrip.cli.node import configured
 from vegrip.transport.mapped.largest_force import largest_force
 from vegrip.transport.mapped.plan import open_plan

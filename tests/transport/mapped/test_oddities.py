@@ -3,8 +3,8 @@
 import math
 
 import pytest
-from hands import load, written
 
+from tests.transport.maps.hands import load, written
 from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import Frame

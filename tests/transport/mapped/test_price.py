@@ -1,8 +1,8 @@
 """Laws of what is said, and set, for what a hand does not tell."""
 
 import pytest
-from hands import PLAIN_DBC, PLAIN_MAP, written
 
+from tests.transport.maps.hands import PLAIN_DBC, PLAIN_MAP, written
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.price import price, settings
 

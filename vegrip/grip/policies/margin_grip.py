@@ -23,7 +23,7 @@ Let ``L`` be the least normal force for the wanted margin over the horizon, at t
 
 from dataclasses import dataclass
 
-from vegrip.config import parameter
+from vegrip.config import constant, parameter
 from vegrip.grip.policies.policy import PolicyKind
 
 
@@ -39,15 +39,15 @@ class GripSettings:
         high=0.9999,
         doc="that a finger keeps the margin over the horizon, where its slip would not be noticed",
     )
-    known_probability: float = parameter(
+    known_probability: float = constant(
         0.76, unit="1", low=0.5, high=0.9999, doc="the same where a slip would surely be noticed"
     )
-    dead_band: float = parameter(0.04, unit="1", low=0.0, high=0.5, doc="relative dead band of the command")
+    dead_band: float = constant(0.04, unit="1", low=0.0, high=0.5, doc="relative dead band of the command")
     release_time: float = parameter(0.3, unit="s", low=0.01, high=60.0, doc="time constant of lowering")
-    settle_time: float = parameter(
+    settle_time: float = constant(
         0.1, unit="s", low=0.0, high=60.0, doc="no lowering after a rise for so long"
     )
-    usual_time: float = parameter(
+    usual_time: float = constant(
         2.5, unit="s", low=0.0, high=60.0, doc="the need is not believed to have fallen for half of it"
     )
     proven_time: float = parameter(
@@ -58,7 +58,7 @@ class GripSettings:
         0.0, unit="s", low=0.0, high=0.2, doc="of the force behind its command, by which the load is led",
     )  # fmt: skip
     measure_lag: bool = parameter(False, doc="lead by the lag that is measured of each drive, once known")
-    burst_rate: float = parameter(
+    burst_rate: float = constant(
         20.0, unit="1/s", low=0.0, high=100.0,
         doc="relative growth of sudden loads, held beforehand for what of a measured lag cannot be led",
     )  # fmt: skip

@@ -8,12 +8,13 @@ stamped by a wrong clock, or says that it lives for ever.
 
 import dataclasses
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from operator import attrgetter
-from typing import Final
+from typing import Any, Final
 
 from vegrip.clock import NS
-from vegrip.config import parameter
+from vegrip.config import constant, parameter
 from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand
 
@@ -73,10 +74,8 @@ class FailSafeSettings:
     )
 
 
-def _range(low: float, high: float, unit: str) -> tuple[float, float]:
-    declared: tuple[float, float] = parameter(
-        (low, high), unit=unit, doc="least and largest believable value"
-    )
+def _range(low: float, high: float, unit: str, kind: Callable[..., Any] = parameter) -> tuple[float, float]:
+    declared: tuple[float, float] = kind((low, high), unit=unit, doc="least and largest believable value")
     return declared
 
 
@@ -89,10 +88,10 @@ class Ranges:
     tangential_force_y: tuple[float, float] = _range(-60.0, 60.0, "N")
     torque_z: tuple[float, float] = _range(-2.0, 2.0, "N m")
     displacement: tuple[float, float] = _range(-0.05, 0.02, "m")
-    temperature: tuple[float, float] = _range(-40.0, 150.0, "degrees Celsius")
-    slip: tuple[float, float] = _range(0.0, 1.0, "1")
-    slip_speed: tuple[float, float] = _range(-10.0, 10.0, "m/s")
-    contact_radius: tuple[float, float] = _range(0.0, 0.05, "m")
+    temperature: tuple[float, float] = _range(-40.0, 150.0, "degrees Celsius", constant)
+    slip: tuple[float, float] = _range(0.0, 1.0, "1", constant)
+    slip_speed: tuple[float, float] = _range(-10.0, 10.0, "m/s", constant)
+    contact_radius: tuple[float, float] = _range(0.0, 0.05, "m", constant)
 
     def __post_init__(self) -> None:
         for name in CHECKED_CHANNELS:
@@ -129,7 +128,7 @@ class WatchdogSettings:
         high=0.01,
         doc="frozen at once when a noisy normal force repeats itself more often than with this chance",
     )
-    doubt_after: float = parameter(
+    doubt_after: float = constant(
         0.05,
         unit="s",
         low=0.001,
@@ -143,7 +142,7 @@ class WatchdogSettings:
         high=1.0,
         doc="frozen when the normal force stands still while the tip is pressed in or let go by more",
     )
-    recover_after: int = parameter(5, unit="states", low=1, high=1000, doc="good states that end a fault")
+    recover_after: int = constant(5, unit="states", low=1, high=1000, doc="good states that end a fault")
     ranges: Ranges = field(default_factory=Ranges)
 
 

@@ -39,8 +39,8 @@ class Encoder:
         while len(rows) > 1 and self._parts[len(rows) - 1].is_empty(rows[-1]):
             rows.pop()
         last = self._parts[len(rows) - 1].part.last
-        if last is not None:
-            last.put(rows[-1], 1)
+        assert last is not None  # noqa: S101 (so are those of more than one frame)
+        last.put(rows[-1], 1)
         return [part.frame(row) for part, row in zip(self._parts, rows, strict=False)]
 
 

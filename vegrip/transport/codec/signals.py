@@ -11,6 +11,7 @@ A signal is named after the field it carries. An estimate takes up to four signa
 
 import math
 import struct
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -71,7 +72,7 @@ class Place:
         cells[self.cell] = cells[self.cell] | int(raw) << self.shift if self.mask else raw
 
 
-class Converter:
+class Converter(ABC):
     """One kind of signal."""
 
     __slots__ = ()
@@ -80,17 +81,16 @@ class Converter:
     def absent(self) -> Raw:
         return 0
 
+    @abstractmethod
     def read(self, raw: Any) -> Any:
         """Return the value, None when the raw value means nothing."""
-        raise NotImplementedError
 
+    @abstractmethod
     def write(self, value: Any) -> Raw | None:
         """Return the raw value, None when the signal cannot carry ``value``."""
-        raise NotImplementedError
 
-    def clip(self, value: Any) -> Raw | None:
+    def clip(self, value: Any) -> Raw | None:  # noqa: B027 (what carries every value need not answer)
         """Return what is sent instead of a ``value`` that cannot be carried, None to send no message."""
-        return self.write(value)
 
     def reading(self, raw: str, rest: str) -> str:
         """Return the text of :meth:`read` for a name; ``rest`` is its own name, for what is not usual."""

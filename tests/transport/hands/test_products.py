@@ -5,8 +5,20 @@ import time
 
 import can
 import pytest
-from devices import CAN_DEVICES, DEVICES, NORMAL, TORQUE, Hex, Inspire, Papillarray, Paxini, Tesollo, X, Y
 
+from tests.transport.hands.devices import (
+    CAN_DEVICES,
+    DEVICES,
+    NORMAL,
+    TORQUE,
+    Hex,
+    Inspire,
+    Papillarray,
+    Paxini,
+    Tesollo,
+    X,
+    Y,
+)
 from vegrip.clock import NS
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.messages import DeviceReport, FingertipState, ForceCommand, Reason

@@ -4,8 +4,8 @@ import zlib
 
 import crccheck.crc
 import pytest
-from hands import seeded
 
+from tests.transport.maps.hands import seeded
 from vegrip.config import build
 from vegrip.connect.find_protection import find_checksum
 from vegrip.errors import ConfigError

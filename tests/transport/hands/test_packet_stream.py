@@ -6,8 +6,8 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from hands import seeded
 
+from tests.transport.maps.hands import seeded
 from vegrip.errors import ConfigError
 from vegrip.transport.hands.link_endpoint import PacketStream
 from vegrip.transport.maps.packet_database import packet_database

@@ -3,8 +3,8 @@
 import math
 
 import pytest
-from hands import PLAIN_DBC, PLAIN_MAP, load, written
 
+from tests.transport.maps.hands import PLAIN_DBC, PLAIN_MAP, load, written
 from vegrip.connect.traffic import MappedNow, SignalsNow
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.plan import open_plan

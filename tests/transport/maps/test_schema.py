@@ -1,8 +1,8 @@
 """Every map that cannot be is refused in one sentence that says where and what to do."""
 
 import pytest
-from hands import PLAIN_DBC, PLAIN_MAP, written
 
+from tests.transport.maps.hands import PLAIN_DBC, PLAIN_MAP, written
 from vegrip.errors import ConfigError
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import open_plan

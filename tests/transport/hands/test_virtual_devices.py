@@ -13,8 +13,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hands import PLAIN_DBC, PLAIN_MAP, seeded, written
 
+from tests.transport.maps.hands import PLAIN_DBC, PLAIN_MAP, seeded, written
 from vegrip.clock import NS
 from vegrip.demo.product import open_product
 from vegrip.errors import ConfigError, DeviceError, InputError
