@@ -263,7 +263,7 @@ class Problem:
         vector, (depth, force) = self.parts(u)
         for symbol, value in (instead or {}).items():
             vector[self._places[symbol]] = value
-        depth = depth - moved
+        depth = depth - moved if np.any(moved) else depth
         if len(self._pressed) == 1:
             return self._predictors[0](vector, (depth, force), speed)
         out = np.empty((len(QUANTITIES), depth.size)).T
