@@ -36,7 +36,7 @@ EVALUATIONS = 20
 START_FACTORS = (1.0, 0.3)  # of the multiple that the screen asks for, when it leads nowhere
 NEXT_TO_NOTHING = 0.01
 CANDIDATE_PRECISION_NATS = 0.02  # [nats] to which a candidate's best is sought, or
-SLOPPY = 1e-4  # of what the screen expects of it, before it is known to contend
+SLOPPY = 1e-4  # of what the screen expects of it, before it is known to contend, or of what is left
 FAR_NATS = 100.0  # [nats] from the base, beyond which the last steps are taken with derivatives made anew
 ASTRAY = 0.05  # [x_ref] of the zero of the displacement, from which the base is far from what there is
 BOUND_DISTANCE = 1e-3  # of the range, from a bound at which derivatives vanish
@@ -101,9 +101,8 @@ def _fitted(problem: Problem, optimum: Optimum, rows: Mask, *, is_near: bool) ->
         found = refine_optimum(Nearby(problem, weights, optimum), optimum.u, NEAR_STEPS)
     else:
         known = dict(zip(problem.unknowns.names, optimum.jacobian.T * weights, strict=True))
-        found = refine_optimum(
-            Weighted(problem, weights), optimum.u, REFIT_STEPS, known, CANDIDATE_PRECISION_NATS
-        )
+        near = max(CANDIDATE_PRECISION_NATS, SLOPPY * optimum.cost)
+        found = refine_optimum(Weighted(problem, weights), optimum.u, REFIT_STEPS, known, near)
     return -0.5 * float(np.sum((found.residual[rows] / weights[rows]) ** 2))
 
 
@@ -170,7 +169,7 @@ def extend_below(base: CandidateFit, hint: Hint, groups: Floats, least: float) -
 
 
 def extended(base: CandidateFit, hint: Hint, least: float = math.inf) -> tuple[Problem, Optimum]:
-    """Return the problem with a candidate, and where it is best; given up where that is far from ``least``."""
+    """Return the problem with a candidate, and where it is best; given up far from a cost of ``least``."""
     problem = _problem(base, hint.candidate)
     if has_play(problem.model):  # what the tip does not follow is another noise, which may say more
         least = base.optimum.cost - CONTENDER_SHARE * (base.optimum.cost - least)

@@ -13,7 +13,8 @@ Report = Callable[[str], None]
 
 START_EVALUATIONS = 8  # evaluations of a start before the best one is chosen
 MAX_EVALUATIONS = 40
-LAST_STEP_NATS = 1e-4  # [nats] a step that predicts less is the last one
+LAST_STEP_NATS = 1e-4  # [nats] a step that predicts less is the last one, or
+LAST_STEP_SHARE = 1e-9  # less of the cost, as precise as derivatives by differences
 SETTLED_NATS, SETTLED_SHARE = 1.0, 1e-3  # [nats], of the cost, that a model may lack which was fitted before
 DAMPED = 1e-3  # of the first step
 HOPE = 10.0  # times what a step predicts, by which a fit may still fall
@@ -129,7 +130,7 @@ def refine_optimum(
 ) -> Optimum:
     """Minimise from one start with the noise as it is frozen; ``known``: derivatives near the start.
 
-    ``least``: the cost to come below; a fit that is far from it is given up, its derivatives are not the last.
+    ``least``: the cost to come below; a fit that stays far from it is given up, without its last derivatives.
 
     Damped Gauss-Newton steps within the bounds [Marquardt1963]_. Derivatives cost as much as all unknowns
     together, so they are kept from step to step, corrected by what each step showed [Broyden1965]_, and taken
@@ -143,6 +144,7 @@ def refine_optimum(
     A = J.T @ J
     cost, damping = _cost(k, r, u), DAMPED
     for _ in range(evaluations):
+        near = max(near, LAST_STEP_SHARE * cost)
         step, foretold = _step(k, u, J.T @ r, A, damping)
         if cost - HOPE * foretold > least:
             break
