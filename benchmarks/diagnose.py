@@ -59,10 +59,10 @@ def run() -> dict[str, dict[str, float]]:
         recording = recording.select(np.arange(len(recording)) < rows)
         told = "+".join(hidden) or "nothing"
         out[f"diagnose_{told}_vs_recorded_time"] = _timed(recording, rate, hidden)
-    for (hidden, style), seed in BRIEF.items():
-        recording = make_recording(Case((hidden,), "strong", seed, style=style))
+    for (name, style), seed in BRIEF.items():
+        recording = make_recording(Case((name,), "strong", seed, style=style))
         rate = 1.0 / float(np.median(np.diff(recording.t)))
-        out[f"diagnose_{hidden}_{style}_vs_recorded_time"] = _timed(recording, rate, (hidden,))
+        out[f"diagnose_{name}_{style}_vs_recorded_time"] = _timed(recording, rate, (name,))
     out["diagnose_tissue_vs_recorded_time"] = _timed(_tissue(), 100.0, None)
     out["diagnose_hour_vs_recorded_time"] = _timed(_hour(), 500.0, ())
     return out

@@ -107,6 +107,7 @@ class Problem:
     slip_bias: Floats
     _columns: dict[str, Floats]
     radius_std: Floats
+    _predictors: list[Predictor]
 
     def __init__(
         self,
