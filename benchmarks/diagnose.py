@@ -7,11 +7,11 @@ things, the seconds of processor time (``cpu_s``) are what compares.
 """
 
 import json
-import resource
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -91,8 +91,13 @@ def _diagnosed(recording: Recording) -> Told:
     found = diagnose(recording, threads=2)
     verdict = found.verdict
     wall, cpu = time.perf_counter() - began, time.process_time() - spent
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-    return Told(wall, cpu, memory, verdict, found.named)
+    return Told(wall, cpu, _peak_memory(), verdict, found.named)
+
+
+def _peak_memory() -> float:
+    """Return the peak of this process [MB]; ``ru_maxrss`` is that of the one which started it, if more."""
+    told = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
+    return next(float(line.split()[1]) for line in told if line.startswith("VmHWM")) / 1024.0
 
 
 def _hour() -> Recording:
