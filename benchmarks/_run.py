@@ -17,6 +17,7 @@ from vegrip.cli._terminal import complain, printer
 from vegrip.errors import UsageError, suggestion
 
 Results = dict[str, dict[str, float]]
+BESIDE = ("cpu_s", "peak_memory_mb", "right")  # what is printed beside times
 
 
 def known() -> dict[str, str]:
@@ -63,7 +64,9 @@ def line(name: str, row: dict[str, float]) -> str:
         parts = ", ".join(f"{part} {value:.3g}" for part, value in row.items() if part != "cores")
         return f"{name:44} {row['cores']:.3g} cores ({parts})"
     unit = " bytes" if "ours_bytes" in row else ""
-    return f"{name:44} {row['ours_us']:12.3g} {row['theirs_us']:12.3g} {row['ratio']:8.3g}{unit}"
+    more = ", ".join(f"{part} {value:.4g}" for part, value in row.items() if part in BESIDE)
+    told = f"{name:44} {row['ours_us']:12.3g} {row['theirs_us']:12.3g} {row['ratio']:8.3g}{unit}"
+    return f"{told} ({more})" if more else told
 
 
 def _has_run(module: str) -> bool:

@@ -5,6 +5,7 @@ so ``tangential_force`` and ``torque_z`` here are the loads at slip along the di
 Until it slides they are upper bounds, and ``utilisation`` says how near the load came.
 """
 
+import copy
 from collections.abc import Mapping
 from typing import Literal, Protocol
 
@@ -95,11 +96,20 @@ class Predictor:
             self._motion[np.isnan(columns["displacement"]) & np.isfinite(self._force)] = np.nan, 0.0
         self._by_force = bool(np.isnan(self._motion).any())
         self._outside = _outside(columns, n, model.reference_temperature)
+        self._asked = np.full(n, 2.0) if asked is None else asked
+        self._run_by(model, plain=plain)
+
+    def _run_by(self, model: ContactModel, *, plain: bool) -> None:
         self._span = np.array([-model.reference_depth, model.tip_radius])
         lasting = [float(s.lasting) for e in model.effects for s in e.states]
         self._fresh = np.stack([model.initial_states, np.array(lasting)])
-        self._asked = np.full(n, 2.0) if asked is None else asked
         self._batch = model.compiled(plain=plain)
+
+    def of(self, model: ContactModel) -> "Predictor":
+        """Return the same recording, not copied, for a model of the same reference temperature."""
+        new = copy.copy(self)
+        new._run_by(model, plain=False)
+        return new
 
     def __call__(
         self,

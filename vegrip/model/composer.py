@@ -341,8 +341,13 @@ def probe(
 def _functions(plan: Plan) -> dict[str, Any]:
     scope: dict[str, Any] = {"math": math}
     for text in plan.texts.values():
-        exec(compile(text, "<effect>", "exec"), scope)  # noqa: S102 - the user's own model, as on import
+        exec(_code(text), scope)  # noqa: S102 - the user's own model, as on import
     return scope
+
+
+@lru_cache(maxsize=512)
+def _code(text: str) -> types.CodeType:
+    return compile(text, "<effect>", "exec")
 
 
 def _walk(plan: Plan, functions: dict[str, Any], scope: dict[str, float]) -> None:

@@ -167,7 +167,7 @@ class ContactModel(Displayed):
 
     @cached_property
     def plan(self) -> Plan:
-        return compose(self.effects)
+        return _composed(self.effects)
 
     @property
     def parameters(self) -> dict[str, tuple[str, Parameter]]:
@@ -248,6 +248,8 @@ class ContactModel(Displayed):
             self, effects=(*self.effects[:at], effect, *self.effects[at:]), values=values
         )
 
+
+_composed = lru_cache(maxsize=64)(compose)  # a diagnosis makes hundreds of models of few lists
 
 BASE = ("power_law_stiffness", "relaxation", "geometric_radius", "pressure_coupling", "coulomb_friction")
 """Effects of the base model, in order."""

@@ -137,6 +137,7 @@ def test_what_is_no_recording_and_what_has_no_rows_is_refused_in_a_sentence() ->
         changed(first, calm)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not data_folder().is_dir(), reason="the measured recordings are no part of the project")
 def test_levels_of_calcium_are_in_order() -> None:
     chart = read_column_map(Path(samples.__file__).parent / samples.MUSCLE / "map.toml")

@@ -1,6 +1,7 @@
 """The pieces of a diagnosis: candidates, held-out scores, regimes, discrepancy."""
 
 import dataclasses
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -508,7 +509,8 @@ def test_a_refit_is_tried_from_other_starts_where_the_first_leads_nowhere(
         optimum=SimpleNamespace(cost=100.0, jacobian=np.ones((3, 1))),
     )
 
-    def refine(_problem, start, evaluations, known=None, near=None):
+    def refine(_problem, start, evaluations, known, near, least):
+        assert least == min([math.inf, *costs[: len(seen)]])  # another start has to lead lower
         seen.append(start)
         assert near == pytest.approx(0.02)
         assert evaluations == (40 if start in ("unshifted", 0.01) else 20)

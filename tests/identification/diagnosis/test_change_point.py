@@ -10,6 +10,7 @@ from vegrip.identification.diagnosis import change_point, diagnose
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit, evaluate_candidate, held_out_groups
 from vegrip.identification.diagnosis.change_point import Change, Changed, find_change, relaxed
 from vegrip.identification.diagnosis.discrepancy import find_discrepancy
+from vegrip.identification.diagnosis.zero_jump import find_jump
 from vegrip.identification.fit import fit
 from vegrip.identification.fit.problem import AT
 from vegrip.identification.recording import Recording
@@ -66,6 +67,8 @@ def test_a_slow_drift_has_no_instant(tip) -> None:
 @pytest.mark.slow
 def test_a_diagnosis_says_when_and_by_how_much(tip) -> None:
     found = diagnose(tip(1, kinds=KINDS, crack=(50.1, -0.18)), most=0)
+    assert find_jump(found.search.first, 0.0) is not None
+    assert found.jump is None  # of a zero, which explains less
     told = found.as_dict()
     assert told["verdict"] == "unexplained"
     left = told["unexplained"]

@@ -22,12 +22,12 @@ from vegrip.identification.diagnosis.search import (
 KINDS = ("hold", "ramp", "hold", "ramp", "hold", "ramp")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("seed", "second", "pull", "verdict"),
     [
         (4, (0.134, 5.87), 0.029, "named"),
-        pytest.param(12, (0.062, 13.14), 0.052, "ambiguous", marks=pytest.mark.long),  # by 1 % of the gain
+        (12, (0.062, 13.14), 0.052, "ambiguous"),  # by 1 % of the gain
     ],
 )
 def test_a_second_relaxation_beside_adhesion_is_not_called_a_power_law(

@@ -356,6 +356,7 @@ def test_clocks_are_looked_at_where_something_is_left_or_named_and_a_doubtful_re
         found.contests = {name: step(own) for name in accepted}
         return found
 
+    monkeypatch.setattr(diagnosis, "noise_of", lambda _: None)
     monkeypatch.setattr(diagnosis, "fit", lambda *_, **__: start)
     monkeypatch.setattr(diagnosis, "refuse_unusable", lambda *_: None)
     monkeypatch.setattr(

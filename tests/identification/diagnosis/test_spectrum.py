@@ -77,6 +77,7 @@ def test_three_times_of_which_one_law_leaves_more_than_noise_are_named_a_spectru
     assert (found.verdict, found.named) == ("named", ["relaxation_spectrum"])
 
 
+@pytest.mark.long
 def test_a_spectrum_and_the_two_laws_that_imitate_it_stand_beside_each_other() -> None:
     found = diagnosed({}, THREE_TIMES, [*HOLDS, sine(1e-3, 3e-4, 8.0, 16)])
     assert found.verdict == "ambiguous"

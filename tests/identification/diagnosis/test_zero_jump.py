@@ -43,7 +43,7 @@ def test_a_jump_is_found_with_its_row_and_size_and_taken_off(tip, channel: str, 
 @pytest.mark.parametrize(
     ("is_jump", "size", "named", "sets"),
     [
-        (True, 0.06, [], []),
+        pytest.param(True, 0.06, [], [], marks=pytest.mark.long),
         (True, 0.01, [], []),  # of one noise
         (False, 0.01, ["force_drift"], []),
     ],

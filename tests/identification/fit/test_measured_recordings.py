@@ -38,6 +38,7 @@ def hand() -> Recording:
     return whole.select(closing)
 
 
+@pytest.mark.long
 def test_one_deep_press_into_silicone_suggests_the_stiffening_and_more_times_of_relaxation_at_no_bound() -> (
     None
 ):
@@ -70,6 +71,7 @@ def test_the_slip_in_the_deepest_press_is_told_and_left_out() -> None:
     assert any("no motion explains it" in sentence for sentence in found.warnings())
 
 
+@pytest.mark.long
 def test_an_actuator_that_backs_off_is_not_called_relaxation(hand) -> None:
     noise = noise_of(hand).tolerant(0.02)
     found = fit(hand, noise=noise)

@@ -113,6 +113,22 @@ def test_the_optimum_has_no_gradient_and_its_own_residual_cost_and_derivatives(b
         assert problem.asked <= 6
 
 
+@pytest.mark.parametrize("bend", [0.0, 0.2])
+def test_a_fit_that_can_come_below_what_is_asked_is_as_if_nothing_were_and_another_given_up_at_once(
+    bend,
+) -> None:
+    problem, start = Line(bend), np.full(3, 0.5)
+    free = refine_optimum(problem, start, 60)
+    asked = problem.asked
+    reached = refine_optimum(problem, start, 60, least=free.cost)
+    assert (reached.u == free.u).all()
+    assert (reached.jacobian == free.jacobian).all()
+    problem.asked = 0
+    given_up = refine_optimum(problem, start, 60, least=-1e9)
+    assert given_up.cost > -1e9
+    assert problem.asked < asked
+
+
 @pytest.mark.parametrize("scale", [1.0, 1e6, 1e150])
 def test_a_correction_of_the_derivatives_corrects_their_square_though_most_of_it_cancels(scale) -> None:
     J, along = RNG.normal(size=(20, 3)), np.array([1.0, 0.0, 0.5])

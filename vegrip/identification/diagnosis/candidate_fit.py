@@ -14,6 +14,7 @@ import numpy as np
 
 from vegrip.identification.compare.where import features_of
 from vegrip.identification.diagnosis.score_tests import Candidate, Hint, carrier, with_candidates
+from vegrip.identification.diagnosis.thresholds import CONTENDER_SHARE
 from vegrip.identification.fit.preprocess import Mask
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.result import rms
@@ -35,7 +36,7 @@ EVALUATIONS = 20
 START_FACTORS = (1.0, 0.3)  # of the multiple that the screen asks for, when it leads nowhere
 NEXT_TO_NOTHING = 0.01
 CANDIDATE_PRECISION_NATS = 0.02  # [nats] to which a candidate's best is sought, or
-SLOPPY = 1e-4  # of what the screen expects of it, before it is known to contend
+SLOPPY = 1e-4  # of what the screen expects of it, before it is known to contend, or of what is left
 FAR_NATS = 100.0  # [nats] from the base, beyond which the last steps are taken with derivatives made anew
 ASTRAY = 0.05  # [x_ref] of the zero of the displacement, from which the base is far from what there is
 BOUND_DISTANCE = 1e-3  # of the range, from a bound at which derivatives vanish
@@ -99,7 +100,9 @@ def _fitted(problem: Problem, optimum: Optimum, rows: Mask, *, is_near: bool) ->
     if is_near:
         found = refine_optimum(Nearby(problem, weights, optimum), optimum.u, NEAR_STEPS)
     else:
-        found = refine_optimum(Weighted(problem, weights), optimum.u, REFIT_STEPS)
+        known = dict(zip(problem.unknowns.names, optimum.jacobian.T * weights, strict=True))
+        near = max(CANDIDATE_PRECISION_NATS, SLOPPY * optimum.cost)
+        found = refine_optimum(Weighted(problem, weights), optimum.u, REFIT_STEPS, known, near)
     return -0.5 * float(np.sum((found.residual[rows] / weights[rows]) ** 2))
 
 
@@ -154,33 +157,44 @@ def extend_problem(base: CandidateFit, hint: Hint, groups: Floats) -> CandidateF
     return evaluate_candidate(*extended(base, hint), groups)
 
 
-def extended(base: CandidateFit, hint: Hint) -> tuple[Problem, Optimum]:
-    """Return the problem with a candidate, and where it is best."""
-    best: Optimum | None = None
+def extend_below(base: CandidateFit, hint: Hint, groups: Floats, least: float) -> CandidateFit | None:
+    """Return the fit with a candidate, to the end; None where its cost stays above ``least``.
+
+    No evidence gains more than the cost falls, since no parameter is known less than by its prior.
+    """
+    problem, rough = extended(base, hint, least)
+    if rough.cost > least and problem.whitener is base.problem.whitener:
+        return None
+    return evaluate_candidate(problem, finished(base, problem, rough), groups)
+
+
+def extended(base: CandidateFit, hint: Hint, least: float = math.inf) -> tuple[Problem, Optimum]:
+    """Return the problem with a candidate, and where it is best; given up far from a cost of ``least``."""
     problem = _problem(base, hint.candidate)
+    if has_play(problem.model):  # what the tip does not follow is another noise, which may say more
+        least = base.optimum.cost - CONTENDER_SHARE * (base.optimum.cost - least)
     near = max(CANDIDATE_PRECISION_NATS, SLOPPY * hint.gain)
     known = dict(zip(base.problem.unknowns.names, base.optimum.jacobian.T, strict=True))
-    for factor in START_FACTORS:
-        start = _start(problem, base, hint, factor)
-        found = refine_optimum(problem, start, EVALUATIONS, known, near)
-        if best is None or found.cost < best.cost:
-            best = found
-        if best.cost < base.optimum.cost - 0.5 * hint.gain:
-            break
-    assert best is not None  # noqa: S101
+
+    def better(
+        best: Optimum | None, start: Floats, evaluations: int = EVALUATIONS, *, is_near: bool = True
+    ) -> Optimum:
+        below = least if best is None else min(least, best.cost)
+        found = refine_optimum(problem, start, evaluations, known if is_near else None, near, below)
+        return found if best is None or found.cost < best.cost else best
+
+    best = better(None, _start(problem, base, hint, START_FACTORS[0]))
+    for factor in START_FACTORS[1:]:
+        if best.cost >= base.optimum.cost - 0.5 * hint.gain:
+            best = better(best, _start(problem, base, hint, factor))
     if any(p.null is None for p in hint.candidate.effect.parameters):  # a shape may have a better place
-        found = refine_optimum(
-            problem, _start(problem, base, _as_declared(hint), 1.0), EVALUATIONS, known, near
-        )
-        best = min(best, found, key=lambda one: one.cost)
+        best = better(best, _start(problem, base, _as_declared(hint), 1.0))
     if _is_astray(base):
         start = _start(problem, base, hint, START_FACTORS[-1])
-        found = refine_optimum(problem, _unshifted(problem, start), 2 * EVALUATIONS, near=near)
-        best = min(best, found, key=lambda one: one.cost)
+        best = better(best, _unshifted(problem, start), 2 * EVALUATIONS, is_near=False)
     if best.cost > base.optimum.cost:  # led astray: from next to nothing it cannot end above the base
-        start = _start(problem, base, hint, NEXT_TO_NOTHING)
-        best = refine_optimum(problem, start, 2 * EVALUATIONS, known, near)
-    if has_play(problem.model):  # what the tip does not follow is another noise
+        best = better(best, _start(problem, base, hint, NEXT_TO_NOTHING), 2 * EVALUATIONS)
+    if has_play(problem.model) and best.cost <= least:
         problem.freeze(best.u)
         best = refine_optimum(problem, best.u, EVALUATIONS)
     return problem, best

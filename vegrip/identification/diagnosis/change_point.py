@@ -29,6 +29,7 @@ from vegrip.types import Floats
 VARIABLES = ("time", "displacement")
 DEPTHS = 20_000  # that a change may have
 PLACES = 48  # looked at in one pass, and
+PLACES_AT_ONCE = 8  # of them in memory
 PASSES = 5  # each over those that had an evidence within
 FAR_NATS = 8.0  # of the best
 ROUNDS = 4  # of looking and fitting
@@ -136,7 +137,7 @@ class Changed(Problem):
         J = self.jacobian(u, w)[:, :-1]
         A = J.T @ J + np.diag(self.unknowns.std[:-1] ** -2.0)
 
-        def evidence(places: Floats) -> Floats:
+        def evidence_of(places: Floats) -> Floats:
             B = self.whitener(self.term(u, table, places, amount))
             C = J[:n].T @ B
             through = np.linalg.solve(A, np.column_stack([C, J.T @ w]))
@@ -145,6 +146,10 @@ class Changed(Problem):
             tell = np.maximum(M, 0.0) * PRIOR_STD**2
             gain: Floats = 0.5 * (b * PRIOR_STD) ** 2 / (1.0 + tell) - 0.5 * np.log1p(tell)
             return gain
+
+        def evidence(places: Floats) -> Floats:
+            some = np.array_split(places, -(-places.size // PLACES_AT_ONCE))
+            return np.concatenate([evidence_of(one) for one in some])
 
         low, high = 0, self.inner.size - 1
         places, gains, likely = np.zeros(0), np.zeros(0), low

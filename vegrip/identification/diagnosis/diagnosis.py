@@ -17,7 +17,11 @@ from vegrip.identification.blind import FRICTION_TREND, ZERO_JUMP
 from vegrip.identification.compare.comparison import Comparison, Repeated
 from vegrip.identification.compare.where import Regime
 from vegrip.identification.diagnosis import thresholds
-from vegrip.identification.diagnosis.candidate_fit import evaluate_candidate, held_out_groups
+from vegrip.identification.diagnosis.candidate_fit import (
+    CandidateFit,
+    evaluate_candidate,
+    held_out_groups,
+)
 from vegrip.identification.diagnosis.clean import Clean, find_clean
 from vegrip.identification.diagnosis.data_checks import (
     Doubt,
@@ -33,7 +37,7 @@ from vegrip.identification.diagnosis.search import Search, Step, Tried, best_of,
 from vegrip.identification.diagnosis.zero_jump import NEAR, Jump, find_jump
 from vegrip.identification.fit.fitting import fit, on_one_thread, used_of
 from vegrip.identification.fit.given import on_recording
-from vegrip.identification.fit.noise import Noise
+from vegrip.identification.fit.noise import Noise, noise_of
 from vegrip.identification.fit.problem import TooManyUnknownsError, Zeros
 from vegrip.identification.fit.result import Fit, fit_of
 from vegrip.identification.fit.solve import Report
@@ -144,9 +148,16 @@ class Diagnosis(Result):
                 continue
             if near := [k for k in self.jumps if k[0] == jump.channel and abs(k[1] - jump.row) <= NEAR]:
                 return replace(jump, row=near[0][1])
-            if jump.gain > max(gain + thresholds.MIN_SHIFT_NATS, least):
+            is_more = jump.gain > max(gain + thresholds.MIN_SHIFT_NATS, least)
+            if is_more and not self._is_change(step.base, jump):
                 return jump
         return None
+
+    def _is_change(self, base: CandidateFit, jump: Jump) -> bool:
+        """Whether a stiffness that changes at one place explains more than ``base`` with a jump."""
+        if self.verdict != "unexplained" or self.unexplained is None or self.unexplained.change is None:
+            return False
+        return self.search.first.evidence + self.unexplained.change.gain > base.evidence + jump.gain
 
     @cached_property
     def other_radius(self) -> float | None:
@@ -420,11 +431,8 @@ def diagnose(
     """
 
     def started(zeros: Zeros, laws: Zeros, radius: float | None = None) -> Fit:
-        of, tip = recording, model
-        if radius is not None:
-            of = replace(recording, fingertip=replace(recording.fingertip, radius=radius))
-            tip = model if model is None else replace(model, tip_radius=radius)
-        return fit(of, tip, noise=noise, zeros=zeros, laws=laws, report=report)
+        of, tip = (recording, model) if radius is None else _of_radius(recording, model, radius)
+        return fit(of, tip, noise=known, zeros=zeros, laws=laws, report=report)
 
     jumps: Jumps = {}
 
@@ -433,6 +441,7 @@ def diagnose(
         return _diagnosed(start, most, threads, report, jumps, is_repeat=is_repeat, can_stop=may_stop)
 
     recording = used_of(recording, zeros, laws)
+    known = noise or noise_of(recording)
     start = started(zeros, laws)
     refuse_unusable(recording, start.problem.measured)
     found = diagnosed(start, is_repeat=False)
@@ -440,16 +449,17 @@ def diagnose(
         return found
 
     def without_faults(found: Diagnosis) -> Diagnosis:
-        nonlocal recording, jumps
+        nonlocal recording, jumps, known
         for _ in range(thresholds.MAX_JUMPS):
             if (jump := found.jump) is None:
                 break
             report("tries a jump of a zero")
-            before = recording, jumps
-            recording, jumps = jump.removed(recording), _with_jump(jumps, jump)
+            before = recording, jumps, known
+            rest = jump.removed(recording)
+            recording, jumps, known = rest, _with_jump(jumps, jump), noise or noise_of(rest)
             own = diagnosed(started(zeros, laws))
             if own.verdict == "unexplained":
-                recording, jumps = before
+                recording, jumps, known = before
                 break
             found = own
         if found.other_radius is not None:
@@ -488,6 +498,13 @@ def diagnose(
         if not can_stop:
             raise
         return replace(found, doubts=[*found.doubts, Doubt(UNFINISHED)])
+
+
+def _of_radius(
+    recording: Recording, model: ContactModel | None, radius: float
+) -> tuple[Recording, ContactModel | None]:
+    of = replace(recording, fingertip=replace(recording.fingertip, radius=radius))
+    return of, model if model is None else replace(model, tip_radius=radius)
 
 
 def _with_jump(jumps: Jumps, jump: Jump) -> Jumps:

@@ -26,6 +26,7 @@ from vegrip.identification.diagnosis.candidate_fit import (
     CandidateFit,
     compiled_already,
     evaluate_candidate,
+    extend_below,
     extend_problem,
     finish_fit,
     held_out_groups,
@@ -277,7 +278,8 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
 
     Each from the optimum without it, and where it is not far behind from the values that the others have
     beside it, where the rival has to make up for what it explains. What is known to be confounded is refitted
-    whatever the screen expects of it, for that knows a kink only at the depths that it tries.
+    whatever the screen expects of it, for that knows a kink only at the depths that it tries. What stays so
+    far behind that it neither wins nor stands beside ``one`` is given up.
     """
     step = next(step for step in found.steps if step.taken is one)
     fits: dict[str, CandidateFit] = {}
@@ -297,10 +299,22 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
     gain, dropped = last.evidence - rest.evidence, found.dropped  # what was dropped stays away
     hints = resembling(one.candidate, gain, [h for h in hints if h.candidate.name not in dropped])
 
+    # farther behind it neither wins nor stands beside
+    behind = max(found.within(gain), thresholds.FORM_NATS)
+    worst = rest.optimum.cost - (gain - behind)
+
     def refit(start: CandidateFit, some: list[Hint]) -> None:
-        for hint, new in zip(some, _refitted(start, some, groups, threads), strict=True):
-            best = fits.get(hint.candidate.name, new)
-            fits[hint.candidate.name] = max(best, new, key=lambda each: each.evidence)
+        def better(hint: Hint) -> CandidateFit | None:
+            before = fits.get(hint.candidate.name)
+            is_alike = before is not None and before.problem.whitener is rest.problem.whitener
+            least = min(worst, before.optimum.cost) if before is not None and is_alike else worst
+            return extend_below(start, hint, groups, least)
+
+        with ThreadPoolExecutor(threads) as pool:
+            for hint, new in zip(some, pool.map(better, some), strict=True):
+                if new is not None:
+                    best = fits.get(hint.candidate.name, new)
+                    fits[hint.candidate.name] = max(best, new, key=lambda each: each.evidence)
 
     told_by_screen = [hint for hint in hints if hint.gain >= thresholds.MIN_GAIN_NATS]
     refit(rest, [hint for hint in told_by_screen if hint.candidate.name not in fits])
@@ -308,7 +322,9 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
     near = [
         hint.candidate
         for hint in hints
-        if are_kin(hint.candidate.effect, one.candidate.effect) or fits[hint.candidate.name].evidence >= least
+        if are_kin(hint.candidate.effect, one.candidate.effect)
+        or hint.candidate.name not in fits
+        or fits[hint.candidate.name].evidence >= least
     ]
     nulled = _at(rest, _shared(last, rest.problem))
     second = screen_candidates(rest.problem, nulled.optimum, near, threads)

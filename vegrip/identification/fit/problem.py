@@ -107,6 +107,7 @@ class Problem:
     slip_bias: Floats
     _columns: dict[str, Floats]
     radius_std: Floats
+    _predictors: list[Predictor]
 
     def __init__(
         self,
@@ -132,10 +133,12 @@ class Problem:
         if count > 1:
             self._pressed = [np.flatnonzero(self.places == i) for i in range(count)]
         self._refuse_too_many(len(asked) + int(np.sum(asked > 0.0)))
-        self._predictors = [
-            Predictor(runs, {name: column[rows] for name, column in self._columns.items()}, asked=asked[rows])
-            for rows in self._pressed
-        ]
+        if like is not None and like.model.reference_temperature == runs.reference_temperature:
+            self._predictors = [one.of(runs) for one in like._predictors]
+        else:
+            of_place = [{name: one[rows] for name, one in self._columns.items()} for rows in self._pressed]
+            given = zip(of_place, self._pressed, strict=True)
+            self._predictors = [Predictor(runs, columns, asked=asked[rows]) for columns, rows in given]
         self._places = {symbol: i for i, symbol in enumerate(runs.parameters)}
         self._vector = runs.vector
         for symbol, value in model.values.items():
@@ -263,7 +266,7 @@ class Problem:
         vector, (depth, force) = self.parts(u)
         for symbol, value in (instead or {}).items():
             vector[self._places[symbol]] = value
-        depth = depth - moved
+        depth = depth - moved if np.any(moved) else depth
         if len(self._pressed) == 1:
             return self._predictors[0](vector, (depth, force), speed)
         out = np.empty((len(QUANTITIES), depth.size)).T

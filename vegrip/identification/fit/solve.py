@@ -1,5 +1,6 @@
 """Bounded least squares with priors, from several starts; the noise is set up anew at every better model."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -12,9 +13,11 @@ Report = Callable[[str], None]
 
 START_EVALUATIONS = 8  # evaluations of a start before the best one is chosen
 MAX_EVALUATIONS = 40
-LAST_STEP_NATS = 1e-4  # [nats] a step that predicts less is the last one
+LAST_STEP_NATS = 1e-4  # [nats] a step that predicts less is the last one, or
+LAST_STEP_SHARE = 1e-9  # less of the cost, as precise as derivatives by differences
 SETTLED_NATS, SETTLED_SHARE = 1.0, 1e-3  # [nats], of the cost, that a model may lack which was fitted before
 DAMPED = 1e-3  # of the first step
+HOPE = 10.0  # times what a step predicts, by which a fit may still fall
 CANCELLED = 1e-4  # of a sum of squares, below which it is summed anew
 START_RATE_FACTORS = (0.1, 1.0, 10.0)  # factors on the rate of relaxation, the parameter with several minima
 
@@ -123,8 +126,11 @@ def refine_optimum(
     evaluations: int,
     known: Mapping[str, Floats] | None = None,
     near: float = LAST_STEP_NATS,
+    least: float = math.inf,
 ) -> Optimum:
     """Minimise from one start with the noise as it is frozen; ``known``: derivatives near the start.
+
+    ``least``: the cost to come below; a fit that stays far from it is given up, without its last derivatives.
 
     Damped Gauss-Newton steps within the bounds [Marquardt1963]_. Derivatives cost as much as all unknowns
     together, so they are kept from step to step, corrected by what each step showed [Broyden1965]_, and taken
@@ -138,7 +144,10 @@ def refine_optimum(
     A = J.T @ J
     cost, damping = _cost(k, r, u), DAMPED
     for _ in range(evaluations):
+        near = max(near, LAST_STEP_SHARE * cost)
         step, foretold = _step(k, u, J.T @ r, A, damping)
+        if cost - HOPE * foretold > least:
+            break
         if foretold < near and not fresh:
             J, fresh = problem.jacobian(u, r), True
             A = J.T @ J
