@@ -28,6 +28,8 @@ PUBLISHED = {
         "sender_time",
         "batch",
         "raw",
+        "virtual",
+        "first",
         "remote",
         "error_frames",
         "infinite",

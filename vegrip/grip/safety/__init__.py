@@ -128,7 +128,7 @@ class WatchdogSettings:
         high=0.01,
         doc="frozen at once when a noisy normal force repeats itself more often than with this chance",
     )
-    doubt_after: float = constant(
+    doubt_after: float = parameter(
         0.05,
         unit="s",
         low=0.001,
