@@ -151,7 +151,7 @@ def measured(
     ] = None,
     page: Annotated[Path | None, typer.Option(help="Page whose table to replace.")] = None,
 ) -> None:
-    """Diagnose measured recordings, foretell those held out, and print the table of docs/measured.md.
+    """Diagnose measured recordings, foretell those held out, and print all that is said of them.
 
     Example: python -m validation.measured --case muscle
 
