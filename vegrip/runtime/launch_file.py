@@ -7,7 +7,7 @@ a transport, too: that of a hand in parts (:mod:`vegrip.transport.hands.bench`).
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -135,6 +135,11 @@ def _launch_of_parts(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
         raise ConfigError(
             f"{path}: [transport] is of a hand of one map; sensors and drive have theirs in their own maps"
         )
+    known = [*PARTS, *(field.name for field in fields(_LaunchFile))]
+    for key in [
+        key for key in table if key not in known
+    ]:  # before the parts are read, which a misspelt one is missing from
+        raise ConfigError(f"{path}: unknown key {key!r}; {suggestion(key, known, 'known are')}")
     parts = {key: table[key] for key in PARTS if key in table}
     transport = {"kind": "bench", **{key: _beside(path, value) for key, value in parts.items()}}
     node = {"program": "grasp_force", "required": True, "restart": "always"}

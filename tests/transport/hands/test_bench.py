@@ -63,6 +63,7 @@ def opened(folder, text):
         (TWO + 'drive = "gripper.toml"\n[transport]\nkind = "can"', "[transport] is of a hand of one map"),
         ('drive = "gripper.toml"', "nothing feels"),
         (TWO + 'serves = ["left"]', "name the 'drive' that presses"),
+        (TWO + 'drvie = "gripper.toml"\nserves = ["left"]', "did you mean drive?"),
         (TWO + 'drive = "gripper.toml"\n[load]\nfrom = "left.toml"', "'mass'"),
         (
             TWO
