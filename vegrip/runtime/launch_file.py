@@ -5,6 +5,7 @@ holds for every node that does not say otherwise. ``sensors``, ``drive``, ``serv
 a transport, too: that of a hand in parts (:mod:`vegrip.transport.hands.bench`).
 """
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
@@ -164,8 +165,11 @@ def _beside(path: Path, value: Any) -> Any:
 def _with_parts(path: Path, node: NodeConfig) -> NodeConfig:
     """Return ``node`` with parameters of the parts of its hand, where it has none itself."""
     parameters = _merged(parts_of(node.transport, str(path))[1], node.parameters)
-    largest = parameters.get("limits", {}).get("max_force")
-    transport = node.transport if largest is None else {**node.transport, "largest": float(largest)}
+    limits = parameters.get("limits", {})
+    largest = limits.get("max_force", math.inf) if isinstance(limits, Mapping) else limits
+    if not isinstance(largest, (int, float)) or not largest >= 0.0:
+        raise ConfigError(f"{path}: limits.max_force is {largest!r}; give a number in N, such as 40.0")
+    transport = {**node.transport, "largest": float(largest)} if largest < math.inf else node.transport
     parts_of(transport, str(path))  # says where the drive cannot keep below it
     return replace(node, parameters=parameters, transport=transport)
 

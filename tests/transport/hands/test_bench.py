@@ -70,6 +70,11 @@ def opened(folder, text):
             + 'drive = "gripper.toml"\n[[node]]\nprogram = "grasp_force"\nparameters.limits.max_force = 15.0',
             "the least that",
         ),
+        (
+            TWO + 'drive = "gripper.toml"\n[[node]]\nprogram = "grasp_force"\n'
+            "parameters.limits.max_force = '4 kN'",
+            "limits.max_force is '4 kN'; give a number in N",
+        ),
         (TWO + 'drive = "gripper.toml"\n[load]\nmass = 0.9', "[load] needs from"),
         (
             'sensors = ["both.toml", "right.toml"]\ndrive = "gripper.toml"',
