@@ -139,7 +139,9 @@ def mcap_(
 def lerobot_(
     recording: Annotated[Path, typer.Argument(help="Recording or session.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the data set.")],
-    fps: Annotated[int, typer.Option(min=0, help="Frames a second; 0 = as many as there are rows.")] = 0,
+    fps: Annotated[
+        int, typer.Option(min=0, max=10_000, help="Frames a second; 0 = as many as there are rows.")
+    ] = 0,
     task: Annotated[str, typer.Option(help="What is done, in words.")] = "hold an object",
     force: FORCE = False,
     as_json: JSON = False,

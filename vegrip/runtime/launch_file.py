@@ -5,9 +5,10 @@ holds for every node that does not say otherwise. ``sensors``, ``drive``, ``serv
 a transport, too: that of a hand in parts (:mod:`vegrip.transport.hands.bench`).
 """
 
+import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -135,6 +136,11 @@ def _launch_of_parts(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
         raise ConfigError(
             f"{path}: [transport] is of a hand of one map; sensors and drive have theirs in their own maps"
         )
+    known = [*PARTS, *(field.name for field in fields(_LaunchFile))]
+    for key in [
+        key for key in table if key not in known
+    ]:  # before the parts are read, which a misspelt one is missing from
+        raise ConfigError(f"{path}: unknown key {key!r}; {suggestion(key, known, 'known are')}")
     parts = {key: table[key] for key in PARTS if key in table}
     transport = {"kind": "bench", **{key: _beside(path, value) for key, value in parts.items()}}
     node = {"program": "grasp_force", "required": True, "restart": "always"}
@@ -159,8 +165,11 @@ def _beside(path: Path, value: Any) -> Any:
 def _with_parts(path: Path, node: NodeConfig) -> NodeConfig:
     """Return ``node`` with parameters of the parts of its hand, where it has none itself."""
     parameters = _merged(parts_of(node.transport, str(path))[1], node.parameters)
-    largest = parameters.get("limits", {}).get("max_force")
-    transport = node.transport if largest is None else {**node.transport, "largest": float(largest)}
+    limits = parameters.get("limits", {})
+    largest = limits.get("max_force", math.inf) if isinstance(limits, Mapping) else limits
+    if not isinstance(largest, (int, float)) or not largest >= 0.0:
+        raise ConfigError(f"{path}: limits.max_force is {largest!r}; give a number in N, such as 40.0")
+    transport = {**node.transport, "largest": float(largest)} if largest < math.inf else node.transport
     parts_of(transport, str(path))  # says where the drive cannot keep below it
     return replace(node, parameters=parameters, transport=transport)
 

@@ -98,6 +98,18 @@ def test_fewer_frames_are_those_of_their_instants(recorded: Path, tmp_path: Path
     assert wrench[:13, 2] == pytest.approx(1.0 + np.arange(13) * 0.04)
 
 
+def test_every_row_of_a_set_counts_as_read_and_as_kept(made: Path, tmp_path: Path, capsys) -> None:
+    capsys.readouterr()
+    assert main(["import", str(made), "-o", str(tmp_path / "back"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["rows"] == {"in": 80, "used": 80, "left_out": {}}
+
+
+def test_more_frames_than_memory_holds_are_refused_before_any_work(recorded: Path, tmp_path, capsys) -> None:
+    assert main(["export", "lerobot", str(recorded), "-o", str(tmp_path / "set"), "--fps", "100000000"]) == 2
+    assert "--fps is '100000000'" in capsys.readouterr().err
+    assert not (tmp_path / "set").exists()
+
+
 def test_open_tactile_data_are_summed_over_their_elements(tmp_path: Path) -> None:
     normal, shear = np.full((20, 4), 0.5), np.tile([0.1, -0.2], (20, 4, 1))
     names = {"timestamps": np.arange(20) / 30.0, "/observation/tactile/normal_force": normal}

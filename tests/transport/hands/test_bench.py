@@ -63,11 +63,17 @@ def opened(folder, text):
         (TWO + 'drive = "gripper.toml"\n[transport]\nkind = "can"', "[transport] is of a hand of one map"),
         ('drive = "gripper.toml"', "nothing feels"),
         (TWO + 'serves = ["left"]', "name the 'drive' that presses"),
+        (TWO + 'drvie = "gripper.toml"\nserves = ["left"]', "did you mean drive?"),
         (TWO + 'drive = "gripper.toml"\n[load]\nfrom = "left.toml"', "'mass'"),
         (
             TWO
             + 'drive = "gripper.toml"\n[[node]]\nprogram = "grasp_force"\nparameters.limits.max_force = 15.0',
             "the least that",
+        ),
+        (
+            TWO + 'drive = "gripper.toml"\n[[node]]\nprogram = "grasp_force"\n'
+            "parameters.limits.max_force = '4 kN'",
+            "limits.max_force is '4 kN'; give a number in N",
         ),
         (TWO + 'drive = "gripper.toml"\n[load]\nmass = 0.9', "[load] needs from"),
         (

@@ -216,7 +216,8 @@ def read_touch(path: Path, radius: float = math.nan) -> dict[str, Recording]:
         tip = Fingertip(radius if math.isfinite(radius) else radii.get(finger, math.nan), name=finger)
         source: dict[str, str | bool] = {"file": path.name, "recovered": True}
         found[finger] = Recording(f"{path.stem}-{finger}", t, episode, channels, tip, source=source)
-        found[finger].report.rows_kept = len(t)
+        report = found[finger].report
+        report.rows_read = report.rows_kept = len(t)
     return found
 
 
