@@ -71,7 +71,7 @@ class Pad(Endpoint):
 class Line(Endpoint):
     """The drive of ``gripper``."""
 
-    faults = frozenset()
+    device_faults = frozenset()
     rejected = NONE_BROKEN
 
     def __init__(self, gripper, clock):

@@ -116,7 +116,7 @@ def test_a_silent_pad_and_a_fault_of_the_drive_end_the_run():
         Bench(dies=20.0).measure()
     bench = Bench()
     rig = bench.rig
-    bench.drive.faults = frozenset({("gripper", "object_lost")})
+    bench.drive.device_faults = frozenset({("gripper", "object_lost")})
     with pytest.raises(DeviceError, match="says of itself: object_lost"):
         rig.run(plan_sweep(STATED, MOST), lambda _: None)
     bench = Bench()

@@ -501,7 +501,7 @@ def test_a_machine_that_cannot_keep_up_lowers_the_rate_of_reports_never_of_comma
 def test_a_fault_of_a_device_is_said_once_as_it_begins_and_once_as_it_ends(monkeypatch, caplog):
     rig = Rig(status_period=0.1)
     said, told = set(), [("gripper", "object_lost"), ("gripper", "too_hot")]
-    monkeypatch.setattr(PairEndpoint, "faults", property(lambda _: said), raising=False)
+    monkeypatch.setattr(PairEndpoint, "device_faults", property(lambda _: said), raising=False)
     caplog.set_level("INFO", "vegrip.follower")
     rig.runner.start()
 

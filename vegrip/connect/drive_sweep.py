@@ -145,7 +145,7 @@ class Rig:
         self._drive, self._fingers, self._pads, self._clock = drive, fingers, pads, clock
         self._felt: dict[str, float] = {ours: math.nan for _, names in pads for ours in names.values()}
         self._heard = dict.fromkeys(self._felt, clock.now() + round(FIRST_WORD_S * NS))  # [ns]
-        self._lost, self._known = self._losses(), drive.faults
+        self._lost, self._known = self._losses(), drive.device_faults
         self._setting, self._due, self._seq = math.nan, 1 << 62, 0  # told nothing yet
         self._time: list[float] = []
         self._force: list[float] = []
@@ -273,7 +273,7 @@ class Rig:
                 )
         if self._losses() > self._lost:
             raise DeviceError("the drive does not answer; what it does then is in docs/drives.md")
-        if said := sorted(name for _, name in self._drive.faults - self._known):
+        if said := sorted(name for _, name in self._drive.device_faults - self._known):
             raise DeviceError(f"the drive says of itself: {', '.join(said)}; the jaws are opened")
         if above := [force for force in self._felt.values() if force > OVER * self.most]:
             raise InputError(

@@ -379,7 +379,7 @@ class Runner:
         if self.state is not Lifecycle.FINALIZED:  # a node that ends for that reason reports it last
             for _, sentence in self._remedies.news(self.status.rejected, now, self._endpoint.hints):
                 self.managed.logger.error("%s", sentence)
-            self._tell_faults(self._endpoint.faults)
+            self._tell_faults(self._endpoint.device_faults)
             if self.channels is not None:
                 self._tell_fingers(self.channels)
         self._send([self.status])

@@ -107,7 +107,7 @@ class Endpoint(ABC):
         return frozenset()
 
     @property
-    def faults(self) -> Set[tuple[str, str]]:
+    def device_faults(self) -> Set[tuple[str, str]]:
         """Which of :attr:`conditions` are faults, each with the device that says it."""
         return frozenset()
 

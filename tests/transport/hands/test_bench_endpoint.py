@@ -155,8 +155,8 @@ def test_a_port_that_another_program_has_is_named(tmp_path):
 def test_a_fault_that_a_part_says_is_named_with_its_port(rig):
     part = rig.endpoint._parts[-1]
     rig.until(lambda: bool(rig.heard), left=3.0, right=3.0)
-    assert rig.endpoint.faults == set()
+    assert rig.endpoint.device_faults == set()
     part.endpoint._conditions._maps["too_hot"] = ConditionMap(where={"felt.force": 0})
     part.endpoint._conditions.now.add("too_hot")
-    assert rig.endpoint.faults == {(part.where, "too_hot")}
+    assert rig.endpoint.device_faults == {(part.where, "too_hot")}
     assert "gripper.toml" in part.where

@@ -159,8 +159,8 @@ class BenchEndpoint(Endpoint):
         return frozenset().union(*(part.endpoint.conditions for part in self._parts))
 
     @property
-    def faults(self) -> Set[tuple[str, str]]:
-        return {(part.where, name) for part in self._parts for _, name in part.endpoint.faults}
+    def device_faults(self) -> Set[tuple[str, str]]:
+        return {(part.where, name) for part in self._parts for _, name in part.endpoint.device_faults}
 
     @property
     def hints(self) -> Mapping[str, str]:  # type: ignore[override]

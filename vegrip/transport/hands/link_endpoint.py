@@ -397,7 +397,7 @@ class MappedLinkEndpoint(Endpoint):
         return self._conditions.now
 
     @property
-    def faults(self) -> Set[tuple[str, str]]:
+    def device_faults(self) -> Set[tuple[str, str]]:
         return {(str(self._codec.plan.hand.path), name) for name in self._conditions.faults}
 
     def begin(self, address: str) -> None:
