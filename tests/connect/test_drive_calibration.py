@@ -14,9 +14,11 @@ from vegrip.clock import NS, SimulatedClock
 from vegrip.connect import drive_sweep
 from vegrip.connect.drive_response import respond
 from vegrip.connect.drive_sweep import Rig, plan_sweep
+from vegrip.connect.measured_drive import measured_map, measured_settings
 from vegrip.errors import DeviceError, InputError, UsageError
 from vegrip.grip.safety.drive import DriveLimits
 from vegrip.transport.hands.bench import Source, read_source
+from vegrip.transport.mapped.commands import law_of
 
 STATED = DriveLimits(resolution=0.84, rate=50.0, delay=0.03, minimum=20.0, maximum=235.0, hysteresis=0.5)
 MOST = 70.0
@@ -129,6 +131,25 @@ def test_a_silent_pad_and_a_fault_of_the_drive_end_the_run():
 def test_too_small_a_range_is_refused_with_the_least_that_does():
     with pytest.raises(UsageError, match=r"at least 27.56 N must be allowed"):
         plan_sweep(STATED, 25.0)
+
+
+@pytest.mark.parametrize("product", ["robotiq-2f85", "robotiq-hand-e", "weiss-wsg50"])
+def test_the_map_of_a_product_asks_for_what_is_felt_when_it_is_measured(product, tmp_path):
+    source = read_source(f"{product}@/dev/ttyX", "")
+    bench = Bench(gain=0.8, offset=2.0, delay=0.12, play=2.0)
+    found = bench.measure(source.plan.hand.drive)
+    path = tmp_path / "measured.toml"
+    path.write_text(measured_map(source, measured_settings(source, found)))
+    measured = read_source(str(path), "")
+    assert measured.transport["address"] == "/dev/ttyX"
+    laws = [law_of(each.plan.hand.fingers["jaw"].command, "", "") for each in (source, measured)]
+    values = [law.sign * law.scale * law.per_newton for law in laws]
+    sent = values[1] * 40.0 + laws[1].offset  # for 40 N that are to be felt
+    told = (sent - laws[0].offset) / values[0]  # which the drive takes for a setting
+    assert 0.8 * told + 2.0 == pytest.approx(40.0, abs=0.1)
+    assert measured.plan.hand.drive.minimum == pytest.approx(
+        0.8 * source.plan.hand.drive.minimum + 2.0, abs=0.1
+    )
 
 
 # the command

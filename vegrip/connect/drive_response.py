@@ -178,7 +178,9 @@ def _delay(run: DriveRun, held: list[tuple[float, float]]) -> Found:
             )
         found.append(float(time[at] - begin))
     if len(found) < LEAST_LEVELS:
-        raise InputError("too few steps of the force stand out of the noise of the sensors to tell the delay")
+        raise InputError(
+            "too few steps of the force stand out of the noise of the sensors to measure the delay"
+        )
     return Found(float(np.median(found)), float(np.std(found, ddof=1) / math.sqrt(len(found))))
 
 
