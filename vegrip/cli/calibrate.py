@@ -128,9 +128,8 @@ def calibrate(
     Example of it: vegrip sample lift && vegrip calibrate lift --weight 0.5
 
     --drive steps a gripper up and down on a stiff object, and writes gain, steps, delay and hysteresis
-    into a copy of its map, with --force into the map itself.
-
-    Example of it: vegrip calibrate --drive bench.toml --normal-force 60
+    into a copy of its map, with --force into the map itself. It needs --normal-force, or limits.max_force
+    in the launch file.
     """
     others: dict[str, object] = {
         "--radius": radius,
