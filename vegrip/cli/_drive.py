@@ -22,7 +22,13 @@ if TYPE_CHECKING:
 
 
 def calibrate_drive(
-    path: Path, allowed: float | None, *, yes: bool, force: bool, as_json: bool, clock: Clock | None = None
+    path: Path,
+    allowed: float | None,
+    *,
+    is_agreed: bool,
+    force: bool,
+    as_json: bool,
+    clock: Clock | None = None,
 ) -> None:
     """Measure the drive of the launch file ``path`` up to ``allowed`` [N]; ``clock`` is that of the run."""
     from vegrip.connect.drive_response import respond
@@ -44,7 +50,7 @@ def calibrate_drive(
     plan = plan_sweep(source.plan.hand.drive, most)
     target = _target(path, source, force=force)
     measured_map(source, [])  # a map that cannot be written is refused before anything moves
-    if not yes:
+    if not is_agreed:
         _ask(source, plan)
     clock = clock or WallClock()
     with progress("drive") as report, opened(bench, clock) as rig:

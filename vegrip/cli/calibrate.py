@@ -144,7 +144,7 @@ def calibrate(
         rest |= {"a folder": folders, "--depth": depth, "--speed": speed}
         rest |= {"--tangential-force": tangential_force, "--torque": torque}
         _refuse(rest, "does not go with --drive")
-        calibrate_drive(drive, normal_force, yes=yes, force=force, as_json=as_json)
+        calibrate_drive(drive, normal_force, is_agreed=yes, force=force, as_json=as_json)
         return
     _refuse({"--yes": yes, "--force": force}, "belongs to --drive")
     if weight or hand is not None:
