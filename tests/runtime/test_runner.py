@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from tests.pair import pair
+from tests.pair import PairEndpoint, pair
 from vegrip.clock import NS, SimulatedClock
 from vegrip.errors import UsageError
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, ModelHealth, NodeStatus, Reason
@@ -496,3 +496,28 @@ def test_a_machine_that_cannot_keep_up_lowers_the_rate_of_reports_never_of_comma
     node.cost = 0.0
     told(rig, 1500)
     assert told(rig, 100) == (100, 100)
+
+
+def test_a_fault_of_a_device_is_said_once_as_it_begins_and_once_as_it_ends(monkeypatch, caplog):
+    rig = Rig(status_period=0.1)
+    said, told = set(), [("gripper", "object_lost"), ("gripper", "too_hot")]
+    monkeypatch.setattr(PairEndpoint, "device_faults", property(lambda _: said), raising=False)
+    caplog.set_level("INFO", "vegrip.follower")
+    rig.runner.start()
+
+    def lines():
+        caplog.clear()
+        end = rig.clock.now() + NS // 2  # several reports
+        while rig.clock.now() < end:
+            rig.runner.step()
+        return [(each.levelname, each.getMessage()) for each in caplog.records if "gripper" in each.message]
+
+    assert lines() == []
+    said.update(told)
+    assert lines() == [("WARNING", "gripper says of itself: object lost; gripper says of itself: too hot")]
+    said.discard(told[1])
+    assert lines() == [("INFO", "gripper no longer says: too hot")]
+    said.discard(told[0])
+    assert lines() == [("INFO", "gripper no longer says: object lost")]
+    said.add(told[0])
+    assert lines() == [("WARNING", "gripper says of itself: object lost")]

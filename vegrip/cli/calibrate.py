@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._drive import calibrate_drive
 from vegrip.cli._options import JSON, OPENS, PORT
+from vegrip.cli._outputs import FORCE
 from vegrip.cli._terminal import announce_page, answer, printer, progress
 from vegrip.cli._weight import weigh
 from vegrip.cli._written_settings import write_settings
@@ -71,6 +73,15 @@ SPEED = Annotated[float | None, typer.Option("--speed", help="Fastest motion alo
 PULL = Annotated[float | None, typer.Option("--tangential-force", help="Greatest pull [N]; 0: cannot pull.")]
 TORQUE = Annotated[float | None, typer.Option("--torque", help="Greatest torque [N m]; 0: cannot twist.")]
 ASK = Annotated[bool, typer.Option("--ask/--no-ask", help="Ask in the terminal for what is next.")]
+DRIVE = Annotated[
+    Path | None,
+    typer.Option(
+        "--drive",
+        metavar="BENCH.toml",
+        help="Measure the drive of a launch file on a stiff object, up to --normal-force.",
+    ),
+]
+YES = Annotated[bool, typer.Option("--yes", help="With --drive: do not ask before the jaws move.")]
 WEB = Annotated[bool, typer.Option("--web", help="Guide on a page in the browser.")]
 
 
@@ -96,6 +107,9 @@ def calibrate(
     torque: TORQUE = None,
     ask: ASK = True,
     web: WEB = False,
+    drive: DRIVE = None,
+    yes: YES = False,
+    force: FORCE = False,
     port: PORT = 8522,
     opens: OPENS = False,
     as_json: JSON = False,
@@ -112,6 +126,10 @@ def calibrate(
     lift it, and hold it still for three seconds, live (--node) or in a recording.
 
     Example of it: vegrip sample lift && vegrip calibrate lift --weight 0.5
+
+    --drive steps a gripper up and down on a stiff object, and writes gain, steps, delay and hysteresis
+    into a copy of its map, with --force into the map itself. It needs --normal-force, or limits.max_force
+    in the launch file.
     """
     others: dict[str, object] = {
         "--radius": radius,
@@ -121,8 +139,17 @@ def calibrate(
         "--end": end,
     }
     others |= {"--limits": limits, "--web": web, "--virtual": virtual is not None}
+    if drive is not None:
+        rest = {**others, "--weight": weight, "--map": hand, "--node": node, "--launch": launch}
+        rest |= {"a folder": folders, "--depth": depth, "--speed": speed}
+        rest |= {"--tangential-force": tangential_force, "--torque": torque}
+        _refuse(rest, "does not go with --drive")
+        calibrate_drive(drive, normal_force, is_agreed=yes, force=force, as_json=as_json)
+        return
+    _refuse({"--yes": yes, "--force": force}, "belongs to --drive")
     if weight or hand is not None:
-        _refuse(others if weight else {"--map": hand}, has_weight=bool(weight))
+        does = "does not go with" if weight else "belongs to"
+        _refuse(others if weight else {"--map": hand}, f"{does} --weight")
         weigh(folders or [], weight or [], node, seconds, hand, launch, as_json=as_json)
         return
     folder = _only(folders or [])
@@ -137,10 +164,8 @@ def calibrate(
         _serve(folder, radius, own, limits, node, port, opens=opens)
         return
     asks = ask and sys.stdin.isatty() and not (as_json or take or drop or end or virtual is not None)
-    if launch is not None and not (end or asks or virtual is not None):
-        raise UsageError("--launch belongs to the end of a calibration; add --end")
-    if launch is not None and not launch.is_file():
-        raise InputError(f"{launch}: there is no such launch file")
+    if launch is not None:
+        _require_launch(launch, is_end=end or asks or virtual is not None)
     calibration = _opened(folder, radius, limits, own, virtual)
     if drop:
         calibration.drop(drop)
@@ -163,10 +188,17 @@ def calibrate(
         _use_slip(ended, launch, folder, say=not as_json)
 
 
-def _refuse(options: dict[str, object], *, has_weight: bool) -> None:
+def _refuse(options: dict[str, object], why: str) -> None:
     for name, value in options.items():
         if value:
-            raise UsageError(f"{name} {'does not go with' if has_weight else 'belongs to'} --weight")
+            raise UsageError(f"{name} {why}")
+
+
+def _require_launch(launch: Path, *, is_end: bool) -> None:
+    if not is_end:
+        raise UsageError("--launch belongs to the end of a calibration; add --end")
+    if not launch.is_file():
+        raise InputError(f"{launch}: there is no such launch file")
 
 
 def _only(folders: list[Path]) -> Path:

@@ -5,7 +5,7 @@ import gc
 import logging
 import queue
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
@@ -123,6 +123,7 @@ class Runner:
         self.running = False  # whether run() has begun
         self._pending = False  # to be activated as soon as nothing stands in the way
         self._remedies = FaultHints()
+        self._faults: Set[tuple[str, str]] = frozenset()  # of devices, as last logged
         self._also_sent = 0  # messages of others that only this node may send
         self._broken = endpoint.broken
         self._broken_told: dict[str, int] = {}  # as far as the node knows of them
@@ -378,9 +379,18 @@ class Runner:
         if self.state is not Lifecycle.FINALIZED:  # a node that ends for that reason reports it last
             for _, sentence in self._remedies.news(self.status.rejected, now, self._endpoint.hints):
                 self.managed.logger.error("%s", sentence)
+            self._tell_faults(self._endpoint.device_faults)
             if self.channels is not None:
                 self._tell_fingers(self.channels)
         self._send([self.status])
+
+    def _tell_faults(self, faults: Set[tuple[str, str]]) -> None:
+        """Log what devices have begun to say of themselves since the last report, and what is over."""
+        begun, over, self._faults = faults - self._faults, self._faults - faults, frozenset(faults)
+        if begun:  # one record each: one line a second passes
+            self.managed.logger.warning("%s", _sentences("says of itself", begun))
+        if over:
+            self.managed.logger.info("%s", _sentences("no longer says", over))
 
     def _tell_fingers(self, channels: ChannelWatch) -> None:
         if sentences := list(channels.news()):
@@ -442,3 +452,7 @@ class Runner:
                 break
         if self.frame_path is not None:
             self.frame_path.look(self._guarded)
+
+
+def _sentences(says: str, faults: Set[tuple[str, str]]) -> str:
+    return "; ".join(f"{device} {says}: {name.replace('_', ' ')}" for device, name in sorted(faults))

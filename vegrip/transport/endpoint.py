@@ -107,6 +107,11 @@ class Endpoint(ABC):
         return frozenset()
 
     @property
+    def device_faults(self) -> Set[tuple[str, str]]:
+        """Which of :attr:`conditions` are faults, each with the device that says it."""
+        return frozenset()
+
+    @property
     def descriptors(self) -> Sequence[int]:
         """What becomes readable when something comes; none: it must be asked again and again."""
         return ()

@@ -11,6 +11,7 @@ from vegrip.errors import DeviceError
 from vegrip.messages import FingertipState
 from vegrip.runtime.launch_file import read_launch_file
 from vegrip.transport.hands import bench_endpoint
+from vegrip.transport.maps.conditions import ConditionMap
 from vegrip.transport.open import Hand, open_endpoint
 
 PATIENCE = 5.0  # [s]
@@ -149,3 +150,13 @@ def test_a_port_that_another_program_has_is_named(tmp_path):
         stack.enter_context(closing(open_endpoint(node.transport, Hand(node.fingers))))
         with pytest.raises(DeviceError, match="another program has it"):
             open_endpoint(node.transport, Hand(node.fingers))
+
+
+def test_a_fault_that_a_part_says_is_named_with_its_port(rig):
+    part = rig.endpoint._parts[-1]
+    rig.until(lambda: bool(rig.heard), left=3.0, right=3.0)
+    assert rig.endpoint.device_faults == set()
+    part.endpoint._conditions._maps["too_hot"] = ConditionMap(where={"felt.force": 0})
+    part.endpoint._conditions.now.add("too_hot")
+    assert rig.endpoint.device_faults == {(part.where, "too_hot")}
+    assert "gripper.toml" in part.where

@@ -160,8 +160,11 @@ def test_lost_part_and_no_part_are_conditions(wsg):
         wsg.device.jaws.object_at = 1.0
         press(endpoint, 20.0, lambda: "holding" in endpoint.conditions)
         wsg.device.jaws.object_at = None
+        assert endpoint.device_faults == set()  # to hold is none
         until(endpoint, lambda: "object_lost" in endpoint.conditions)
+        assert {name for _, name in endpoint.device_faults} == {"object_lost"}
         press(endpoint, 30.0, lambda: "at_its_end" in endpoint.conditions)
+        assert {name for _, name in endpoint.device_faults} == {"at_its_end"}
         assert (endpoint.rejected["object_lost"], endpoint.rejected["at_its_end"]) == (1, 1)
 
 

@@ -159,6 +159,10 @@ class BenchEndpoint(Endpoint):
         return frozenset().union(*(part.endpoint.conditions for part in self._parts))
 
     @property
+    def device_faults(self) -> Set[tuple[str, str]]:
+        return {(part.where, name) for part in self._parts for _, name in part.endpoint.device_faults}
+
+    @property
     def hints(self) -> Mapping[str, str]:  # type: ignore[override]
         return self._hints
 

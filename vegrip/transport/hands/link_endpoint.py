@@ -396,6 +396,10 @@ class MappedLinkEndpoint(Endpoint):
         """Which of ``[conditions]`` of the map hold now; those that are faults are counted as they begin."""
         return self._conditions.now
 
+    @property
+    def device_faults(self) -> Set[tuple[str, str]]:
+        return {(str(self._codec.plan.hand.path), name) for name in self._conditions.faults}
+
     def begin(self, address: str) -> None:
         """Go through the opening of a device that has to be ``ready``.
 

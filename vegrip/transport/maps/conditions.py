@@ -14,7 +14,7 @@ unless ``is_fault`` is false.
 """
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -53,6 +53,11 @@ class Conditions:
         self._wanted = {name: _values(each, name) for name, each in maps.items()}
         self._judged_by = {name: next(iter(each.where)).partition(".")[0] for name, each in maps.items()}
         self._held_before: set[str] = set()  # conditions whose ``after`` has held since they held last
+
+    @property
+    def faults(self) -> Set[str]:
+        """Those of them that are faults."""
+        return {name for name in self.now if self._maps[name].is_fault}
 
     def take(self, packet: str, data: bytes) -> None:
         """Look at a packet that came."""

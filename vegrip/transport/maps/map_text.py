@@ -14,18 +14,18 @@ def key_line(key: str, value: Any, note: str) -> str:
     return f"{text:<44} # {note}" if note else text
 
 
-def changed_text(text: str, settings: Sequence[Setting]) -> str:
-    """Return the text of a map with some keys set; only lines of those tables change."""
+def changed_text(text: str, settings: Sequence[Setting], by: str = "said by --set") -> str:
+    """Return the text of a map with some keys set ``by`` whom; only lines of those tables change."""
     for path, value in settings:
-        text = _changed(text, path, value)
+        text = _changed(text, path, value, by)
     return text
 
 
-def _changed(text: str, path: list[str], value: Any) -> str:
+def _changed(text: str, path: list[str], value: Any, by: str) -> str:
     *tables, key = path
     lines = text.split("\n")
     header = f"[{'.'.join(toml_key(name) for name in tables)}]" if tables else ""
-    line = key_line(key, value, "said by --set")
+    line = key_line(key, value, by)
     inline = f"{toml_key(key)} ="
     nested = f"[{'.'.join(toml_key(name) for name in path)}]"
     if nested in lines:  # a table is replaced by what was said of it
