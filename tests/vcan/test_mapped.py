@@ -74,7 +74,7 @@ def hear(endpoint, bus, message):
 
 def test_frames_of_others_are_left_out_by_the_kernel_once_the_hand_was_heard(folder, bus, mapped):
     hand, node = bus(), mapped(folder / "hand.toml")
-    codec = node._codec  # what the program was brought
+    codec = node._parts[0].endpoint._codec  # what the program was brought
     for identifier, extended in ((0x123, False), (TIP & 0x7FF, False), (TIP + 1, True)):
         hand.send(other(identifier, extended))
     state = hear(node, hand, tip(2.5))
