@@ -17,8 +17,15 @@ from vegrip.runtime import NodeContext
 
 def build(settings: Mapping[str, Any], context: NodeContext) -> GraspForce:
     """Make the node; the fingers are those of the bus."""
+    parameters = build_parameters(GraspParameters, settings, f"{context.name} [parameters]")
+    node = node_of(parameters, context)
+    node.limit_is_stated = "max_force" in settings.get("limits", {})
+    return node
+
+
+def node_of(parameters: GraspParameters, context: NodeContext) -> GraspForce:
+    """Make the node of ``parameters``, in which constants may have other values."""
     where = f"{context.name} [parameters]"
-    parameters = build_parameters(GraspParameters, settings, where)
     store, fingers = learned_store_of(parameters), context.fingers
 
     def factory(parameters: GraspParameters) -> Callable[[str], ContactEstimator]:
@@ -39,5 +46,4 @@ def build(settings: Mapping[str, Any], context: NodeContext) -> GraspForce:
     )
     node = GraspForce(context.name, fingers, factory(parameters), parameters, store, swap, diagnoser)
     node.lacking = lacking
-    node.limit_is_stated = "max_force" in settings.get("limits", {})
     return node

@@ -160,5 +160,5 @@ def test_every_key_of_the_launch_files_in_the_box_is_in_the_reference_of_setting
 def test_a_setting_is_shown_with_unit_default_and_bounds() -> None:
     text = setting_pages.page()
     assert "| `loop.deadline` | `0.01` | 1e-05 .. 10 | a command later than" in text
-    assert "| `grip.release_time` | `0.3` | 0.01 .. 60 | time constant of lowering [s] |" in text
+    assert "| `limits.min_force` | `0.3` | 0 .. 1000 | least commanded force; keeps touch [N] |" in text
     assert '| `zero` | `"none"` | `none` or `first` or `baseline` or `contact` |' in text

@@ -72,7 +72,7 @@ def test_only_who_is_told_knows_the_friction_of_the_object() -> None:
     for name, knob in (KNOBS["pinch"] | INFORMED).items():
         one, other = (parameters(name, knob, friction) for friction in (0.5, 0.9))
         assert (one != other) == (name in INFORMED)
-    assert parameters("elastic, told", 0.9, 0.5).elastic.friction == pytest.approx(0.45)
+    assert parameters("elastic, told", 0.9, 0.5).policy_settings["friction"] == pytest.approx(0.45)
     assert parameters("vegrip, told", 0.15, 0.5).tip.friction == 0.5
 
 

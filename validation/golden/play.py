@@ -12,7 +12,7 @@ from enum import Enum
 from typing import Any
 
 from validation.golden.events import CYCLE, END, SETTINGS, STALL, STATE, STOP, Event, Tape
-from validation.golden.settings import Setting, make_node
+from validation.golden.settings import Setting, changed, make_node
 from validation.golden.wires import WIRES, Wire, state_of
 from validation.golden.world import World, present
 from vegrip.clock import SimulatedClock
@@ -138,7 +138,7 @@ class _Session:
         elif event.kind == STALL:
             world.sleep_until(event.until)
         elif event.kind == SETTINGS:
-            self.node.parameters = changed(self.node.parameters)
+            self.node.parameters = changed(self.node.parameters, CHANGED)
         elif event.kind == CYCLE:
             self.runner.change("deactivate")
             world.sleep_until(event.until)
@@ -149,15 +149,6 @@ class _Session:
 def condition_of(node: GraspForce, name: str) -> int:
     """Return the condition of the input of a finger."""
     return int(node.fingers[name].condition)
-
-
-def changed(settings: Any, table: Mapping[str, Any] = CHANGED) -> Any:
-    """Return ``settings`` with the values of ``table``, tables within tables."""
-    known = {name: value for name, value in table.items() if hasattr(settings, name)}
-    return replace(
-        settings,
-        **{n: changed(getattr(settings, n), v) if isinstance(v, dict) else v for n, v in known.items()},
-    )
 
 
 def play(wire: str, setting: Setting, tape: Tape, seed: int | None = None, way: str = "") -> Answers:
@@ -245,7 +236,7 @@ def _by_controller(setting: Setting, tape: Tape, last: int) -> Answers:
                 for told in (controller.contact(name), controller.margin(name), controller.health(name)):
                     answers.said(event.now, told)
         elif event.kind == SETTINGS:
-            controller.settings = changed(controller.settings)
+            controller.settings = changed(controller.settings, CHANGED)
         elif event.kind in (CYCLE, STOP):
             controller.reset()
         now = (

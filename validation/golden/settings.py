@@ -2,25 +2,23 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from vegrip.config import parameter
+from vegrip.config import build, parameter
 from vegrip.estimator import ContactEstimator
 from vegrip.grip.node import GraspForce
+from vegrip.grip.parameters import GraspParameters
 from vegrip.grip.policies import POLICIES
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.policy import PolicyKind
 from vegrip.messages import FingertipState, Reason
+from vegrip.nodes.grasp_force import node_of
 from vegrip.runtime import NodeContext
-from vegrip.runtime.node import find_program
 
 TIPS = {"tip": {"radius": 9e-3}, "tips": {"thumb": {"radius": 13e-3}}}
 LEARNING = {
-    "grip": {
-        "wanted_margin": 0.1, "probability": 0.92, "proven_time": 20.0, "drive_lag": 0.01,
-        "slip_growth": 40.0,
-    },
+    "grip": {"wanted_margin": 0.1, "proven_time": 20.0, "drive_lag": 0.01, "slip_growth": 40.0},
     "friction": {"shared": True, "probing": True, "slip_threshold": 1e-4, "slip_delay": 0.02},
     "estimator": {"friction_drift": 0.03},
 }  # fmt: skip
@@ -35,6 +33,7 @@ class Setting:
     """How the node is set, and how its end of the wire is."""
 
     table: Mapping[str, Any] = field(default_factory=dict)
+    constants: Mapping[str, Any] = field(default_factory=dict)  # with other values, as a table
     order_window: float = 0.0  # [s]
     sender_time: bool | None = None  # None: as the wire has it by itself
     estimate_clock: bool = False
@@ -63,15 +62,15 @@ class Setting:
 
 SETTINGS: dict[str, Setting] = {
     "default": Setting(),
-    "learning": Setting(LEARNING, tape="learning"),
-    "elastic": Setting({"policy": "elastic", "elastic": {"friction": 0.35}}),
-    "cone": Setting({"policy": "cone", "cone": {"safety": 1.5}}),
-    "constant": Setting({"policy": "constant", "constant": {"force": 4.0}}),
+    "learning": Setting(LEARNING, {"grip": {"probability": 0.92}}, tape="learning"),
+    "elastic": Setting({"policy": "elastic", "policy_settings": {"friction": 0.35}}),
+    "cone": Setting({"policy": "cone", "policy_settings": {"safety": 1.5}}),
+    "constant": Setting({"policy": "constant", "policy_settings": {"force": 4.0}}),
     "own policy": Setting({"policy": "golden", "policy_settings": {"share": 1.7}}),
     "failing policy": Setting({"policy": "golden", "policy_settings": {"share": 1.7, "fails_at": 700}}),
     "own estimator": Setting(own_estimator=True),
     "contacts": Setting(has_contacts=True),
-    "ellipse": Setting({"estimator": {"surface": "ellipse", "hold": "mixed", "late": 40}}),
+    "ellipse": Setting({"estimator": {"hold": "mixed"}}, {"estimator": {"surface": "ellipse", "late": 40}}),
     "order window": Setting(order_window=0.012),
     "sender's clock": Setting(sender_time=True),
     "estimated clock": Setting(estimate_clock=True),
@@ -133,11 +132,20 @@ class OwnEstimator:
         return getattr(self._inner, name)
 
 
+def changed(settings: Any, table: Mapping[str, Any]) -> Any:
+    """Return ``settings`` with the values of ``table``, tables within tables."""
+    known = {name: value for name, value in table.items() if hasattr(settings, name)}
+    return replace(
+        settings,
+        **{n: changed(getattr(settings, n), v) if isinstance(v, dict) else v for n, v in known.items()},
+    )
+
+
 def make_node(setting: Setting, fingers: tuple[str, ...]) -> GraspForce:
     """Return the node that grips, not configured yet."""
     POLICIES["golden"] = "validation.golden.settings:POLICY"
-    node = find_program("grasp_force")(setting.parameters(fingers), NodeContext("grip", fingers=fingers))
-    assert isinstance(node, GraspForce)  # noqa: S101 (that is the program's)
+    parameters = build(GraspParameters, setting.parameters(fingers), "golden")
+    node = node_of(changed(parameters, setting.constants), NodeContext("grip", fingers=fingers))
     if setting.own_estimator:
         make: Any = node._make_estimator
         node._make_estimator = lambda name: OwnEstimator(make(name))

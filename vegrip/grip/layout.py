@@ -1,5 +1,6 @@
 """Where everything of one finger that grips lies in its memory, behind what its estimator has there."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import NamedTuple
@@ -10,8 +11,14 @@ from vegrip.estimator.memory import CHANNELS, SampleLayout, Sections, named_sect
 from vegrip.grip import records
 from vegrip.grip.confirmed_load import CONFIRM_SIZE
 from vegrip.grip.policies.margin_grip import GripSettings
-from vegrip.grip.safety import FailSafeSettings, LimitSettings, WatchdogSettings, bounds_of
-from vegrip.grip.settings import ControlSettings
+from vegrip.grip.safety import (
+    NOT_MEASURED_S,
+    FailSafeSettings,
+    LimitSettings,
+    WatchdogSettings,
+    bounds_of,
+)
+from vegrip.grip.settings import ControlSettings, policy_settings
 from vegrip.messages import Condition, Reason
 from vegrip.types import NamedNumbers
 
@@ -135,6 +142,8 @@ def write_rules(memory: NamedNumbers, settings: ControlSettings) -> None:
         if name != "QUANTILE":
             memory[f"RULE_{name}"] = getattr(getattr(settings, section), key) * scale
     watchdog = settings.watchdog
+    if watchdog.force_frozen_after == NOT_MEASURED_S:
+        memory["RULE_DOUBT_AFTER"], memory["RULE_FROZEN_CHANCE"] = math.inf, 0.0
     memory["SETUP_RECOVER_AFTER"] = watchdog.recover_after
     bounds = bounds_of(watchdog.ranges)
     memory.section("LOWEST")[:] = [low for low, _ in bounds]
@@ -145,10 +154,7 @@ def write_choice(memory: NamedNumbers, settings: ControlSettings) -> None:
     """Write which policy rules, and its settings where it is one to compare with."""
     policy = settings.policy if settings.is_built_in else ""
     memory["CHOICE_POLICY"] = STEP_POLICIES.index(policy) if policy else OWN_POLICY
-    if settings.policy == "constant":
-        memory["BASELINE_FORCE"] = settings.constant.force
-    if settings.policy not in {"cone", "elastic"}:
-        return
-    baseline = settings.cone if settings.policy == "cone" else settings.elastic
-    for name in ("friction", "safety", "radius", "power", "exponent"):
-        memory[f"BASELINE_{name.upper()}"] = getattr(baseline, name, 0.0)
+    if policy not in {"", MARGIN}:
+        baseline = policy_settings(settings)
+        for name in records.Baseline.__annotations__:
+            memory[f"BASELINE_{name.upper()}"] = getattr(baseline, name, 0.0)

@@ -6,7 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from vegrip.config import build, fixed_parameter, parameter
+from vegrip.config import build, constant, fixed_parameter, parameter
 from vegrip.errors import ConfigError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise, Sensors
 from vegrip.estimator.layout import friction_symbol
@@ -14,6 +14,9 @@ from vegrip.grip.learned_store import InMemory, OnDisk
 from vegrip.grip.settings import ControlSettings
 from vegrip.model import ContactModel, paper_model, read_model
 from vegrip.parameters import changed
+
+HEALTH_TIME_OUTS = 40
+"""Times of silence over which an estimate is judged: as many samples at any rate, 2 s at the usual one."""
 
 
 @dataclass(frozen=True)
@@ -26,8 +29,8 @@ class TipParameters:
     model: str = parameter("", doc="model file (TOML); empty = the paper's model with the two below")
     radius: float = parameter(9e-3, unit="m", low=1e-9, high=1.0, doc="radius of the tip")
     modulus: float = parameter(3e5, unit="Pa", low=1.0, high=1e12, doc="guess of the effective modulus")
-    friction: float = parameter(0.0, unit="1", low=0.0, high=10.0, doc="guess of mu; 0 = that of the model")
-    friction_spread: float = parameter(
+    friction: float = constant(0.0, unit="1", low=0.0, high=10.0, doc="guess of mu; 0 = that of the model")
+    friction_spread: float = constant(
         0.0, unit="1", low=0.0, high=2.0, doc="std of ln mu; 0 = that of the model"
     )
 
@@ -76,12 +79,22 @@ def estimator_factory(
         if friction.coefficient == 0.0:  # a tip's own, also where it is what the catalogue has
             friction = replace(friction, coefficient=tip.friction)
         believed = friction.prior_of(gain.tangential_gain, gain.tangential_gain_std)
-        settings = replace(parameters.estimator, friction=believed)
+        settings = replace(_at_rate(parameters), friction=believed)
         if store is not None:
             return store.estimator(finger, model, parameters.noise, settings)
         return ContactEstimator(model, parameters.noise, settings)
 
     return make
+
+
+def _at_rate(parameters: GraspParameters) -> EstimatorSettings:
+    """Return the settings of the estimator; where states may be late, a gap is longer and a verdict, too."""
+    given, silence = parameters.estimator, parameters.watchdog.time_out
+    return replace(
+        given,
+        longest_gap=max(given.longest_gap, silence),
+        health_time=max(given.health_time, HEALTH_TIME_OUTS * silence),
+    )
 
 
 def models_of(parameters: GraspParameters, fingers: tuple[str, ...], where: str) -> list[ContactModel]:
@@ -90,8 +103,9 @@ def models_of(parameters: GraspParameters, fingers: tuple[str, ...], where: str)
 
 def _tip(parameters: GraspParameters, finger: str, where: str) -> TipParameters:
     special: Mapping[str, Any] = parameters.tips.get(finger, {})
-    table = {name: getattr(parameters.tip, name) for name in TipParameters.__dataclass_fields__}
-    return build(TipParameters, table | dict(special), f"{where}.tips.{finger}")
+    table = {name: getattr(parameters.tip, name) for name in ("model", "radius", "modulus")}
+    own = build(TipParameters, table | dict(special), f"{where}.tips.{finger}")
+    return replace(own, friction=parameters.tip.friction, friction_spread=parameters.tip.friction_spread)
 
 
 def _model(tip: TipParameters) -> ContactModel:

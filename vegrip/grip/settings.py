@@ -9,7 +9,6 @@ from vegrip.errors import ConfigError
 from vegrip.grip.allocation.internal_forces import InternalForces, contacts_of
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.policies import find_policy
-from vegrip.grip.policies.baselines import ConeSettings, ConstantSettings, ElasticSettings
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.policies.policy import GripPolicy
 from vegrip.grip.safety import USUAL_LIMITS, FailSafeSettings, LimitSettings, WatchdogSettings
@@ -23,7 +22,7 @@ class ControlSettings:
         "margin",
         doc="rule that finds the required force: margin, constant, cone, elastic, or one of another package",
     )
-    policy_settings: dict[str, Any] = fixed_parameter({}, doc="of a policy of another package")
+    policy_settings: dict[str, Any] = fixed_parameter({}, doc="of a policy other than margin")
     thumb: str = fixed_parameter("thumb", doc="finger that the others press against; empty = no balance")
     contacts: dict[str, Any] = fixed_parameter(
         {}, doc="place [m] and inward normal of each contact, instead of a thumb"
@@ -33,9 +32,6 @@ class ControlSettings:
     learned_period: float = constant(1.0, unit="s", low=0.0, high=60.0, doc="of LearnedParameter")
     grip: GripSettings = parameter(GripSettings(), doc="the margin grip")
     friction: FrictionSettings = parameter(FrictionSettings(), doc="what the fingers learn of friction")
-    constant: ConstantSettings = parameter(ConstantSettings(), doc="the constant grip")
-    cone: ConeSettings = parameter(ConeSettings(), doc="the Coulomb cone")
-    elastic: ElasticSettings = parameter(ElasticSettings(), doc="the elastic limit surface")
     limits: LimitSettings = parameter(USUAL_LIMITS, doc="passed by every command")
     fail_safe: FailSafeSettings = parameter(FailSafeSettings(), doc="under faults")
     watchdog: WatchdogSettings = parameter(WatchdogSettings(), doc="supervision of the input")
@@ -66,13 +62,13 @@ def apply_policy(policy: GripPolicy, settings: ControlSettings) -> None:
 def policy_settings(settings: ControlSettings) -> Any:
     """Return the settings of the policy that is named."""
     kind = find_policy(settings.policy)
-    if not kind.section:
+    if kind.settings is not GripSettings:
         return build(kind.settings, settings.policy_settings, f"policy_settings of {settings.policy!r}")
     if settings.policy_settings:
         raise ConfigError(
-            f"'policy_settings' are for policies of other packages; the table is {kind.section!r}"
+            f"'policy_settings' are for other policies; {settings.policy!r} has the table 'grip'"
         )
-    return getattr(settings, kind.section)
+    return settings.grip
 
 
 Share = Callable[[Mapping[str, float]], Mapping[str, float]]

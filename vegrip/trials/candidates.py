@@ -69,7 +69,7 @@ def parameters(name: str, knob: float, friction: float = math.nan) -> GraspParam
     base = demo_parameters()
     if name in ("elastic", "elastic, told"):
         believed = knob * friction if name in INFORMED else knob
-        return replace(base, policy="elastic", elastic=replace(base.elastic, friction=believed))
+        return replace(base, policy="elastic", policy_settings={"friction": believed})
     if name in ("learning", "known"):
         base = learning_parameters(base)
     if name == "ellipse":
@@ -77,9 +77,9 @@ def parameters(name: str, knob: float, friction: float = math.nan) -> GraspParam
     if name == "vegrip, told":
         base = replace(base, tip=replace(base.tip, friction=friction, friction_spread=TOLD_SPREAD))
     if name == "constant":
-        return replace(base, policy="constant", constant=replace(base.constant, force=knob))
+        return replace(base, policy="constant", policy_settings={"force": knob})
     if name == "cone":
-        return replace(base, policy="cone", cone=replace(base.cone, safety=knob))
+        return replace(base, policy="cone", policy_settings={"safety": knob})
     return replace(base, grip=replace(base.grip, wanted_margin=knob))
 
 

@@ -15,7 +15,7 @@ from vegrip.errors import ConfigError
 from vegrip.grip import policies
 from vegrip.grip.node import GraspForce
 from vegrip.grip.policies import find_policy, policy_names
-from vegrip.grip.settings import ControlSettings
+from vegrip.grip.settings import ControlSettings, policy_settings
 from vegrip.messages import FingertipState, ForceCommand
 
 PERIOD = 2_000_000  # [ns]
@@ -66,9 +66,9 @@ def test_it_grips_with_its_own_settings(
 
 
 @pytest.mark.parametrize("name", policies.POLICIES)
-def test_a_built_in_policy_has_settings_of_its_own_section_and_is_in_the_step(name: str) -> None:
+def test_a_built_in_policy_has_settings_of_its_own_and_is_in_the_step(name: str) -> None:
     kind = find_policy(name)
-    assert isinstance(getattr(ControlSettings(), kind.section), kind.settings)
+    assert isinstance(policy_settings(build(ControlSettings, {"policy": name}, "test")), kind.settings)
     assert kind.make is None
 
 
@@ -87,7 +87,12 @@ def test_names_are_told_built_in_ones_first() -> None:
             "'gain' is -1; it must lie in 0 .. 100",
         ),
         ({"policy": "proportional", "policy_settings": {"gian": 1.0}}, "'gian'.*gain"),
-        ({"policy": "margin", "policy_settings": {"gain": 1.0}}, "are for policies of other packages"),
+        (
+            {"policy": "margin", "policy_settings": {"gain": 1.0}},
+            "are for other policies; 'margin' has the table 'grip'",
+        ),
+        ({"policy": "cone", "policy_settings": {"safety": -1.0}}, "'safety' is -1; it must lie in 0 .. 100"),
+        ({"cone": {"safety": 1.0}}, "unknown key 'cone'"),
     ],
 )
 def test_what_cannot_be_used_is_refused_in_one_sentence(table: dict[str, object], sentence: str) -> None:

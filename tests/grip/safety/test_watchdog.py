@@ -238,7 +238,7 @@ def test_a_force_that_stands_still_is_doubted_after_a_while_and_no_sooner(states
     assert {doubted for since, doubted in told.items() if since > settings.doubt_after} == {True}
 
 
-COARSE = WatchdogSettings(force_frozen_after=3600.0, frozen_after=3600.0)
+COARSE = WatchdogSettings(force_frozen_after=1800.0, frozen_after=1800.0)
 """Of a sensor whose steps hide its noise: standing still by itself proves nothing."""
 
 

@@ -34,7 +34,7 @@ class ConeSettings:
     friction: float = parameter(
         0.8, unit="1", low=0.01, high=10.0, doc="friction coefficient, believed known"
     )
-    safety: float = parameter(0.5, unit="1", low=0.0, high=10.0, doc="part of the force on top")
+    safety: float = parameter(0.5, unit="1", low=0.0, high=100.0, doc="part of the force on top")
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,6 @@ class ElasticSettings:
     exponent: float = constant(4.0, unit="1", low=1.0, high=100.0, doc="pressure exponent k")
 
 
-CONSTANT = PolicyKind(None, ConstantSettings, "constant")
-CONE = PolicyKind(None, ConeSettings, "cone")
-ELASTIC = PolicyKind(None, ElasticSettings, "elastic")
+CONSTANT = PolicyKind(None, ConstantSettings)
+CONE = PolicyKind(None, ConeSettings)
+ELASTIC = PolicyKind(None, ElasticSettings)

@@ -32,7 +32,7 @@ class GripSettings:
     """How the margin grip trades effort against the risk of slip."""
 
     wanted_margin: float = parameter(0.15, unit="1", low=0.0, high=0.9, doc="slip margin whose bound is kept")
-    probability: float = parameter(
+    probability: float = constant(
         0.95,
         unit="1",
         low=0.5,
@@ -43,7 +43,7 @@ class GripSettings:
         0.76, unit="1", low=0.5, high=0.9999, doc="the same where a slip would surely be noticed"
     )
     dead_band: float = constant(0.04, unit="1", low=0.0, high=0.5, doc="relative dead band of the command")
-    release_time: float = parameter(0.3, unit="s", low=0.01, high=60.0, doc="time constant of lowering")
+    release_time: float = constant(0.3, unit="s", low=0.01, high=60.0, doc="time constant of lowering")
     settle_time: float = constant(
         0.1, unit="s", low=0.0, high=60.0, doc="no lowering after a rise for so long"
     )
@@ -67,4 +67,4 @@ class GripSettings:
     )
 
 
-POLICY = PolicyKind(None, GripSettings, "grip")
+POLICY = PolicyKind(None, GripSettings)

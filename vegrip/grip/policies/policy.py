@@ -41,12 +41,9 @@ class PolicyKind:
     Args:
         make: gives a new policy for its settings, one for each finger. The policy keeps them as ``settings``,
             where new ones are put while it runs. None: the finger step has it.
-        settings: their type, a frozen dataclass of :func:`vegrip.config.parameter` fields.
-        section: where a built-in policy finds its own among the parameters of the node; empty: in
-            ``policy_settings``.
+        settings: type of ``policy_settings``, a frozen dataclass of :func:`vegrip.config.parameter` fields.
 
     """
 
     make: Callable[[Any], GripPolicy] | None
     settings: type[Any]
-    section: str = ""

@@ -38,7 +38,7 @@ class LimitSettings:
     raise_rate: float = parameter(
         80.0, unit="N/s", low=0.0, high=MOST_RATE, doc="fastest rise of the command"
     )
-    lower_rate: float = parameter(8.0, unit="N/s", low=0.0, high=MOST_RATE, doc="fastest fall of the command")
+    lower_rate: float = constant(8.0, unit="N/s", low=0.0, high=MOST_RATE, doc="fastest fall of the command")
     lifetime: float = parameter(0.1, unit="s", low=0.001, high=10.0, doc="a command expires after so long")
 
     def __post_init__(self) -> None:
@@ -66,10 +66,10 @@ class FailSafeSettings:
     force: float = parameter(
         5.0, unit="N", low=0.0, high=MAX_FORCE_N, doc="fail-safe grip; lower commands ramp up to it"
     )
-    hold_time: float = parameter(
+    hold_time: float = constant(
         0.25, unit="s", low=0.0, high=60.0, doc="the last safe command is held so long"
     )
-    ramp_rate: float = parameter(
+    ramp_rate: float = constant(
         10.0, unit="N/s", low=0.0, high=MOST_RATE, doc="rate of the ramp to the fail-safe grip"
     )
 
@@ -107,6 +107,9 @@ bounds_of = attrgetter(*CHECKED_CHANNELS)
 """Their ranges: the fields of :class:`Ranges` have the same names."""
 
 
+NOT_MEASURED_S: Final = 3600.0
+"""[s] ``force_frozen_after`` of a normal force that is computed: that it stands still is no sign of a fault."""
+
 MECHANICAL = ("normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "displacement")
 
 
@@ -119,16 +122,17 @@ class WatchdogSettings:
         0.25, unit="s", low=0.01, high=3600.0, doc="all values the same for so long: frozen"
     )
     force_frozen_after: float = parameter(
-        2.0, unit="s", low=0.01, high=3600.0, doc="the same of the normal force alone"
-    )
-    frozen_chance: float = parameter(
+        2.0, unit="s", low=0.01, high=NOT_MEASURED_S,
+        doc="the same of the normal force alone; 3600: it is not measured, and may stand still",
+    )  # fmt: skip
+    frozen_chance: float = constant(
         1e-7,
         unit="1",
         low=0.0,
         high=0.01,
         doc="frozen at once when a noisy normal force repeats itself more often than with this chance",
     )
-    doubt_after: float = parameter(
+    doubt_after: float = constant(
         0.05,
         unit="s",
         low=0.001,

@@ -19,6 +19,7 @@ from typing import Any, Final
 
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError, suggestion
+from vegrip.grip.safety import NOT_MEASURED_S
 from vegrip.grip.safety.drive import DriveLimits
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.bench_endpoint import BenchEndpoint, Drive, Part
@@ -32,8 +33,6 @@ from vegrip.transport.open import Hand, open_alone
 
 JAWS: Final = ("left", "right")
 """The fingers of a gripper without sensors in them, unless ``serves`` names them."""
-NEVER_FROZEN: Final = {"force_frozen_after": 3600.0, "doubt_after": 3600.0, "frozen_chance": 0.0}
-"""For a normal force that is not measured but told to the drive: that it stands still says nothing."""
 MOST_LAG: Final = 0.2  # [s] by which a load is led
 
 
@@ -126,7 +125,7 @@ class Bench:
             merged = _largest(merged, {"sensors": {"fingers": gains}} if gains else {})
             if not self.sensors:
                 wait = found.get("watchdog", {})
-                merged["watchdog"] = wait | NEVER_FROZEN
+                merged["watchdog"] = wait | {"force_frozen_after": NOT_MEASURED_S}
         if self.drive is not None:
             merged = _merged_drive(merged, self)
         return merged

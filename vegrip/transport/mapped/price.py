@@ -18,7 +18,7 @@ from vegrip.transport.mapped.plan import VECTORS, FingerPlan, Plan
 from vegrip.transport.maps.schema import HandMap, MessageMap
 
 WATCHDOG: Final = WatchdogSettings()  # unless the hand is slower, or coarser, than that
-LONGEST_WAIT: Final = 3600.0  # [s] for a sensor of which the noise moves nothing
+LONGEST_WAIT: Final = 1800.0  # [s] for a sensor of which the noise moves nothing
 USUAL_NOISE: Final = {
     "normal_force": 0.01, "tangential_force": 0.01, "torque_z": 1e-4, "displacement": 5e-6,
 }  # fmt: skip
