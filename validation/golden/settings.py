@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from vegrip.nodes.grasp_force import node_of
+
 from vegrip.config import build, parameter
 from vegrip.estimator import ContactEstimator
 from vegrip.grip.node import GraspForce
@@ -13,7 +15,6 @@ from vegrip.grip.policies import POLICIES
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.policy import PolicyKind
 from vegrip.messages import FingertipState, Reason
-from vegrip.nodes.grasp_force import node_of
 from vegrip.runtime import NodeContext
 
 TIPS = {"tip": {"radius": 9e-3}, "tips": {"thumb": {"radius": 13e-3}}}
