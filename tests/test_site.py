@@ -2,7 +2,7 @@
 
 import importlib.util
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import ModuleType
 
@@ -162,3 +162,30 @@ def test_a_setting_is_shown_with_unit_default_and_bounds() -> None:
     assert "| `loop.deadline` | `0.01` | 1e-05 .. 10 | a command later than" in text
     assert "| `limits.min_force` | `0.3` | 0 .. 1000 | least commanded force; keeps touch [N] |" in text
     assert '| `zero` | `"none"` | `none` or `first` or `baseline` or `contact` |' in text
+
+
+def covers(key: str, said: Iterable[str]) -> list[str]:
+    return [one for one in said if key == one or key.startswith(f"{one}.")]
+
+
+@pytest.mark.parametrize("table", ["launch", "transport", "grip"])
+def test_every_key_of_a_launch_file_has_one_reader_who_changes_it_and_a_reason(table: str) -> None:
+    said = tomllib.loads((DOCS / "site" / "who_sets.toml").read_text(encoding="utf-8"))[table]
+    keys = setting_pages.keys(table)
+    assert [key for key in sorted(keys) if len(covers(key, said)) != 1] == []
+    assert [one for one in said if not any(covers(key, [one]) for key in keys)] == []
+    assert all(len(one) == 2 and all(one) for one in said.values())
+
+
+def test_every_option_of_every_command_has_a_reader_and_a_purpose() -> None:
+    options = [*command_pages.options()]
+    assert {command.split()[1] for _, command, _, _ in options} == COMMANDS.keys()
+    assert [f"{command} {option}" for _, command, option, why in options if not why] == []
+    page = setting_pages.who_page(options)
+    assert "| `vegrip fit` | `--json` | program that reads the answer | " in page
+    assert all(f"| `{command}` | `{option}` | " in page for _, command, option, _ in options)
+
+
+def test_a_hand_has_at_most_as_many_parameters_as_were_counted() -> None:
+    """Who adds one asks first who changes it and why, or what it follows from."""
+    assert len(setting_pages.keys("grip")) <= 54

@@ -20,6 +20,24 @@ def pages() -> Iterator[tuple[str, str]]:
         yield f"{_slug(heading)}.md", "\n".join(text) + "\n"
 
 
+def options() -> Iterator[tuple[str, str, str, str]]:
+    """Yield group of commands, command, option and what it is for, of each option."""
+    for heading, commands in GROUPS.items():
+        for name in commands:
+            for full, command in _leaves(get_command(load(name)), f"vegrip {name}"):
+                for one in command.params:
+                    if one.param_type_name == "option" and not one.hidden:
+                        yield heading, full, one.opts[0], _cell(str(one.help or ""))
+
+
+def _leaves(command: Any, name: str) -> Iterator[tuple[str, Any]]:
+    children = getattr(command, "commands", {})
+    for child in children.values():
+        yield from _leaves(child, f"{name} {child.name}")
+    if not children:
+        yield name, command
+
+
 def described(command: Any, name: str, level: int) -> Iterator[str]:
     """Yield the lines of one command, and of the commands below it."""
     yield f"{'#' * level} {name}"

@@ -41,6 +41,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         files.append(File.generated(config, f"reference/products/{name}", content=text))
     files.append(File.generated(config, "reference/effects.md", content=effect_pages.page()))
     files.append(File.generated(config, "reference/settings.md", content=setting_pages.page()))
+    who = setting_pages.who_page(command_pages.options())
+    files.append(File.generated(config, "reference/who-sets-what.md", content=who))
     for source, page in COPIES.items():
         text = (ROOT / source).read_text(encoding="utf-8")
         files.append(File.generated(config, page, content=_relinked(text, posixpath.dirname(source), page)))

@@ -1,8 +1,10 @@
-"""All keys of settings files, written from the declarations that read them: default, bounds, meaning."""
+"""All keys of settings files, from the declarations that read them; and who changes each, and why."""
 
 import dataclasses
 import math
-from collections.abc import Iterator
+import tomllib
+from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Any
 
 from vegrip.canopen.network import CanopenSettings
@@ -11,7 +13,7 @@ from vegrip.estimator.settings import EstimatorSettings, SensorNoise, Sensors
 from vegrip.grip.parameters import GraspParameters
 from vegrip.identification.experiment.design_space import RigLimits
 from vegrip.identification.recording import column_map
-from vegrip.runtime.launch_file import NodeConfig
+from vegrip.runtime.launch_file import PARTS, NodeConfig
 from vegrip.transport.hands.device_endpoint import DeviceSettings
 from vegrip.transport.hands.link_endpoint import LinkSettings
 from vegrip.transport.maps.dialogue import DeviceMap
@@ -82,11 +84,46 @@ def page() -> str:
     return "\n".join(lines)
 
 
+def who_page(options: Iterable[tuple[str, str, str, str]]) -> str:
+    """Return who changes launch-file keys, parameters of ``grasp_force`` and options, and why.
+
+    Args:
+        options: group of commands, command, option and what it is for.
+
+    """
+    who = tomllib.loads((Path(__file__).parent / "who_sets.toml").read_text(encoding="utf-8"))
+    lines = ["# Who sets what", "", "Each key and option, who changes it, and why.", ""]
+    for table, heading in HEADINGS.items():
+        lines += [f"## {heading}", "", "| key | who | why |", "|---|---|---|"]
+        lines += [f"| `{key}` | {one} | {why} |" for key, (one, why) in who[table].items()]
+        lines.append("")
+    lines += ["## Options of commands", "", "| command | option | who | why |", "|---|---|---|---|"]
+    for group, command, option, why in options:
+        reader = "program that reads the answer" if option == "--json" else who["option"][group]
+        lines.append(f"| `{command}` | `{option}` | {reader} | {why} |")
+    return "\n".join([*lines, ""])
+
+
+HEADINGS = {
+    "launch": "Launch file",
+    "transport": "Launch file: transport",
+    "grip": "Parameters of grasp_force",
+}
+
+
+def keys(table: str) -> set[str]:
+    """Return the keys that files may have, of a table of ``who_sets.toml``."""
+    node, *transports = FILES["Launch file"].values()
+    classes = {"launch": [node], "transport": transports, "grip": [GraspParameters]}[table]
+    found = {row.split("`")[1] for cls in classes for row in rows(cls)}
+    return found | set(PARTS) if table == "launch" else found
+
+
 def rows(cls: type[Any], prefix: str = "") -> Iterator[str]:
     """Yield a row for each key of a declared dataclass, with those of the tables in it."""
     for field in dataclasses.fields(cls):
         default = _default(field)
-        if dataclasses.is_dataclass(default):
+        if dataclasses.is_dataclass(default) and "constant" not in field.metadata:
             yield from rows(type(default), f"{prefix}{field.name}.")
         elif "parameter" in field.metadata:
             declared = declaration(cls, field.name)

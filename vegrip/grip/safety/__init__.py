@@ -108,7 +108,7 @@ bounds_of = attrgetter(*CHECKED_CHANNELS)
 
 
 NOT_MEASURED_S: Final = 3600.0
-"""[s] ``force_frozen_after`` of a normal force that is computed: standing still is then no sign of a fault."""
+"""[s] ``force_frozen_after`` of a force that is computed: standing still is then no sign of a fault."""
 
 MECHANICAL = ("normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "displacement")
 
