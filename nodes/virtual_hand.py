@@ -64,7 +64,11 @@ class VirtualHandNode(NodeBase):
 
     wakes_on_messages = False
     exclusive_messages: tuple[type[Message], ...] = (FingertipState,)
-    heard_messages: tuple[type[Message], ...] = (FingertipState, ForceCommand, NodeStatus)  # also of rivals
+    received_messages: tuple[type[Message], ...] = (
+        FingertipState,
+        ForceCommand,
+        NodeStatus,
+    )  # also of rivals
     realtime_priority = HAND_PRIORITY
     _running = False
 

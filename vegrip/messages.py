@@ -215,7 +215,7 @@ class ModelHealth:
     regime: str = ""  # and where: "loading", "hold", "unloading", "air", ..., BEYOND_FIT where none fails
     suspect: str = ""  # leading missing effect, "" = not known
     rejected: int = 0  # measurements refused by the outlier gate since activation
-    friction: str = ""  # what the grip counts on: PROBED, KNOWN, "" = what is usual
+    friction: str = ""  # what the grip assumes: PROBED, KNOWN, "" = what is usual
     limit: str = ""  # whether the largest force suffices: LIMIT_NEAR, LIMIT_REACHED, "" = it does
 
 

@@ -102,7 +102,7 @@ def test_a_second_publisher_of_a_finger_is_named_and_counted(link: Link, peer) -
 
     until(turn)
     assert (len(states), link.left_out) == (50, 50)
-    assert link.told == ["two publishers send /hand/thumb/wrench; the first is heard, stop one of them"]
+    assert link.told == ["two publishers send /hand/thumb/wrench; the first is received, stop one of them"]
 
 
 @pytest.mark.parametrize(
@@ -110,7 +110,7 @@ def test_a_second_publisher_of_a_finger_is_named_and_counted(link: Link, peer) -
     [
         ("other_type", "publishes /hand/thumb/wrench as geometry_msgs::msg::dds_::Wrench_"),
         ("version", "another version of geometry_msgs::msg::dds_::WrenchStamped_"),
-        ("best_effort", "/hand/thumb/wrench is published best effort and not heard"),
+        ("best_effort", "/hand/thumb/wrench is published best effort and not received"),
     ],
 )
 def test_what_does_not_fit_is_named_once(link: Link, peer, how: str, said: str) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from vegrip.estimator.layout import layout_of
 from vegrip.estimator.memory import CHANNELS, FingerMemory
 from vegrip.grip.compiled import channels_of, finger_module
-from vegrip.grip.finger import FRESH, UNHEARD
+from vegrip.grip.finger import FRESH, UNRECEIVED
 from vegrip.grip.layout import FingerLayout, write_choice, write_rules
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.margin_grip import GripSettings
@@ -30,7 +30,7 @@ class Stage:
 
     def __init__(self, **settings: Any) -> None:
         self.memory = FingerMemory(FINGER)
-        for name, value in {**FRESH, **UNHEARD}.items():
+        for name, value in {**FRESH, **UNRECEIVED}.items():
             self.memory[name] = value
         self.memory.section("REPEATED")[:] = self.memory.section("REPEATED_FORCE")[:] = math.nan
         self.apply(ControlSettings(**settings))
@@ -122,7 +122,7 @@ class FailSafe(Stage):
 
     def command(self, held: float, dt: float, holding: Reason) -> tuple[float, Reason]:
         self.memory["GRIP_HELD"] = self.memory["GRIP_REQUIRED"] = held
-        KERNELS.ride_out_fault(self.f, self.t, dt, int(holding))
+        KERNELS.hold_then_ramp(self.f, self.t, dt, int(holding))
         return self.memory["GRIP_REQUIRED"], Reason(self.memory["TURN_REASON"])
 
     def recovered(self) -> None:

@@ -136,9 +136,9 @@ def test_a_node_logs_the_lag_of_a_drive_once_it_is_known(caplog: pytest.LogCaptu
             follow_drive(friction.memory, 0, DT, command, force)
             log.log_changes("thumb", friction, GripSettings(drive_lag=0.01))
     assert friction.drive_lag("thumb") == pytest.approx(0.0143, rel=0.2)
-    told = [record.getMessage() for record in caplog.records]
-    assert len(told) == 1
-    assert re.fullmatch("drive of thumb: lag 1[3-7] ms, configured 10 ms", told[0])
+    stated = [record.getMessage() for record in caplog.records]
+    assert len(stated) == 1
+    assert re.fullmatch("drive of thumb: lag 1[3-7] ms, configured 10 ms", stated[0])
 
 
 def test_other_parameters_do_not_make_it_forget_a_lag() -> None:

@@ -74,7 +74,7 @@ def test_a_node_that_sends_faster_than_it_is_read_neither_silences_another_nor_h
     reader = TelemetryReader([entry, other])
     try:
         for one in (sink, quiet):
-            assert is_heard(one, reader)
+            assert is_received(one, reader)
         while list(reader.read(0.01)):
             pass
         states = [(FingertipState(stamp, "thumb", stamp, normal_force=0.5), Direction.IN) for stamp in SENT]
@@ -96,10 +96,10 @@ def test_a_node_that_sends_faster_than_it_is_read_neither_silences_another_nor_h
         quiet.close()
 
 
-def is_heard(sink, reader):
+def is_received(sink, reader):
     """Whether what is published arrives at ``reader``."""
-    sent = FingertipState(1, "thumb", is_heard.seq, normal_force=0.5)
-    is_heard.seq += 1
+    sent = FingertipState(1, "thumb", is_received.seq, normal_force=0.5)
+    is_received.seq += 1
 
     def heard():
         sink.listen()
@@ -109,7 +109,7 @@ def is_heard(sink, reader):
     return until(heard)
 
 
-is_heard.seq = 0
+is_received.seq = 0
 
 RUDE = {
     "an empty message": [[b""]],
@@ -125,7 +125,7 @@ RUDE = {
 
 @pytest.mark.parametrize("messages", RUDE.values(), ids=RUDE)
 def test_nothing_that_one_sends_ends_the_subscription_of_another(sink, reader, stranger, counts, messages):
-    assert is_heard(sink, reader)
+    assert is_received(sink, reader)
     for message in messages:
         stranger.send_multipart(message)
     stranger.send(b"\x01/end")
@@ -135,7 +135,7 @@ def test_nothing_that_one_sends_ends_the_subscription_of_another(sink, reader, s
         return b"/end" in sink._subscribed
 
     assert until(arrived)
-    assert is_heard(sink, reader)
+    assert is_received(sink, reader)
     odd = [message for message in messages if message[0][:1] not in (b"\x00", b"\x01")]
     assert counts["subscription"] >= len(odd) > 0 or not odd
 
@@ -143,9 +143,9 @@ def test_nothing_that_one_sends_ends_the_subscription_of_another(sink, reader, s
 def test_when_the_last_has_gone_nothing_is_wanted_any_more(sink, entry):
     for _ in range(3):
         readers = [TelemetryReader([entry]) for _ in range(2)]
-        assert all(is_heard(sink, reader) for reader in readers)
+        assert all(is_received(sink, reader) for reader in readers)
         readers[0].close()
-        assert is_heard(sink, readers[1])
+        assert is_received(sink, readers[1])
         readers[1].close()
         assert until(lambda: sink.listen() or not sink.wanted)
 
@@ -155,7 +155,7 @@ def test_prefixes_without_end_are_one_that_is_everything(sink, reader, stranger)
         stranger.send(b"\x01/x%d" % number)
     assert until(lambda: sink.listen() or b"" in sink._subscribed)
     assert len(sink._subscribed) <= MOST_PREFIXES + 1
-    assert is_heard(sink, reader)
+    assert is_received(sink, reader)
 
 
 def test_made_up_names_take_no_place_of_a_configured_finger_in_the_counts(sink):

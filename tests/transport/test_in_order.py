@@ -101,7 +101,7 @@ def test_a_counter_takes_nothing_beyond_its_reach_and_nothing_from_before_its_st
 def test_on_the_bus_overtaken_states_come_in_order_with_the_times_of_their_samples(window):
     bus = SimulatedCan(SimulatedClock())
     clock = SenderClock()
-    codec = CanCodec(("thumb",), fd=True, hand_clock=clock.hear, reach=16 if window else 0)
+    codec = CanCodec(("thumb",), fd=True, hand_clock=clock.observe, reach=16 if window else 0)
     hand, node = bus.endpoint(CanCodec(("thumb",), fd=True)), bus.endpoint(codec, order_window=window)
     hand.tamper = lambda frame, now: [(now + (12 * MS if frame.data[2] % 5 == 0 else 0), frame)]
     got = []

@@ -27,7 +27,7 @@ def test_offset_and_drift_are_found_whatever_the_jitter(offset, drift):
     clock = SenderClock()
     errors = []
     for stamp, arrival, true in stream(20.0, offset, drift):
-        errors.append(clock.hear(stamp, arrival) - true - LEAST)
+        errors.append(clock.observe(stamp, arrival) - true - LEAST)
     found = clock.estimate()
     assert found.drift == pytest.approx(-drift / (1 + drift), abs=3e-6)
     assert max(abs(error) for error in errors[1000:]) < 60_000  # [ns] against 200 us of jitter
@@ -37,7 +37,7 @@ def test_offset_and_drift_are_found_whatever_the_jitter(offset, drift):
 def test_jitter_is_what_messages_take_beyond_the_quickest():
     clock = SenderClock()
     for stamp, arrival, _ in stream(16.0, jitter=300e-6):
-        clock.hear(stamp, arrival)
+        clock.observe(stamp, arrival)
     found = clock.estimate()
     assert found.jitter == pytest.approx(300e-6 * math.sqrt(2.0), rel=0.1)  # rms of an exponential law
     assert found.worst >= 5 * 300e-6
@@ -48,7 +48,7 @@ def test_spacing_of_the_stamps_survives_the_jitter():
     clock = SenderClock()
     mapped, came = [], []
     for stamp, arrival, _ in stream(10.0, offset=3.0, drift=80e-6, jitter=1e-3):
-        mapped.append(clock.hear(stamp, arrival))
+        mapped.append(clock.observe(stamp, arrival))
         came.append(arrival)
     assert np.std(np.diff(mapped[400:])) < 0.05 * np.std(np.diff(came[400:]))
 
@@ -56,10 +56,10 @@ def test_spacing_of_the_stamps_survives_the_jitter():
 def test_a_clock_that_is_set_is_followed_at_once():
     clock = SenderClock()
     for stamp, arrival, _ in stream(5.0):
-        clock.hear(stamp, arrival)
+        clock.observe(stamp, arrival)
     true = mapped = 0
     for stamp, arrival, true in stream(5.0, offset=40.0, seed=1):  # noqa: B007
-        mapped = clock.hear(stamp, arrival)
+        mapped = clock.observe(stamp, arrival)
     assert clock.jumps == 1
     assert abs(mapped - true - LEAST) < 60_000
 
@@ -67,7 +67,7 @@ def test_a_clock_that_is_set_is_followed_at_once():
 def test_nothing_comes_before_it_was_sent_or_after_it_arrived():
     clock = SenderClock()
     for stamp, arrival, _ in stream(5.0, drift=100e-6):
-        assert clock.hear(stamp, arrival) <= arrival
+        assert clock.observe(stamp, arrival) <= arrival
 
 
 def test_before_anything_has_come_nothing_is_known():

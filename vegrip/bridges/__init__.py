@@ -1,7 +1,7 @@
 """Bridges to programs of others, fed by the telemetry that nodes publish already. No other room imports this.
 
-A bridge is a process of its own: it hears what ``vegrip topic echo`` hears, and a node neither waits for it
-nor knows of it.
+A bridge is a process of its own: it receives what ``vegrip topic echo`` receives, and a node neither waits
+for it nor knows of it.
 """
 
 from importlib.util import find_spec

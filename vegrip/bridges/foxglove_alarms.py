@@ -26,19 +26,19 @@ class AlarmLog:
     """What begins and ends; an alarm stays two seconds after its cause, so that it does not flicker."""
 
     _alarms: Alarms = field(default_factory=Alarms)
-    _told: dict[str, Alarm] = field(default_factory=dict)
+    _reported: dict[str, Alarm] = field(default_factory=dict)
 
     def update(self, active: list[Alarm], now: int) -> Iterator[LogLine]:
         """Yield what has changed at ``now`` [ns]."""
         self._alarms.update(active, now)
         held = {alarm.key: alarm for alarm in self._alarms.held}
         for key, alarm in held.items():
-            if key not in self._told or self._told[key].level is not alarm.level:
+            if key not in self._reported or self._reported[key].level is not alarm.level:
                 yield LogLine(LEVELS[alarm.level], alarm.finger, alarm.text)
-        for key, alarm in self._told.items():
+        for key, alarm in self._reported.items():
             if key not in held:
                 yield LogLine("info", alarm.finger, f"over: {alarm.text}")
-        self._told = held
+        self._reported = held
 
 
 class AlarmSource:

@@ -1,7 +1,7 @@
 """The server that Foxglove and PlotJuggler connect to: WebSocket, subprotocol ``foxglove.sdk.v1``.
 
 It only sends. What a client has not read is kept for it in a queue of bounded length, of which the oldest
-give way: the client is told how many, and no other client or node waits for it.
+give way: the client is warned how many, and no other client or node waits for it.
 """
 
 import asyncio
@@ -38,7 +38,7 @@ SOCKET_BYTES: Final = 131_072  # [bytes] of that socket; left to itself it keeps
 MOST_BYTES: Final = 65_536  # [bytes] of what a client sends
 TURN_MESSAGES: Final = 256  # messages until clients get their turn
 LOOK_PERIOD: Final = 1.0  # [s] between two looks at which topics there are
-TELL_PERIOD: Final = 1.0  # [s] between two warnings of one client
+REPORT_PERIOD: Final = 1.0  # [s] between two warnings of one client
 OWN_CLOCK: Final = 1.0  # [s] a stamp that is further from now is of the clock of another machine
 ORIGINS: Final = (
     None,  # a program
@@ -59,8 +59,8 @@ class Client:
     ready: asyncio.Event = field(default_factory=asyncio.Event)
     advertised: int = 0  # channels
     left_out: int = 0  # messages that the queue has lost
-    told: int = 0  # of them
-    tell_due: float = 0.0  # [s] of the monotonic clock
+    reported: int = 0  # of them
+    report_due: float = 0.0  # [s] of the monotonic clock
 
     def offer(self, message: bytes) -> None:
         """Queue ``message``; the oldest gives way."""
@@ -84,7 +84,7 @@ class FoxgloveServer:
         self._since_1970 = time.time_ns() - self._start
 
     async def run(self, host: str, port: int, announce: Callable[[int], None]) -> None:
-        """Serve on ``host``; ``announce`` is told the port once clients may connect.
+        """Serve on ``host``; ``announce`` is given the port once clients may connect.
 
         Raises:
             DeviceError: the port is in use, or the address is not of this machine.
@@ -103,7 +103,7 @@ class FoxgloveServer:
 
     async def _listening(self, host: str, port: int) -> Server:
         quiet = logging.getLogger("vegrip.bridges.websockets")
-        quiet.setLevel(logging.CRITICAL)  # a connection that is no WebSocket is counted, not told
+        quiet.setLevel(logging.CRITICAL)  # a connection that is no WebSocket is counted, not reported
         try:
             return await serve(
                 self._attend,
@@ -144,13 +144,15 @@ class FoxgloveServer:
                     await asyncio.sleep(0)
 
     async def _watch_alarms(self) -> None:
-        told = 0
+        reported = 0
         async for _ in self._while(lambda: self._wanted() & {ALARMS}, self._alarms.rest):
             lines = await asyncio.to_thread(self._alarms.read)
-            if (left_out := self.left_out) > told:
-                text = f"a client reads slowly: {left_out - told} messages were left out, {left_out} in all"
+            if (left_out := self.left_out) > reported:
+                text = (
+                    f"a client reads slowly: {left_out - reported} messages were left out, {left_out} in all"
+                )
                 lines.append(LogLine("warning", "bridge", text))
-                told = left_out
+                reported = left_out
             now = self._time(time.monotonic_ns())
             for line in lines:
                 self._publish(ALARMS, now, self._encoding.log(now, line.level, line.name, line.text))
@@ -223,9 +225,9 @@ class FoxgloveServer:
                 if new := self._channels[client.advertised :]:
                     client.advertised += len(new)
                     await _say(client, {"op": "advertise", "channels": new})
-                if client.left_out > client.told and time.monotonic() >= client.tell_due:
-                    client.told, client.tell_due = client.left_out, time.monotonic() + TELL_PERIOD
-                    text = f"{client.told} messages were left out: this client reads slowly"
+                if client.left_out > client.reported and time.monotonic() >= client.report_due:
+                    client.reported, client.report_due = client.left_out, time.monotonic() + REPORT_PERIOD
+                    text = f"{client.reported} messages were left out: this client reads slowly"
                     await _say(client, {"op": "status", "id": "slow", "level": WARNING, "message": text})
                 if client.queue:
                     await client.connection.send(client.queue.popleft())
@@ -246,8 +248,8 @@ class FoxgloveServer:
                     client.subscriptions = {channel: one for channel, one in kept if one not in ended}
                 case {"op": "getParameters", "parameterNames": list(names)}:
                     found = await asyncio.to_thread(_parameters, frozenset(map(str, names)))
-                    told = {"op": "parameterValues", "parameters": found}
-                    await _say(client, told | ({"id": asked["id"]} if "id" in asked else {}))
+                    reported = {"op": "parameterValues", "parameters": found}
+                    await _say(client, reported | ({"id": asked["id"]} if "id" in asked else {}))
                 case {"op": "setParameters"}:
                     raise ValueError("parameters are read here; set them with `vegrip param set`")
                 case _:
@@ -269,8 +271,8 @@ class FoxgloveServer:
                 raise ValueError("a subscription needs the numbers id and channelId")
 
 
-async def _say(client: Client, told: Mapping[str, Any]) -> None:
-    await client.connection.send(json.dumps(told))
+async def _say(client: Client, reported: Mapping[str, Any]) -> None:
+    await client.connection.send(json.dumps(reported))
 
 
 def _parameters(names: frozenset[str]) -> list[dict[str, Any]]:

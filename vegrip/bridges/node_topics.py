@@ -1,4 +1,4 @@
-"""The topics of running nodes, each heard at one place: at its sender, else at one of its receivers."""
+"""The topics of running nodes, each received at one place: at its sender, else at one of its receivers."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -15,11 +15,11 @@ READ_PERIOD = 0.02  # [s] of one look at the telemetry
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Where a topic is heard, and what travels on it."""
+    """Where a topic is received, and what travels on it."""
 
     kind: type[Message]
     entry: Entry
-    direction: str  # "out": its sender is heard, "in": a receiver, of what no node here sends
+    direction: str  # "out": its sender is received, "in": a receiver, of what no node here sends
 
 
 class NodeTopics:
@@ -53,13 +53,13 @@ class NodeTopics:
             if (pair := (source.entry.name, topic)) not in self._asked:
                 self._asked.add(pair)
                 self._reader.add(source.entry, [self._begin + topic])
-        heard = [
+        received = [
             (topic, message, (entry.name, direction))
             for entry, topic, direction, message in self._reader.read(period)
             if topic in sources
         ]
         places = {topic: (source.entry.name, source.direction) for topic, source in sources.items()}
-        return [(topic, message) for topic, message, place in heard if place == places[topic]]
+        return [(topic, message) for topic, message, place in received if place == places[topic]]
 
     def rest(self) -> None:
         """Leave the nodes alone until :meth:`read` is called again: a node forgets who has disconnected."""

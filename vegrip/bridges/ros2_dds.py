@@ -3,7 +3,7 @@
 In: ``/hand/FINGER/wrench`` (WrenchStamped, compression positive along z) and ``/joint_states`` (JointState,
 whose position of the name FINGER is the displacement [m]), which go to a node as FingertipState. Out:
 ``/hand/FINGER/wrench_command``, ``/diagnostics`` and every other topic of the nodes as ``vegrip_msgs``.
-Reliable, volatile, the last 100; on the loopback interface and without multicast unless told otherwise.
+Reliable, volatile, the last 100; on the loopback interface and without multicast unless stated otherwise.
 """
 
 import math
@@ -78,10 +78,10 @@ class Link:
     complain: Callable[[str], object] = print
     left_out: int = 0
     """Messages that were not taken: of a second publisher, or not valid."""
-    _told: set[str] = field(default_factory=set)
+    _reported: set[str] = field(default_factory=set)
     _writers: dict[str, Any] = field(default_factory=dict)
     _readers: dict[str, Any] = field(default_factory=dict)
-    _heard: dict[str, int] = field(default_factory=dict)  # the publisher that is heard, by topic
+    _received: dict[str, int] = field(default_factory=dict)  # the publisher that is received, by topic
 
     def __post_init__(self) -> None:
         named = f'name="{self.interface}"' if self.interface else 'autodetermine="true"'
@@ -120,20 +120,20 @@ class Link:
             self.left_out += 1
 
     def read(self, topic: str, kind: Any) -> list[Any]:
-        """Return what came on ``topic`` since the last call, of the publisher that was heard first."""
+        """Return what came on ``topic`` since the last call, of the publisher that was received first."""
         if topic not in self._readers:
             self._readers[topic] = DataReader(self._participant, self._topic(topic, kind), self._qos)
         taken = []
         for sample in self._readers[topic].take(MOST_AT_ONCE):
             info = sample.sample_info
             if not info.valid_data:
-                if info.publication_handle == self._heard.get(topic):
-                    del self._heard[topic]  # it has gone
-            elif self._heard.setdefault(topic, info.publication_handle) == info.publication_handle:
+                if info.publication_handle == self._received.get(topic):
+                    del self._received[topic]  # it has gone
+            elif self._received.setdefault(topic, info.publication_handle) == info.publication_handle:
                 taken.append(sample)
             else:
                 self.left_out += 1
-                self._tell(f"two publishers send {topic}; the first is heard, stop one of them")
+                self._report(f"two publishers send {topic}; the first is received, stop one of them")
         return taken
 
     def look(self) -> None:
@@ -149,15 +149,15 @@ class Link:
         does = "publishes" if publishes else "subscribes to"
         name = kind.__idl_typename__.replace(".", "::")
         if other.type_name != name:
-            self._tell(f"another program {does} {topic} as {other.type_name}; here it is {name}")
+            self._report(f"another program {does} {topic} as {other.type_name}; here it is {name}")
         elif other.type_id is not None and other.type_id != kind.__idl__.get_type_id():
-            self._tell(f"another program {does} {topic} with another version of {name}; build it anew")
+            self._report(f"another program {does} {topic} with another version of {name}; build it anew")
         elif publishes and Policy.Reliability.BestEffort in other.qos:
-            self._tell(f"{topic} is published best effort and not heard: publish it reliable")
+            self._report(f"{topic} is published best effort and not received: publish it reliable")
 
-    def _tell(self, sentence: str) -> None:
-        if sentence not in self._told:
-            self._told.add(sentence)
+    def _report(self, sentence: str) -> None:
+        if sentence not in self._reported:
+            self._reported.add(sentence)
             self.complain(sentence)
 
     def _topic(self, topic: str, kind: Any) -> Any:

@@ -124,8 +124,8 @@ class Ros2Mcap:
 
 def about(hand: str, pads: Mapping[str, str], date: str) -> dict[str, str]:
     """Return the metadata of a file: the hand, its pads by finger, and when it was recorded."""
-    told = {"hand": hand, "date": date, "version": vegrip.__version__}
-    return told | {f"pad.{finger}": pad for finger, pad in pads.items()}
+    header = {"hand": hand, "date": date, "version": vegrip.__version__}
+    return header | {f"pad.{finger}": pad for finger, pad in pads.items()}
 
 
 def write_ros2_mcap(folder: Path, path: Path) -> int:

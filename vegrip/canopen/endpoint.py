@@ -41,7 +41,7 @@ class CanopenCodec:
         if identifier is None:
             self._end.service(frame)
             return None
-        return self._codec.decode(frame, identifier) if self._end.hears(cob_id) else None
+        return self._codec.decode(frame, identifier) if self._end.accepts(cob_id) else None
 
     def encode(self, message: Message) -> list[Frame]:
         """Return the PDOs of ``message`` that may be sent; messages without a PDO have none."""
@@ -97,7 +97,7 @@ class CanopenEndpoint(Endpoint):
         if sender_time is None:
             self.network.malformed += 1
         else:
-            self._clock.hear(sender_time, round(stamp * NS))
+            self._clock.observe(sender_time, round(stamp * NS))
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a message; meanwhile serve what is due."""
@@ -135,7 +135,7 @@ class CanopenEndpoint(Endpoint):
     def service(self, frame: Frame) -> None:
         self.network.receive(frame.arbitration_id, frame.data, frame.stamp)
 
-    def hears(self, cob_id: int) -> bool:  # noqa: ARG002 (for those who build on this)
+    def accepts(self, cob_id: int) -> bool:  # noqa: ARG002 (for those who build on this)
         return True
 
     def speaks(self, cob_id: int) -> bool:  # noqa: ARG002

@@ -191,7 +191,7 @@ class GraspEndpoint(CanopenEndpoint):
         self.sensors.receive(frame.arbitration_id, frame.data, self.now())
         super().service(frame)
 
-    def hears(self, cob_id: int) -> bool:
+    def accepts(self, cob_id: int) -> bool:
         """States, of fingers that are what they should be, while we are operational."""
         sensor = self.sensors.all.get(cob_id & 0x7F)
         return (

@@ -67,7 +67,7 @@ class HandEndpoint(CanopenEndpoint):
         else:
             super().send(message)
 
-    def hears(self, cob_id: int) -> bool:
+    def accepts(self, cob_id: int) -> bool:
         device = self.devices.get(cob_id & 0x7F)
         return cob_id & 0x780 not in STATE_COB_IDS and device is not None and device.is_operational
 
@@ -112,8 +112,8 @@ def open_canopen(table: Mapping[str, Any], hand: Hand, where: str) -> CanopenEnd
     codec = CanCodec(hand.fingers, fd=False, hand=hand.number)
     try:
         if settings.role == "listen":
-            heard = network.identifiers(fingers, settings.node_id, hand.number)
-            return CanopenEndpoint(bus, codec, heard, reopen, timing)
+            received = network.identifiers(fingers, settings.node_id, hand.number)
+            return CanopenEndpoint(bus, codec, received, reopen, timing)
         kind = HandEndpoint if settings.role == "hand" else GraspEndpoint
         made = kind(bus, codec, settings, fingers, hand.number, reopen, timing)
         made.claim()

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 PICTURE_PERIOD_S = 0.1  # [s] between two pictures of live values
 QUESTIONS = {
     "rest": "leave all fingers in the air",
-    "press": "press each fingertip on something along its normal, and let go",
+    "press": "press each fingertip on something along its normal, and release it",
     "shear": "pull each fingertip along its +x while it touches",
     "twist": "turn what it touches counter-clockwise about its outward normal",
 }

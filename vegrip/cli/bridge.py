@@ -67,7 +67,9 @@ def foxglove(
 def ros2(
     states: Annotated[
         str,
-        typer.Option(help="ZeroMQ address at which the states that come are published, for a node to hear."),
+        typer.Option(
+            help="ZeroMQ address at which the states that come are published, for a node to receive."
+        ),
     ] = "",
     fingers: Annotated[str, typer.Option(help="Of which wrenches are read, by commas.")] = "thumb,index",
     namespace: Annotated[str, typer.Option(help="Before the topics that are read, such as /left.")] = "",
@@ -78,7 +80,7 @@ def ros2(
     """Speak ROS 2 without an installation of ROS: topics of running nodes out, wrenches of fingers in.
 
     Out: wrench_command of every finger, /diagnostics and vegrip_msgs of every topic. In, with --states:
-    /hand/FINGER/wrench and /joint_states, to be heard by a node whose transport is zmq.
+    /hand/FINGER/wrench and /joint_states, to be received by a node whose transport is zmq.
 
     Example: vegrip bridge ros2 --states tcp://127.0.0.1:5701 --fingers thumb,index
     """

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from vegrip.config import toml_key
-from vegrip.connect.parts import Heard, take
+from vegrip.connect.parts import Received, take
 from vegrip.errors import ConfigError, InputError
 from vegrip.transport.hands.bench import Source, read_source
 from vegrip.transport.hands.drive_steps import step_above
@@ -109,13 +109,13 @@ def listen_to_all(sources: Mapping[str, Source], seconds: float) -> dict[str, fl
     """Return the mean normal force [N] of the first finger of each, all listened to at once; NaN: none."""
     with ExitStack() as stack:
         opened = {name: stack.enter_context(source.open(source.text)) for name, source in sources.items()}
-        heard = {name: Heard() for name in sources}
+        received = {name: Received() for name in sources}
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             for name, endpoint in opened.items():
-                take(endpoint, heard[name], 0.01)
-    first = {name: next(iter(one.states), "") for name, one in heard.items()}
-    return {name: float(one.mean(first[name])[2]) for name, one in heard.items()}
+                take(endpoint, received[name], 0.01)
+    first = {name: next(iter(one.states), "") for name, one in received.items()}
+    return {name: float(one.mean(first[name])[2]) for name, one in received.items()}
 
 
 def sources_of(texts: Sequence[str]) -> list[Source]:

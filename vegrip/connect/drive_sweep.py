@@ -1,7 +1,7 @@
 """Step a drive up and down on a stiff object, never above a stated force, and keep what the pads feel.
 
-However it ends, the drive is told to open: at the end, on Ctrl-C, when a pad falls silent, when the drive is
-lost or says that something is wrong, and when more is felt than was stated.
+However it ends, the drive is commanded to open: at the end, on Ctrl-C, when a pad falls silent, when the
+drive is lost or says that something is wrong, and when more is felt than was stated.
 """
 
 import math
@@ -32,12 +32,12 @@ DWELL_S: Final = 1.5  # [s] at a level
 FINE_DWELL_S: Final = 0.4
 DELAYS: Final = 6.0  # stated delays that are waited for at least
 CLOSING_S: Final = 10.0  # [s] to close on the object
-OPENING_S: Final = 0.5  # [s] for which the drive is told to open
+OPENING_S: Final = 0.5  # [s] for which the drive is commanded to open
 FIRST_WORD_S: Final = 3.0  # [s] for the first state of a pad
 SILENT_S: Final = 0.5  # [s] without a state of a pad
 TOUCH_N: Final = 1.0  # [N] felt by every pad: the object is held
 OVER: Final = 1.15
-"""Times the stated force at which all is let go: a line that is extrapolated, and noise, stay below."""
+"""Times the stated force at which the sweep ends: a line that is extrapolated, and noise, stay below."""
 NAP_S: Final = 1e-3  # [s] between two looks at the devices
 RENEWED_S: Final = 0.05  # [s] between two commands
 LIFETIME_S: Final = 0.5  # [s] of a command
@@ -128,7 +128,7 @@ class Rig:
     """A drive and the pads that feel it.
 
     Args:
-        drive: that is told.
+        drive: that is commanded.
         fingers: as its map calls them.
         pads: endpoints that feel, each with its fingers and our names of them.
         clock: of all times; the loop waits by it.
@@ -144,9 +144,9 @@ class Rig:
     ) -> None:
         self._drive, self._fingers, self._pads, self._clock = drive, fingers, pads, clock
         self._felt: dict[str, float] = {ours: math.nan for _, names in pads for ours in names.values()}
-        self._heard = dict.fromkeys(self._felt, clock.now() + round(FIRST_WORD_S * NS))  # [ns]
+        self._received = dict.fromkeys(self._felt, clock.now() + round(FIRST_WORD_S * NS))  # [ns]
         self._lost, self._known = self._losses(), drive.device_faults
-        self._setting, self._due, self._seq = math.nan, 1 << 62, 0  # told nothing yet
+        self._setting, self._due, self._seq = math.nan, 1 << 62, 0  # nothing commanded yet
         self._time: list[float] = []
         self._force: list[float] = []
         self._changes: list[Change] = []
@@ -178,7 +178,7 @@ class Rig:
         return DriveRun(tuple(self._changes), self.now, np.array(self._time), np.array(self._force))
 
     def let_go(self) -> None:
-        """Tell the drive to open, for long enough that it hears it."""
+        """Command the drive to open, for long enough that it receives it."""
         end = self._clock.now() + round(OPENING_S * NS)
         self._setting, self._due = 0.0, 0
         while self._clock.now() < end:
@@ -255,7 +255,7 @@ class Rig:
     def _note(self, finger: str, force: float, arrival: int) -> None:
         if math.isnan(force):
             return
-        self._felt[finger], self._heard[finger] = force, arrival
+        self._felt[finger], self._received[finger] = force, arrival
         mean = sum(self._felt.values()) / len(self._felt)
         if not math.isnan(mean):
             self._time.append(arrival / NS)
@@ -266,8 +266,8 @@ class Rig:
 
     def _check(self) -> None:
         now = self._clock.now()
-        for finger, heard in self._heard.items():
-            if now - heard > SILENT_S * NS:
+        for finger, received in self._received.items():
+            if now - received > SILENT_S * NS:
                 raise DeviceError(
                     f"the pad of {finger} is silent, so the jaws are opened; `vegrip doctor` tries it"
                 )

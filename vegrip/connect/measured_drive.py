@@ -1,7 +1,7 @@
 """The map of a drive as it was measured: its ``[drive]``, and its command in newtons that the pads feel.
 
 A command is ``value = k F + c`` in the unit of its signal (k: ``sign``, ``scale`` and newtons of the unit). A
-drive that was told F is felt as ``a F + b``, so that k becomes k / a, and c becomes c - k b / a.
+drive that was commanded F is felt as ``a F + b``, so that k becomes k / a, and c becomes c - k b / a.
 """
 
 import math

@@ -29,7 +29,7 @@ FORCES: Final = ("tangential_force_x", "tangential_force_y", "normal_force")
 
 
 @dataclass
-class Heard:
+class Received:
     """What came of one part."""
 
     states: dict[str, list[FingertipState]] = field(default_factory=dict)
@@ -43,23 +43,23 @@ class Heard:
         return np.mean(rows, axis=0) if rows else np.full(3, np.nan)
 
 
-def take(endpoint: Endpoint, heard: Heard, timeout: float) -> None:
+def take(endpoint: Endpoint, received: Received, timeout: float) -> None:
     """Take what comes within ``timeout`` [s]."""
     for message in endpoint.receive(timeout):
         if isinstance(message, FingertipState):
-            heard.states.setdefault(message.finger, []).append(message)
+            received.states.setdefault(message.finger, []).append(message)
 
 
-def listen(endpoint: Endpoint, seconds: float, enough: int = 0) -> Heard:
+def listen(endpoint: Endpoint, seconds: float, enough: int = 0) -> Received:
     """Return what comes within ``seconds``, at once when ``enough`` states of a finger have come."""
-    heard, begin = Heard(), time.monotonic()
+    received, begin = Received(), time.monotonic()
     while (now := time.monotonic()) < begin + seconds:
-        take(endpoint, heard, min(0.02, begin + seconds - now))
-        if enough and heard.states and min(map(len, heard.states.values())) >= enough:
+        take(endpoint, received, min(0.02, begin + seconds - now))
+        if enough and received.states and min(map(len, received.states.values())) >= enough:
             break
-    heard.seconds, heard.rejected = time.monotonic() - begin, endpoint.rejected
-    heard.skipped = getattr(endpoint, "skipped", 0)
-    return heard
+    received.seconds, received.rejected = time.monotonic() - begin, endpoint.rejected
+    received.skipped = getattr(endpoint, "skipped", 0)
+    return received
 
 
 def try_parts(path: Path, seconds: float = LISTEN_S) -> list[Finding]:
@@ -79,29 +79,29 @@ def try_parts(path: Path, seconds: float = LISTEN_S) -> list[Finding]:
 def _tried(name: str, source: Source, seconds: float, *, is_drive: bool) -> Finding:
     try:
         with closing(source.open(source.text)) as endpoint:
-            heard = listen(endpoint, seconds, 0 if is_drive else ENOUGH)
+            received = listen(endpoint, seconds, 0 if is_drive else ENOUGH)
     except VegripError as error:
         return fail(name, str(error), "see `ls /dev/serial/by-id`, and the [transport] of its map")
-    return _of_drive(name, source, heard) if is_drive else _of_sensor(name, source, heard)
+    return _of_drive(name, source, received) if is_drive else _of_sensor(name, source, received)
 
 
-def _of_drive(name: str, source: Source, heard: Heard) -> Finding:
-    if any(heard.rejected.get(each) for each in ("unanswered", "silent", "link_lost", "no_traffic")):
-        return _mute(name, source, heard)
+def _of_drive(name: str, source: Source, received: Received) -> Finding:
+    if any(received.rejected.get(each) for each in ("unanswered", "silent", "link_lost", "no_traffic")):
+        return _mute(name, source, received)
     drive = source.plan.hand.drive
     ends = f"{drive.minimum:g} to {drive.maximum:g} N in steps of {drive.resolution:g} N"
     return ok(name, f"{source.where} answers; it makes {ends}")
 
 
-def _of_sensor(name: str, source: Source, heard: Heard) -> Finding:
-    mute = [ours for theirs, ours in source.names.items() if theirs not in heard.states]
+def _of_sensor(name: str, source: Source, received: Received) -> Finding:
+    mute = [ours for theirs, ours in source.names.items() if theirs not in received.states]
     if len(mute) == len(source.names):
-        return _mute(name, source, heard)
+        return _mute(name, source, received)
     if mute:
         text = f"{source.where}: nothing comes of {', '.join(mute)}"
         return fail(name, text, "look at its plug, and at `trigger` in the map")
-    forces = {ours: heard.mean(theirs)[2] for theirs, ours in source.names.items()}
-    rate = min(map(len, heard.states.values())) / heard.seconds
+    forces = {ours: received.mean(theirs)[2] for theirs, ours in source.names.items()}
+    rate = min(map(len, received.states.values())) / received.seconds
     felt = ", ".join(f"{ours} {force:.2f} N" for ours, force in forces.items())
     text = f"{source.where}: {rate:.0f} states/s, {felt}"
     largest = max((abs(force) for force in forces.values() if not math.isnan(force)), default=0.0)
@@ -114,9 +114,9 @@ def _of_sensor(name: str, source: Source, heard: Heard) -> Finding:
     return ok(name, text)
 
 
-def _mute(name: str, source: Source, heard: Heard) -> Finding:
-    if heard.skipped or any(heard.rejected.get(each) for each in OTHER_DEVICE):
+def _mute(name: str, source: Source, received: Received) -> Finding:
+    if received.skipped or any(received.rejected.get(each) for each in OTHER_DEVICE):
         text = f"{source.where}: bytes come, but nothing of this map: another device, or another baud rate"
         return fail(name, text, "swap the ports in the launch file, or see baud in the map")
-    text = f"{source.where}: it opens, and nothing comes within {heard.seconds:.0f} s"
+    text = f"{source.where}: it opens, and nothing comes within {received.seconds:.0f} s"
     return fail(name, text, "switch it on; is it this port? another device there does not answer either")

@@ -148,7 +148,7 @@ class _Finger:
         draft.set("above", above, f"its rest is at most {level:g}, its largest {highest:g}")
 
     def _draft(self, channel: str) -> drafts.Draft | None:
-        """The draft of a channel that is one signal, heard, and linear; a table or a threshold is not."""
+        """The draft of a channel that is one signal, received, and linear; a table or a threshold is not."""
         draft = self.finger.channels.get(channel)
         if draft is None or draft.signal not in self.received:
             return None

@@ -1,6 +1,7 @@
 """The demonstration as a bench: pads, or a sensor at the wrist, and a gripper, each behind its own device.
 
-The virtual hand is a gripper whose jaws press as its drive is told; the object is filled, shaken and pulled.
+The virtual hand is a gripper whose jaws press as its drive is commanded; the object is filled, shaken and
+pulled.
 """
 
 import math
@@ -31,8 +32,8 @@ FIRM: Final = 4.0
 GRIPPER_KG: Final = 0.9  # of a 2F-85 with its coupling (data sheet)
 WRIST: Final = "wrist="
 FRICTION_STD: Final = 0.1
-"""Of ln mu: friction as `vegrip calibrate` measures it of a pad on one material. Not told, it is not known by
-a factor of two, and without a slip channel it is not learned."""
+"""Of ln mu: friction as `vegrip calibrate` measures it of a pad on one material. Not stated, it is not known
+by a factor of two, and without a slip channel it is not learned."""
 CALIBRATED: Final = Sensors(tangential_gain=1.0, tangential_gain_std=0.03)
 """Of the pads' tangential forces, after `vegrip calibrate --weight`."""
 
@@ -77,7 +78,7 @@ class BenchProduct:
         return BenchScenario(seed, duration, "pinch", relaxes_slowly=False, names=self.fingers)
 
     def parameters(self, scenario: Scenario) -> GraspParameters:
-        """Return the parameters of the launch file, told of these pads what a calibration tells."""
+        """Return the parameters of the launch file, with what a calibration finds of these pads."""
         found = build(GraspParameters, self.node.parameters, self.name)
         tip = scenario.settings.tip
         error = float(np.random.default_rng([scenario.seed, 7]).normal(0.0, FRICTION_STD))

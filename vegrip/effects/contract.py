@@ -109,7 +109,7 @@ class Effect:
     Attributes:
         channels: measurements that can show it.
         confounded: effects whose signature resembles its own.
-        experiment: the motion that tells them apart.
+        experiment: the motion that distinguishes them.
         generalises: effects that it can be; a diagnosis tries it where one of them leaves more than noise,
             in that one's place, and nowhere else.
         group: effects of one group cannot be separated by force and displacement at all.

@@ -1,7 +1,7 @@
 """Cross-talk: the normal channel also shows a part of the tangential force, ``y = N + c f``.
 
-The magnitude f of the tangential force; a gain error ``y = (1 + e) N`` is not here, it cannot be told from
-K.
+The magnitude f of the tangential force; a gain error ``y = (1 + e) N`` is not here, it cannot be
+distinguished from K.
 """
 
 from vegrip.effects.contract import Effect, hook

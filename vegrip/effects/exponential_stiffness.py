@@ -2,7 +2,7 @@
 
 With p = 1 this is the exponential law of [TiezziKao2007]_, eq. (13), ``(m / b') (e^(b' x) - 1)`` with ``b'
 = b / x_ref`` and ``m = K / x_ref``, Fung's law of tissue ([Fung1993]_, chapter 7). Written as a factor on
-the power law it holds both laws of the paper, so that one can be told from the other by its value.
+the power law it holds both laws of the paper, so that one can be distinguished from the other by its value.
 """
 
 import math

@@ -3,7 +3,7 @@
 The film is whole (h = 1) when the contact is made and is squeezed out while it lasts, so friction is low at
 first touch and recovers to the dry mu, [Moore1972]_. Between smooth plates a film thins as ``h' ~ -h^3
 N`` ([Reynolds1886]_), fast at first and then slowly; a soft rough surface drains through its valleys, and
-one time constant is all that slips after different dwells can tell. A contact that is met in the middle
+one time constant is all that slips after different dwells show. A contact that is met in the middle
 counts as wet, on the safe side.
 """
 

@@ -135,7 +135,7 @@ def _parameters(request: Request, layout: Layout) -> dict[str, str]:
         value = model.values[symbol]
         variances.append(str(_variance_of(layout, place)))
         stds.append(literals.real(0.0 if np.isnan(value.std) else value.std, reals))
-        learned = "learned" if place in layout.learned or place == layout.mu else "as told"
+        learned = "learned" if place in layout.learned or place == layout.mu else "as stated"
         doc = f"{effect}: {declared.doc}".replace("*/", "* /")
         lines.append(f"    {p.upper()}_PARAMETER_{symbol}, /* [{declared.unit}] {doc}; {learned} */")
     return {

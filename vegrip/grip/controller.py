@@ -100,17 +100,17 @@ class GripController:
             self._limit_is_unstated = False
             logging.getLogger("vegrip.grip").warning("%s", limit_not_stated(self._settings.limits))
         self._now = max(self._now, now)
-        heard: dict[str, None] = {}
+        received: dict[str, None] = {}
         for state in states:
             if state.finger in self.fingers:
                 self.assimilate(state, now)
-                heard[state.finger] = None
+                received[state.finger] = None
             else:
                 self.rejected["unknown finger"] += 1
-        commands = self.commands(heard, now)
+        commands = self.commands(received, now)
         for name in self.names:
             commands += self.watch(name, now)
-        for name in heard:
+        for name in received:
             for _ in self.reports(name, now):  # the report of the health has a memory
                 pass
         return commands
@@ -202,12 +202,12 @@ class GripController:
             else:
                 yield report
 
-    def ride_out(self, now: int) -> list[messages.ForceCommand]:
+    def hold_last(self, now: int) -> list[messages.ForceCommand]:
         """Renew commands without the estimators: hold, then ramp to the fail-safe grip."""
-        return self.commands([name for name, finger in self.fingers.items() if finger.ride_out(now)], now)
+        return self.commands([name for name, finger in self.fingers.items() if finger.hold_last(now)], now)
 
     def restart(self) -> None:
-        """Forget inputs and contacts but keep the commands, after :meth:`ride_out`."""
+        """Forget inputs and contacts but keep the commands, after :meth:`hold_last`."""
         for finger in self.fingers.values():
             finger.restart()
 

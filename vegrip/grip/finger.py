@@ -47,11 +47,11 @@ REASONS: Final = tuple(messages.Reason(number) for number in range(len(messages.
 FRESH: Final[Mapping[str, float]] = {
     "GRIP_HELD": math.nan, "GRIP_ENVELOPE": math.nan, "GRIP_ELAPSED": -math.inf, "GRIP_PRESENT": -math.inf,
     "GRIP_MEDIAN": -math.inf, "GRIP_PROVEN": math.inf, "TRANSFER_FORCE": math.nan, "TRANSFER_LOAD": math.nan,
-    "TRANSFER_ARM": math.nan, "TURN_REASON": int(messages.Reason.HOLD), "TURN_TOLD": -1,
+    "TRANSFER_ARM": math.nan, "TURN_REASON": int(messages.Reason.HOLD), "TURN_REPORTED_CONDITION": -1,
     "TAKEN_BOUND": math.nan,
 }  # fmt: skip
 """What of a memory is not zero before the first state, besides :data:`UNHEARD`."""
-UNHEARD: Final[Mapping[str, float]] = {
+UNRECEIVED: Final[Mapping[str, float]] = {
     "INPUT_CONDITION": int(messages.Condition.MISSING), "INPUT_QUICKEST": NO_QUICKEST,
     "WATCH_NOISE_LAST": math.nan, "WATCH_REPEAT_LIMIT": math.inf, "WATCH_LEVEL": math.nan,
 }  # fmt: skip
@@ -97,7 +97,7 @@ class GraspFinger:
         """A policy in Python; None: the step has it."""
         self._forgotten = 0  # how often the policy was asked to forget
         self._lifetime = 0  # [ns] of a command
-        self._put_first({**FRESH, **UNHEARD})
+        self._put_first({**FRESH, **UNRECEIVED})
         self._settings = settings
         self.reports = FingerReports(self.numbers, settings, phase)
         self.apply(settings, self.wanted)
@@ -189,9 +189,9 @@ class GraspFinger:
         self._let_forget()
         return is_due
 
-    def ride_out(self, now: int) -> bool:
+    def hold_last(self, now: int) -> bool:
         """Hold the last command through a fault of the node; return whether a command is due."""
-        is_due = bool(self.numbers.ride_out(now))
+        is_due = bool(self.numbers.hold_last(now))
         self._let_forget()
         return is_due
 
@@ -201,7 +201,7 @@ class GraspFinger:
         self.estimator.reset()
         for section in INPUT_SECTIONS:
             memory.section(section)[:] = 0
-        self._put_first(UNHEARD)
+        self._put_first(UNRECEIVED)
         memory["TURN_SEEN"] = memory["TURN_HAS_MARGIN"] = 0
 
     def _put_first(self, values: Mapping[str, float]) -> None:
@@ -286,8 +286,8 @@ class GraspFinger:
     def is_quiet(self, now: int) -> bool:
         """Return whether a tick has nothing to do: no silence, and no command to renew."""
         numbers = self.numbers
-        whole, (is_heard, heard, started, commanded, renewal, condition) = numbers.wholes, numbers.quiet
-        is_known = whole[is_heard] and now - whole[heard] <= numbers.reals[numbers.time_out_at]
+        whole, (is_received, received, started, commanded, renewal, condition) = numbers.wholes, numbers.quiet
+        is_known = whole[is_received] and now - whole[received] <= numbers.reals[numbers.time_out_at]
         is_fresh = not whole[started] or now - whole[commanded] < whole[renewal]
         return bool(is_known and is_fresh and whole[condition] <= DEGRADED)
 

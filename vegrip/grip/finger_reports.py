@@ -79,8 +79,8 @@ class FingerReports:
             yield contact
             yield margin
         is_due = self.health_due(now)
-        if is_due or self.condition != memory["TURN_TOLD"]:
-            memory["TURN_TOLD"] = self.condition
+        if is_due or self.condition != memory["TURN_REPORTED_CONDITION"]:
+            memory["TURN_REPORTED_CONDITION"] = self.condition
             if is_due:
                 first = self._healthy == -math.inf
                 self._healthy = now - self._phase * periods.health_period * NS if first else now
@@ -108,7 +108,7 @@ class FingerReports:
     def are_due(self, now: int) -> bool:
         """Return whether :meth:`due` has something to report, or half of the history is to be fetched."""
         whole, layout = self._step.wholes, self._step.layout.wholes
-        is_changed = whole[layout["INPUT_CONDITION"]] != whole[layout["TURN_TOLD"]]
+        is_changed = whole[layout["INPUT_CONDITION"]] != whole[layout["TURN_REPORTED_CONDITION"]]
         return bool(now >= whole[layout["TURN_REPORT_DUE"]] or is_changed or self._step.is_half_full())
 
     def _is_contact_due(self, now: int) -> bool:

@@ -127,7 +127,7 @@ class FingerStep:
         self.own: OwnEstimate | None = None
         if isinstance(estimator, ContactEstimator):
             estimator.mount(memory, self.name)
-            memory["TOLD_CONFIDENCE"] = estimator.settings.confidence
+            memory["PUBLISHED_CONFIDENCE"] = estimator.settings.confidence
         else:
             self.own = OwnEstimate(estimator, memory, self.shared, self.place.number)
         self._bind()
@@ -157,9 +157,9 @@ class FingerStep:
                 bound_call(self.module, f"finger_{name}", f, t, g, self._values)
                 for name in ("message", "sense", "judge")
             )
-            self.take, self.bound, self.need, self.settle, self.watch, self.ride_out = (
+            self.take, self.bound, self.need, self.settle, self.watch, self.hold_last = (
                 bound_call(self.module, f"finger_{name}", f, t, g)
-                for name in ("take", "bound", "need", "settle", "watch", "ride_out")
+                for name in ("take", "bound", "need", "settle", "watch", "hold_last")
             )
         self._felt = layout.reals["STATE_NORMAL_FORCE"], layout.reals["STATE_DISPLACEMENT"]
         self._state = memory.section("STATE")
@@ -168,7 +168,7 @@ class FingerStep:
         """Places of what a command is made of, as :attr:`turn`; :attr:`quiet`: of what a tick asks."""
         self.turn = tuple(layout.wholes[f"TURN_{name}"] for name in ("COMMANDED", "SEQ", "GIVEN_REASON"))
         quiet = (
-            "INPUT_IS_HEARD", "INPUT_HEARD", "TURN_STARTED", "TURN_COMMANDED", "SETUP_RENEWAL",
+            "INPUT_IS_RECEIVED", "INPUT_RECEIVED", "TURN_STARTED", "TURN_COMMANDED", "SETUP_RENEWAL",
             "INPUT_CONDITION",
         )  # fmt: skip
         self.quiet = tuple(layout.wholes[name] for name in quiet)

@@ -1,16 +1,16 @@
-"""How much friction a finger counts on, and how force is let go of to learn it: decisions by expected loss.
+"""Friction that a finger assumes, and how force is lowered to learn it: decisions by expected loss.
 
 **Counted on.** Let P be the probability that a slide would be noticed in time, as far as it was shown, F_b
 the distribution of ln mu as it is believed, and F_0 that before anything was felt. A slide that is not
 noticed loses the object; one that is noticed costs kappa of that. A channel that would not notice has taught
-nothing either. So x is counted on with::
+nothing either. So x is assumed to be::
 
     (1 - P) max(F_0(x), F_b(x)) + P kappa F_b(x) = risk
 
 which is the bound of the prior, or the belief where that is lower, for P = 0, and the bound of the belief at
 ``risk / kappa`` for P = 1.
 
-**Let go of.** A finger that is asked to keep the margin m counts on ``x + b``, b >= 0. At the utilisation u
+**Lowered.** A finger that is asked to keep the margin m assumes ``x + b``, b >= 0. At the utilisation u
 with ``z = (ln u - m_b) / s_b`` the next slide comes after a rise of ln u whose mean is Mills' ratio times
 s_b, so with::
 
@@ -34,7 +34,7 @@ from vegrip.grip.slip_witness import *
 
 
 def set_risk(g: GraspMemory, risk: float, noticed_risk: float, releases: bool) -> None:
-    """Set the risks of a slide that is not noticed and of one that is, and whether force is let go of."""
+    """Set the risks of a slide that is not noticed and of one that is, and whether force is lowered."""
     g.release.releases = 1.0 if releases else 0.0
     g.release.risk, g.release.kappa = risk, risk / noticed_risk
 
@@ -51,7 +51,7 @@ def begin_release(g: GraspMemory) -> None:
 
 
 def chance_noticed(g: GraspMemory) -> float:
-    """Return P, 0 where force is not let go of at all."""
+    """Return P, 0 where force is not lowered at all."""
     return noticed(g) if g.release.releases > 0.0 else 0.0
 
 
@@ -64,13 +64,13 @@ def shown_noticed(g: GraspMemory) -> float:
 def reacts(g: GraspMemory, i: int) -> bool:
     """Return whether the grip must grow because finger ``i`` slides.
 
-    A slide that letting go has brought ends with that, and is told for a while longer.
+    A slide that the lowering caused ends with that, and is reported for a while longer.
     """
     return g.slip.slides[i] >= EVEN and g.release.ends <= 0.0
 
 
 def counted_on(g: GraspMemory, i: int) -> float:
-    """Return the ln mu of finger ``i`` that is counted on, by halving."""
+    """Return the ln mu of finger ``i`` that is assumed, by halving."""
     load = g.belief.load[i]
     p = shown_noticed(g)
     mean, std = believed_mean(g, i), math.sqrt(believed_variance(g, i) + NEARLY_NONE)
@@ -116,7 +116,7 @@ def is_quiet(g: GraspMemory, n: int) -> bool:
 
 
 def take_back(g: GraspMemory, slid: bool) -> None:
-    """Take back what was let go of; without a slide it has shown that friction is higher.
+    """Restore what was lowered; without a slide it has shown that friction is higher.
 
     A load that would need more than ``CREDIBLE`` standard deviations above the mean may be wrong.
     """
@@ -185,7 +185,7 @@ def ends_slowly(g: GraspMemory, dt: float) -> bool:
 
 
 def decide(g: GraspMemory, i: int, dt: float, margin: float, touching: bool, changed: bool) -> None:
-    """Go on with what finger ``i`` counts on, after one sample of it."""
+    """Go on with what finger ``i`` assumes, after one sample of it."""
     n = int(g.belief.fingers)
     total = 0.0
     for j in range(n):

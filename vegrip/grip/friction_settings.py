@@ -15,7 +15,7 @@ LATEST_SLIP_S = 0.03
 
 @dataclass(frozen=True)
 class FrictionSettings:
-    """What is believed of friction at first, how slip is felt, and whether force is let go of."""
+    """What is believed of friction at first, how slip is felt, and whether force is lowered."""
 
     coefficient: float = fixed_parameter(
         0.0, unit="1", low=0.0, high=20.0,
@@ -51,7 +51,7 @@ class FrictionSettings:
         1e-3, unit="m/s", low=0.0, high=10.0,
         doc="slip speed from which a tip slides, whatever its flag says; 0 = none",
     )  # fmt: skip
-    probing: bool = fixed_parameter(False, doc="let go slowly until friction is known")
+    probing: bool = fixed_parameter(False, doc="lower the force slowly until friction is known")
 
     def prior_of(
         self, gain: float = PUBLISHED.tangential_gain, gain_std: float = PUBLISHED.tangential_gain_std

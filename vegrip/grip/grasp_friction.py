@@ -1,9 +1,9 @@
 """What all fingers of a grasp learn of friction together: how it begins, and what is said of it.
 
-Before a finger takes a state, its step (:mod:`vegrip.grip.kernels.friction_shared`) hears what its channels
-say of slip (:mod:`.slip_channels`), writes what the grasp believes of its friction (:mod:`.friction_belief`)
-into its estimate, and chooses margin and confidence. Afterwards it takes in what the load shows
-(:mod:`.slip_witness`) and decides what is counted on and let go of (:mod:`.force_release`).
+Before a finger takes a state, its step (:mod:`vegrip.grip.kernels.friction_shared`) receives what its
+channels say of slip (:mod:`.slip_channels`), writes what the grasp believes of its friction
+(:mod:`.friction_belief`) into its estimate, and chooses margin and confidence. Afterwards it takes in what
+the load shows (:mod:`.slip_witness`) and decides what is assumed and lowered (:mod:`.force_release`).
 """
 
 import math
@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from vegrip.estimator.estimator import ContactEstimator
 from vegrip.estimator.settings import SensorNoise
-from vegrip.grip.drive_lag import begin_drives, measured_lag, tell_drives
+from vegrip.grip.drive_lag import begin_drives, measured_lag, set_drives
 from vegrip.grip.force_release import *
 from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
 from vegrip.grip.known_objects import ObjectFriction
@@ -80,9 +80,9 @@ class GraspFriction:
             set_risk(self.memory, 1.0 - grip.probability, 1.0 - grip.known_probability, is_fine)
 
     def set_lead(self, grip: GripSettings) -> None:
-        """Set what is told of the drives; what was measured stays."""
+        """Set what is stated of the drives; what was measured stays."""
         self._is_leading = grip.drive_lag > 0.0 or grip.measure_lag
-        tell_drives(self.memory, grip.drive_lag, grip.measure_lag, grip.burst_rate)
+        set_drives(self.memory, grip.drive_lag, grip.measure_lag, grip.burst_rate)
         begin_lead(self.memory, self._noise.tangential_force, self._noise.torque_z)
 
     def drive_lag(self, finger: str) -> float:
@@ -99,14 +99,14 @@ class GraspFriction:
 
     @property
     def why_not_probing(self) -> str:
-        """Why force is not let go of to learn friction; empty while it is."""
+        """Why force is not lowered to learn friction; empty while it is."""
         if not self.active or not self._settings.probing:
             return "probing is switched off"
         if self._settings.why_too_coarse:
             return self._settings.why_too_coarse
-        return next(filter(None, map(self._why_not_heard, self._places)), "")
+        return next(filter(None, map(self._why_not_received, self._places)), "")
 
-    def _why_not_heard(self, finger: str) -> str:
+    def _why_not_received(self, finger: str) -> str:
         g, i = self.memory, self._places[finger]
         if found := self.suspicion(finger):
             return found
@@ -138,7 +138,7 @@ class GraspFriction:
         return f"the channel '{channel}' of {finger} {wrong}, and is not used"
 
     def friction_counted_on(self, finger: str) -> str:
-        """Return how ``finger`` counts on friction: PROBED, KNOWN, or "" for what is usual."""
+        """Return how ``finger`` takes friction: PROBED, KNOWN, or "" for what is usual."""
         if not self.active:
             return ""
         g, i = self.memory, self._places[finger]
@@ -150,7 +150,7 @@ class GraspFriction:
     def name_suspect(self, health: ModelHealth) -> ModelHealth:
         """Return ``health`` with the channel that is not sound, instead of what the model fails at.
 
-        What the grip counts on of friction is in it, too.
+        What the grip assumes of friction is in it, too.
         """
         channel, friction = self.doubted_channel(health.finger), self.friction_counted_on(health.finger)
         if channel:

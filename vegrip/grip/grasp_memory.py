@@ -55,7 +55,7 @@ class Belief:
 class Drive:
     """The lag of the drives (:mod:`vegrip.grip.drive_lag`)."""
 
-    told: float  # [s] lag of all drives as it is told; 0 = it is not
+    stated: float  # [s] lag of all drives; 0 = not stated
     is_measured: float  # 1 = the measured lag counts instead, once it is known
     burst: float  # [1/s] relative growth of a load that comes in a burst
     noise: float  # [N] std of a normal force
@@ -64,7 +64,7 @@ class Drive:
     begun: Each
     command: Each  # [N] the last one
     model: Each  # [N] x
-    play: Each  # [N] the command behind a play, which tells w
+    play: Each  # [N] the command behind a play, which shows w
     wait: Each  # [s] until samples count again
     moved: Each  # [N] by which the command has moved where samples counted
     misfit: Each  # [N] mean innovation of late, without its sign
@@ -89,7 +89,7 @@ class Lead:
 class Slip:
     """What the slip channels say, and whether a finger slides (:mod:`vegrip.grip.slip_channels`)."""
 
-    sliding: float  # [m/s] slip speed from which a finger slides; 0 = the flag alone tells
+    sliding: float  # [m/s] slip speed from which a finger slides; 0 = the flag alone shows it
     delay: float  # [s] by which what is felt is late
     exponent: float  # by which the utilisations below are referred to the reference load
     sound: Channels  # probability to be sound
@@ -100,7 +100,7 @@ class Slip:
     shows: Channels  # what it adds to the logit of a slide
     level: Each  # ln u at the reference load, without noise; -inf: not known
     spread: Each  # std of the utilisation, averaged as it is
-    shown: Each  # what is shown to hold: the same, rising no faster than force is let go of
+    shown: Each  # what is shown to hold: the same, rising no faster than force is lowered
     held: Each  # largest of it of late without a slide
     begun: Each  # what it was when, after a pause, some channel said slip
     top: Each  # largest of the last delay
@@ -110,7 +110,7 @@ class Slip:
     likely_age: Each  # [s]
     slides: Each  # probability that the finger slides
     taught: Each  # 1 where the present slide has taught
-    teacher: Each  # channel that has told the last slide that taught
+    teacher: Each  # channel that reported the last slide that taught
     stays: Each  # how far the utilisation is still what it was, largest of the last delay
     stays_next: Each
 
@@ -119,14 +119,14 @@ class Witness:
     """What the load shows of a slide (:mod:`vegrip.grip.slip_witness`)."""
 
     noise: float  # [N] std of a tangential force
-    least: float  # least y of late; inf: no force is let go of
+    least: float  # least y of late; inf: no force is lowered
     pull: float  # [N] T then
     force: float  # [N] N when y was least
     lost: float  # [N] by which T had fallen when the slide was seen
     chance: float  # probability that it was one
     waits: float  # [s] until it is judged; 0: nothing is to be judged
     rested: float  # [s] since it was seen
-    first: float  # [N] N when force began to be let go of
+    first: float  # [N] N when lowering began
     lagging: float  # [N] N that lags
     low: float  # [N] least T since
     high: float  # [N] largest T since that
@@ -135,18 +135,18 @@ class Witness:
 
 
 class Release:
-    """What is counted on, and how force is let go of (:mod:`vegrip.grip.force_release`)."""
+    """What is assumed, and how force is lowered (:mod:`vegrip.grip.force_release`)."""
 
-    releases: float  # 1 = force is let go of at all
+    releases: float  # 1 = force is lowered at all
     risk: float  # of a slide that is not noticed
     kappa: float  # loss of a slide that is noticed over that of one that is not
     exponent: float  # of friction over the load before anything was felt
-    pause: float  # [s] until force may be let go of again
-    ends: float  # [s] in which a slide that letting go has brought ends
+    pause: float  # [s] until force may be lowered again
+    ends: float  # [s] in which a slide that lowering caused ends
     prior: Each  # mean of ln mu at the reference load before anything was felt
     spread: Each  # its variance
-    shift: Each  # of ln mu, by which a finger counts on more
-    counted: Each  # ln mu at the present load that is counted on
+    shift: Each  # of ln mu, by which a finger assumes more
+    counted: Each  # ln mu at the present load that is assumed
     steady: Each  # [N] load from which changes are counted
     smooth: Each  # [N] load without noise
     still: Each  # [s] since the load last changed; negative: not in contact

@@ -71,7 +71,7 @@ REALS: Sections = {
     "WATCH": records.Watch,
     "CONFIRMED": CONFIRM_SIZE,
     "DEMAND": records.Demand, "ASKED": records.Asked, "SHARED": records.Shared,
-    "TRANSFER": records.Transfer, "TOLD": records.Told, "GRIP": records.Grip,
+    "TRANSFER": records.Transfer, "PUBLISHED": records.Published, "GRIP": records.Grip,
     "LARGEST": WINDOW_SLOTS, "ORDERED": WINDOW_SLOTS,
 }  # fmt: skip
 """RULE: settings; LOWEST, HIGHEST: believable ranges of the channels; REPEATED, REPEATED_FORCE: the

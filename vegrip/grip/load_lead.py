@@ -64,7 +64,7 @@ def lead_time(g: GraspMemory, i: int) -> float:
     """Return by how much the load of finger ``i`` is led [s]."""
     if counts_measured(g, i):
         return min(g.drive.lag[i], LEAD_MOST)
-    return g.drive.told
+    return g.drive.stated
 
 
 def burst_reserve(g: GraspMemory, i: int) -> float:

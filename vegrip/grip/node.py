@@ -62,7 +62,11 @@ class GraspForce(NodeBase):
     """
 
     exclusive_messages: tuple[type[Message], ...] = (ForceCommand,)
-    heard_messages: tuple[type[Message], ...] = (FingertipState, ForceCommand, NodeStatus)  # also of rivals
+    received_messages: tuple[type[Message], ...] = (
+        FingertipState,
+        ForceCommand,
+        NodeStatus,
+    )  # also of rivals
     realtime_priority = NODE_PRIORITY
 
     def __init__(
@@ -252,7 +256,7 @@ class GraspForce(NodeBase):
     def on_fault(self, now: int) -> Iterable[Message]:
         """Hold the last commands through a fault of this node itself, without the estimators."""
         self._is_at_fault = True
-        return self.controller.ride_out(now) if self.controller is not None else []
+        return self.controller.hold_last(now) if self.controller is not None else []
 
     # the short way: frames in, frames out
 

@@ -51,7 +51,7 @@ class Transfer:
     arm: float  # [m] contact radius, by which a torque counts as load
 
 
-class Told:
+class Published:
     """Of the slip margin that is reported."""
 
     confidence: float
@@ -113,8 +113,8 @@ class Input:
     seen: int  # channels that were there
     present: int  # channels of the last state
     usable: int  # whether they suffice for an estimate
-    heard: int  # [ns] when a state came last
-    is_heard: int
+    received: int  # [ns] when a state came last
+    is_received: int
     corrupt: int  # [ns] when a broken frame came last
     is_corrupt: int
     seq: int  # of the last state
@@ -153,7 +153,7 @@ class Turn:
     slots: int  # of the usual need that are filled
     next_slot: int
     used: int  # [ns] when a state was accepted
-    told: int  # condition that was reported last
+    reported_condition: int  # last
     report_due: int  # [ns] the first of contact and health
     noted: int  # states in the history
     fetched: int  # states fetched from it

@@ -34,7 +34,7 @@ _TIMED: Final = (MEMORY, LONGS, MEMORY, LONG)
 MESSAGE_ENTRIES: Final[Mapping[str, tuple[Kind, ...]]] = {
     **dict.fromkeys(("finger_message", "finger_sense", "finger_judge"), _JUDGED),
     **dict.fromkeys(
-        ("finger_take", "finger_bound", "finger_need", "finger_settle", "finger_watch", "finger_ride_out"),
+        ("finger_take", "finger_bound", "finger_need", "finger_settle", "finger_watch", "finger_hold_last"),
         _TIMED,
     ),
 }  # fmt: skip

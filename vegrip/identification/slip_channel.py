@@ -10,7 +10,7 @@ where the motion is and the patch slides from its rim inwards. The flag is late 
 is the surer the shorter u has grown: a bend as round as q > 1 hides t0 by up to a fifth of the growth. The
 threshold lies between the fastest slide that shows in the load and not in the flag, and the slowest above it
 that the flag shows: by the median of the slip speed where it is measured, else by a speed that is known. The
-upper one is counted on.
+upper one is used.
 """
 
 import math

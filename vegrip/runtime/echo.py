@@ -24,7 +24,11 @@ class EchoNode(NodeBase):
     """Answers each state with a command that has its number."""
 
     exclusive_messages: tuple[type[Message], ...] = (ForceCommand,)
-    heard_messages: tuple[type[Message], ...] = (FingertipState, ForceCommand, NodeStatus)  # also of rivals
+    received_messages: tuple[type[Message], ...] = (
+        FingertipState,
+        ForceCommand,
+        NodeStatus,
+    )  # also of rivals
     realtime_priority = NODE_PRIORITY
 
     parameters: EchoParameters

@@ -46,7 +46,7 @@ class NodeBase:
     exclusive_messages: tuple[type[Message], ...] = ()
     """Kinds of message that only this node may send for its fingers. It is not activated where another node
     sends them, and counts them as ``also_sent`` later."""
-    heard_messages: tuple[type[Message], ...] = ()
+    received_messages: tuple[type[Message], ...] = ()
     """Kinds of message that are of use to this node; the bus need not bring others. Empty: all are."""
     frame_path: Callable[[Any, OfLoop], Any] | None = None
     """Makes of an endpoint what answers states that come as bytes (:mod:`vegrip.grip.frame_path`)."""

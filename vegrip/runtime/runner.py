@@ -126,13 +126,13 @@ class Runner:
         self._faults: Set[tuple[str, str]] = frozenset()  # of devices, as last logged
         self._also_sent = 0  # messages of others that only this node may send
         self._broken = endpoint.broken
-        self._broken_told: dict[str, int] = {}  # as far as the node knows of them
+        self._broken_reported: dict[str, int] = {}  # as far as the node knows of them
         self._missed: dict[str, int] = {}  # counts of what came before this node listened
         self._other: tuple[int, str] | None = None  # [ns] when the last of them came, and what it was
         self._beside = beside
-        heard = getattr(node, "heard_messages", ())  # nodes of others may have none
-        if heard:
-            endpoint.select(heard)
+        received = getattr(node, "received_messages", ())  # nodes of others may have none
+        if received:
+            endpoint.select(received)
         self._priority = priority or LoopPriority(Scheduling())
         self._senders = SenderWatch()
         lacking = getattr(node, "lacking", None)  # nodes of others may have none
@@ -235,8 +235,8 @@ class Runner:
     def _tell_broken(self) -> None:
         now = self._clock.now()
         for finger, count in self._broken.items():
-            if count != self._broken_told.get(finger, 0):
-                self._broken_told[finger] = count
+            if count != self._broken_reported.get(finger, 0):
+                self._broken_reported[finger] = count
                 self.managed.on_broken(finger, now)
 
     def _gather(self, wait: float) -> Sequence[Message]:
@@ -421,8 +421,8 @@ class Runner:
     def _refuse_a_second(self) -> None:
         if self._other is None:
             return
-        heard, what = self._other
-        if self._clock.now() - heard < RECENT_SENDER_S * NS:
+        received, what = self._other
+        if self._clock.now() - received < RECENT_SENDER_S * NS:
             raise DeviceError(f"{self.full_name} is not activated ({what}): {HINTS['also_sent']}")
 
     def _activate_if_well(self) -> None:

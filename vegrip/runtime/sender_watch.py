@@ -59,7 +59,7 @@ HINTS: Final[Mapping[str, str]] = {
             ("size", "that are too long or too short"),
         )
     },
-    "crowded": "more senders than there are places for have been heard, and those silent for longest were "
+    "crowded": "more senders than there are places for have been received, and those silent for longest were "
     "forgotten; a program on this network invents names",
     "request": "a program sent something to the control socket that is not a request; use `vegrip param`, "
     "`lifecycle` or `topic` of this version",

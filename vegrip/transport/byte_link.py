@@ -30,16 +30,16 @@ LINK_KINDS: Final = ("udp", "tcp", "serial")
 
 SO_TIMESTAMPING: Final = 37  # linux/socket.h, and the type of what comes of it
 STAMPS_WANTED: Final = 1 << 2 | 1 << 3 | 1 << 4 | 1 << 6
-"""Received by hardware and software, told of software and of the interface's own clock (net_tstamp.h)."""
+"""Received by hardware and software, reported of software and of the interface's own clock (net_tstamp.h)."""
 STAMPS: Final = struct.Struct("@6l")  # three times in seconds and nanoseconds: kernel, unused, interface
 STAMP_ROOM: Final = socket.CMSG_SPACE(STAMPS.size)
 Ancillary = Sequence[tuple[int, int, bytes]]
-"""Level, type and data of what the kernel tells beside a message."""
+"""Level, type and data of what the kernel adds to a message."""
 
 
-def stamps_of(told: Ancillary) -> tuple[int, int]:
+def stamps_of(ancillary: Ancillary) -> tuple[int, int]:
     """Return the stamps of the kernel, since 1970, and of the interface, on its own clock [ns]; 0: none."""
-    for level, kind, data in told:
+    for level, kind, data in ancillary:
         if (level, kind) == (socket.SOL_SOCKET, SO_TIMESTAMPING) and len(data) >= STAMPS.size:
             seconds, part, _, _, own_seconds, own_part = STAMPS.unpack_from(data)
             return seconds * NS + part, own_seconds * NS + own_part
@@ -79,7 +79,7 @@ class Link(ABC):
 
 
 Open = Callable[[bool], Link]
-"""Opens a link; when told to wait, a connection is made before it returns."""
+"""Opens a link; when asked to wait, a connection is made before it returns."""
 
 
 class _SocketLink(Link):
@@ -109,27 +109,27 @@ class _SocketLink(Link):
 
     def read(self) -> bytes:
         try:
-            data, told, _, _ = self._socket.recvmsg(65536 if self.is_datagram else CHUNK, STAMP_ROOM)
+            data, ancillary, _, _ = self._socket.recvmsg(65536 if self.is_datagram else CHUNK, STAMP_ROOM)
         except BlockingIOError:
             return b""
-        self.arrived = self._arrival(told)
+        self.arrived = self._arrival(ancillary)
         if not data and not self.is_datagram:
             raise ConnectionResetError(errno.ECONNRESET, "closed by the device")
         return data
 
-    def _arrival(self, told: Ancillary) -> int:
+    def _arrival(self, ancillary: Ancillary) -> int:
         """Return when the kernel, or the interface itself, received what was read; 0: it does not say.
 
         The clock of the interface is laid on ours by the quickest of its stamps: see :attr:`clock`.
         """
-        kernel, hardware = stamps_of(told)
+        kernel, hardware = stamps_of(ancillary)
         if not kernel:
             return 0
         arrival = self._stamps.to_monotonic(kernel / NS)
         if not hardware:
             return arrival
         self.clock = self.clock or SenderClock()
-        return self.clock.hear(hardware, arrival)
+        return self.clock.observe(hardware, arrival)
 
     def _send(self, data: bytes) -> int:
         return self._socket.send(data)

@@ -46,10 +46,10 @@ def check_rates(channel: str, bitrate: int, data_bitrate: int, *, fd: bool, ask:
     wrong_data = fd and fast not in (0, data_bitrate)
     if wrong or wrong_data:
         data = f" dbitrate {data_bitrate} fd on" if fd else ""
-        told = f"{nominal} and {fast}" if fd else f"{nominal}"
+        actual = f"{nominal} and {fast}" if fd else f"{nominal}"
         asked = f"{bitrate} and {data_bitrate}" if fd else f"{bitrate}"
         raise can.CanInitializationError(
-            f"it is set to {told} bit/s, not {asked}; set transport.bitrate"
+            f"it is set to {actual} bit/s, not {asked}; set transport.bitrate"
             + (" and transport.data_bitrate" if fd else "")
             + f" to what the bus has, or `sudo ip link set {channel} down; sudo ip link set {channel} "
             f"type can bitrate {bitrate}{data}; sudo ip link set {channel} up`"
@@ -135,12 +135,12 @@ def open_port(
 
 def error_name(classes: int, detail: bytes) -> str:
     """Return the name under which an error frame of SocketCAN is counted."""
-    told = reported_state(classes, detail)
-    if told is ErrorState.OFF:
+    actual = reported_state(classes, detail)
+    if actual is ErrorState.OFF:
         return "bus_off"
-    if told is ErrorState.PASSIVE:
+    if actual is ErrorState.PASSIVE:
         return "error_passive"
-    return "bus_restarted" if told is ErrorState.ACTIVE else "error_frame"
+    return "bus_restarted" if actual is ErrorState.ACTIVE else "error_frame"
 
 
 class VirtualPort:

@@ -51,7 +51,7 @@ class ConnectionLimit:
         address: str,  # where it will listen, "" for one that does not
         counts: Counter[str],  # gets ``connections``, the times that no more were let in
         events: int = 0,  # further ones that are wanted
-        on_event: Callable[[int], None] | None = None,  # told of these, in the thread of the limit
+        on_event: Callable[[int], None] | None = None,  # called for these, in the thread of the limit
     ) -> None:
         self._file = Path(address.removeprefix("ipc://")) if address.startswith("ipc://") else None
         if self._file is not None:

@@ -49,7 +49,7 @@ class Endpoint(ABC):
     """
 
     arrivals: Sequence[int] = ()
-    """When each message of the last :meth:`receive` arrived here [ns], as closely as the bus can tell."""
+    """When each message of the last :meth:`receive` arrived here [ns], as closely as the bus shows."""
     broken: Mapping[str, int] = NONE_BROKEN
     """States that arrived and could not be understood, by finger; the same mapping every time."""
     brings: str = ""
@@ -98,7 +98,7 @@ class Endpoint(ABC):
 
     @property
     def sentences(self) -> Sequence[str]:
-        """What a hand does not tell that ours does and what that costs, logged when a node starts."""
+        """What a hand does not send that ours does and what that costs, logged when a node starts."""
         return ()
 
     @property

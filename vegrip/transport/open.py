@@ -200,7 +200,7 @@ def open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
         fd=settings.fd,
         hand=hand.number,
         use_sender_time=settings.sender_time,
-        hand_clock=clock.hear if clock is not None else None,
+        hand_clock=clock.observe if clock is not None else None,
         reach=ORDER_REACH_STATES if settings.order_window > 0.0 else 0,
     )
     bus, again, timing = open_bus(settings)

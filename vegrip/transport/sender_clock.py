@@ -7,8 +7,8 @@ on the average [MoonSkellyTowsley1999]_,
     min over (alpha, beta) of  sum of (d_i - alpha - beta s_i)   with   d_i >= alpha + beta s_i ,
 
 is the edge of their lower convex hull above the mean of the ``s_i``; ``beta`` is the drift of the clocks.
-What lies above the line is jitter. The time that even the quickest message takes cannot be told from an
-offset [Cristian1989]_: it counts as part of it.
+What lies above the line is jitter. The time that even the quickest message takes cannot be distinguished from
+an offset [Cristian1989]_: it counts as part of it.
 """
 
 import math
@@ -105,7 +105,7 @@ class SenderClock:
         self.jumps = 0
         self._forget()
 
-    def hear(self, stamp: int, arrival: int) -> int:
+    def observe(self, stamp: int, arrival: int) -> int:
         """Take a message stamped ``stamp`` that came at ``arrival`` [ns]; return its time on our clock.
 
         Never later than ``arrival``.

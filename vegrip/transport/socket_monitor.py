@@ -4,7 +4,7 @@ One publisher that is listened to, and connected to anew when libzmq has given i
 
 libzmq connects again by itself to a publisher that has gone. After an error of the protocol (a message
 above MAXMSGSIZE, or bytes that are no message) it does not: it ends the session silently, and the
-socket stays deaf for ever. Its events tell the two apart: where it tries again, CONNECT_RETRIED follows
+socket stays deaf for ever. Its events distinguish the two: where it tries again, CONNECT_RETRIED follows
 DISCONNECTED at once.
 """
 
@@ -27,14 +27,14 @@ class Handshakes:
 
     def __init__(self) -> None:
         self._counts: Counter[str] = Counter()
-        self._failing: set[str] = set()  # addresses of publishers that we cannot hear
+        self._failing: set[str] = set()  # addresses of publishers that cannot be received
 
     def refused(self) -> Mapping[str, int]:
         return self._counts
 
     @property
     def in_trouble(self) -> bool:
-        """Whether a publisher cannot be heard because of keys."""
+        """Whether a publisher cannot be received because of keys."""
         return bool(self._failing)
 
     def published(self, event: int) -> None:

@@ -575,9 +575,9 @@ def sense(
 ) -> Floats:  # fmt: skip
     """Return what is sensed of the tips in their contact frames: with errors, in steps, NaN without a sensor.
 
-    Slip is told from a ``threshold`` of its speed [m/s] on, and late: ``felt`` (delay + 1, n, 2) keeps flag
-    and speed of as many samples, in turn, and ``number`` is that of this one from 0. ``errors`` (n, 8) and
-    ``channels`` are those of the measured quantities; the slip flag stands before the last two: (n, 9).
+    Slip is reported from a ``threshold`` of its speed [m/s] on, and late: ``felt`` (delay + 1, n, 2) keeps
+    flag and speed of as many samples, in turn, and ``number`` is that of this one from 0. ``errors`` (n, 8)
+    and ``channels`` are those of the measured quantities; the slip flag stands before the last two: (n, 9).
     """
     sensed = np.empty((len(tips), 9))
     place, late = number % len(felt), (number + 1) % len(felt)

@@ -14,7 +14,7 @@ NEAR_NS = (-1, 0, 1)
 def edges(finger: GraspFinger) -> list[int]:
     """Return times [ns] around which a finger stops being quiet."""
     memory = finger.memory
-    silence = memory["INPUT_HEARD"] + int(memory["RULE_TIME_OUT"])
+    silence = memory["INPUT_RECEIVED"] + int(memory["RULE_TIME_OUT"])
     renewal = memory["TURN_COMMANDED"] + memory["SETUP_RENEWAL"]
     return [edge + off for edge in (silence, renewal) for off in NEAR_NS]
 

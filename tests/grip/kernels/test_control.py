@@ -306,7 +306,7 @@ def test_a_fault_holds_then_ramps_to_the_safe_force_and_lets_go_of_nothing(kerne
     kernels.end_fault(f)
     forces, reasons = [], []
     for _ in range(60):
-        kernels.ride_out_fault(f, t, 0.01, kernels.REASON_INPUT_HOLD)
+        kernels.hold_then_ramp(f, t, 0.01, kernels.REASON_INPUT_HOLD)
         forces.append(f[kernels.GRIP_REQUIRED])
         reasons.append(int(t[kernels.TURN_REASON]))
     begin = reasons.index(kernels.REASON_FAIL_SAFE)
@@ -317,7 +317,7 @@ def test_a_fault_holds_then_ramps_to_the_safe_force_and_lets_go_of_nothing(kerne
     assert reasons[-1] == kernels.REASON_INPUT_HOLD  # it is there, and holds
     assert math.isnan(f[kernels.GRIP_ENVELOPE])
     put(kernels, f, t, GRIP_HELD=6.0)
-    kernels.ride_out_fault(f, t, 0.01, kernels.REASON_UNTRUSTED)
+    kernels.hold_then_ramp(f, t, 0.01, kernels.REASON_UNTRUSTED)
     assert (f[kernels.GRIP_REQUIRED], t[kernels.TURN_REASON]) == (6.0, kernels.REASON_UNTRUSTED)
 
 

@@ -213,10 +213,10 @@ def test_a_command_is_renewed_from_a_quarter_of_its_life_on_and_after_a_silence_
 def test_a_fault_of_the_node_itself_is_ridden_out_by_the_clock() -> None:
     one = Finger()
     one.step(state(0))
-    assert not one.finger.ride_out(START + 24 * MS)
+    assert not one.finger.hold_last(START + 24 * MS)
     forces = [one.finger.held]
     for ms in range(25, 900, 25):
-        assert one.finger.ride_out(START + ms * MS)
+        assert one.finger.hold_last(START + ms * MS)
         one.finger.settle(START + ms * MS)
         forces.append(one.finger.held)
     assert forces == sorted(forces)
@@ -227,7 +227,7 @@ def test_what_was_met_is_kept_for_those_who_look_back_and_asked_for_when_half_of
     assert [one.seq for one in stepped.numbers.past.after(-1)] == [k + 1 for k in range(STATES)]
     one = Finger()
     one.memory["TURN_REPORT_DUE"] = START + 10**12
-    one.memory["TURN_TOLD"] = int(Condition.MISSING)
+    one.memory["TURN_REPORTED_CONDITION"] = int(Condition.MISSING)
     assert not one.step(state(0)) & REPORT
     one.memory["TURN_FETCHED"] = one.memory["TURN_NOTED"] - 1000
     assert one.step(state(1)) & REPORT

@@ -301,9 +301,9 @@ def test_a_fit_is_made_where_the_step_foretells_much(linear, monkeypatch) -> Non
     problem, groups = linear(RNG.standard_normal(60), X[:, :2], PRIOR[:2]), np.repeat(np.arange(3.0), 20)
     A = X[:, :2].T @ X[:, :2] + np.diag(PRIOR[:2] ** -2.0)
     told = scores(problem, problem.solved(), A, groups)
-    step = candidate_fit._foretold
+    step = candidate_fit._predicted_gain
     monkeypatch.setattr(
-        candidate_fit, "_foretold", lambda best, A, rows: -1e8 if rows[0] else step(best, A, rows)
+        candidate_fit, "_predicted_gain", lambda best, A, rows: -1e8 if rows[0] else step(best, A, rows)
     )
     assert scores(problem, problem.solved(), A, groups) == pytest.approx(told, rel=1e-4)
     assert scores(problem, problem.solved(), A, np.arange(60.0))[0] == -1e8  # too many folds to fit each

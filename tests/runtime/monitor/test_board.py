@@ -299,7 +299,7 @@ def test_a_killed_node_is_gone_within_half_a_second(name: str) -> None:
     watched.kill(name)
     watched.pass_by(FRESH)
     assert watched.board.nodes[name].presence is Presence.GONE
-    assert f"{name} has died, last heard at 5.0 s: killed" in texts(watched.board)
+    assert f"{name} has died, last received at 5.0 s: killed" in texts(watched.board)
 
 
 def test_what_a_killed_node_said_last_of_the_input_is_not_said_after_it() -> None:
@@ -308,13 +308,13 @@ def test_what_a_killed_node_said_last_of_the_input_is_not_said_after_it() -> Non
     watched.pass_by(0.1)
     watched.kill(GRASP)
     watched.pass_by(5.0)
-    assert texts(watched.board) == [f"{GRASP} has died, last heard at 5.1 s: killed"]
+    assert texts(watched.board) == [f"{GRASP} has died, last received at 5.1 s: killed"]
     watched.board.log.clear()
     watched.condition = Condition.OK
     watched.running[GRASP] = 99
     watched.says.add(GRASP)
     watched.pass_by(2.0)
-    assert texts(watched.board) == [f"{GRASP} is heard again"]
+    assert texts(watched.board) == [f"{GRASP} is received again"]
 
 
 @pytest.mark.parametrize("name", [GRASP, HAND, RECORD])
@@ -326,7 +326,7 @@ def test_no_node_looks_alive_that_says_nothing(name: str) -> None:
     assert watched.board.nodes[name].presence is Presence.SILENT
 
 
-@pytest.mark.parametrize(("start", "said"), [(0.5, "is heard again"), (8.0, "has started")])
+@pytest.mark.parametrize(("start", "said"), [(0.5, "is received again"), (8.0, "has started")])
 def test_a_node_started_again_is_running_again_and_the_log_says_so(start: float, said: str) -> None:
     watched = Watched().pass_by(5.0)
     watched.kill(GRASP)

@@ -116,7 +116,7 @@ class Script:
         if event is not None and self.chance.random() < 0.3:
             self.time = max(self.time, event)
         self.note(self.model.advance(self.time))
-        heard = [self.model.is_heard(node) for node in self.nodes]
+        heard = [self.model.is_received(node) for node in self.nodes]
         states = [(node, int(self.model.state(node)), *self.model.counters(node)) for node in self.nodes]
         self.lines.append(
             f"look {self.time} {event} {self.model.next_event()} {self.model.busy} {self.model.queued} "

@@ -132,7 +132,7 @@ def test_all_but_the_reports_and_the_other_hands_passes(hand):
 def test_a_node_hears_states_and_other_commanders_and_no_reports_of_others():
     table, hand = {"kind": "can", "channel": "chosen"}, Hand(("thumb",))
     with open_endpoint(table, hand) as node, open_endpoint(table, hand) as other:
-        node.select(EchoNode.heard_messages)
+        node.select(EchoNode.received_messages)
         now = time.monotonic_ns()
         other.send(FingertipState(now, "thumb", 1, normal_force=1.0))
         node.receive(5.0)  # from here on the filters are in force

@@ -1,4 +1,4 @@
-"""What a drive is told: a force that it can make, never below the need, and not back and forth."""
+"""What a drive is commanded: a force that it can make, never below the need, and not back and forth."""
 
 import itertools
 import math
@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from vegrip.clock import NS
 from vegrip.grip.safety.drive import DriveLimits
-from vegrip.transport.hands.drive_steps import Told, least_force_sentence, next_force, step_above
+from vegrip.transport.hands.drive_steps import Commanded, least_force_sentence, next_force, step_above
 
 COARSE = DriveLimits(resolution=0.84, rate=50.0, minimum=20.0, maximum=235.0, hysteresis=0.5)
 FINE = DriveLimits(resolution=0.01, rate=200.0, minimum=0.5, maximum=40.0)
@@ -25,16 +25,16 @@ PERIOD = NS // 100
 
 
 def course(drive, needs):
-    """Return what the drive is told for ``needs`` [N], one each 10 ms."""
-    told, found = Told(), []
+    """Return what the drive is commanded for ``needs`` [N], one each 10 ms."""
+    commanded, found = Commanded(), []
     for number, need in enumerate(needs, 1):
-        told = next_force(drive, told, need, number * PERIOD)
-        found.append(told.force)
+        commanded = next_force(drive, commanded, need, number * PERIOD)
+        found.append(commanded.force)
     return found
 
 
 def changes(forces):
-    """Return the times [s] at which what is told changes."""
+    """Return the times [s] at which what is commanded changes."""
     return [number * 0.01 for number in range(1, len(forces)) if forces[number] != forces[number - 1]]
 
 

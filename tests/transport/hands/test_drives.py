@@ -67,7 +67,7 @@ def test_no_bytes_whatever_raise_in_a_simulated_drive(plan):
     known = [bytes.fromhex(one.get("data", "")) + one.get("text", "").encode() for one in polls]
     for number, data in enumerate(damaged(known, 4, 40)):
         now = number * NS // 100
-        device.hear(Frame(-1, data, False, now), now)
+        device.take_in(Frame(-1, data, False, now), now)
         device.due(now)
     assert device.counts["unknown_request"] > 0
     assert all(math.isfinite(force) for force in device.forces.values())

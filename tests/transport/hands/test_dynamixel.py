@@ -56,7 +56,7 @@ def theirs(call, *arguments):
 
 
 def asked(device, data, now=NS):
-    device.hear(Frame(-1, data, False, now), now)
+    device.take_in(Frame(-1, data, False, now), now)
     return b"".join(frame.data for frame in device.due(now))
 
 

@@ -43,7 +43,7 @@ def small(running):
 
 
 def asked(device, data, now=NS):
-    device.hear(Frame(-1, data, False, now), now)
+    device.take_in(Frame(-1, data, False, now), now)
     return b"".join(frame.data for frame in device.due(now))
 
 
@@ -212,11 +212,11 @@ def test_a_gripper_that_loses_its_activation_is_not_moved_by_itself(small, monke
     monkeypatch.setattr(link_endpoint, "REOPEN_PERIOD", NS // 100)
     with small.open() as endpoint:
         press(endpoint, 60.0, lambda: small.device.forces.get("jaw", 0.0) > 50.0)
-        small.device.told = dict.fromkeys(small.device.told, 0)
+        small.device.commanded = dict.fromkeys(small.device.commanded, 0)
         small.device.tell = lambda values, now: None  # noqa: ARG005 (a device that refuses to move)
         until(endpoint, lambda: "activation_lost" in endpoint.conditions)
         assert endpoint.rejected["activation_lost"] == 1
-        assert small.device.told["ACT"] == 0
+        assert small.device.commanded["ACT"] == 0
 
 
 def test_an_exception_of_the_device_is_counted(small):

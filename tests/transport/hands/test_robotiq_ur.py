@@ -46,13 +46,13 @@ def test_lines_of_public_clients_are_answered(alone):
     for number, (asked, answered) in enumerate(EXCHANGES, 1):
         now = number * NS // 15  # an activation takes longer than one line, and less than two
         now += 2 * NS if b"POS" in asked else 0
-        alone.hear(Frame(-1, asked, False, now), now)
+        alone.take_in(Frame(-1, asked, False, now), now)
         assert b"".join(frame.data for frame in alone.due(now)) == answered, asked
 
 
 @pytest.mark.parametrize("line", NO_LINES)
 def test_what_is_no_line_is_not_answered_and_counted(alone, line):
-    alone.hear(Frame(-1, line, False, NS), NS)
+    alone.take_in(Frame(-1, line, False, NS), NS)
     assert alone.due(NS) == []
     assert alone.counts["unknown_request"] == 1
 
@@ -123,4 +123,4 @@ def test_a_lost_connection_is_made_again_and_the_grip_goes_on(running):
         with socket.create_connection(drive.host):  # takes the place of ours
             until(endpoint, lambda: endpoint.rejected.get("link_lost", 0) > 0)
         press(endpoint, 90.0, lambda: drive.presses(90.0))
-        assert drive.device.told["ACT"] == 1
+        assert drive.device.commanded["ACT"] == 1

@@ -58,7 +58,7 @@ class Cable(Link):
     def _send(self, data):
         if self.wire.is_cut:
             raise OSError
-        self.wire.device.hear(Frame(-1, data, False, self.wire.now), self.wire.now)
+        self.wire.device.take_in(Frame(-1, data, False, self.wire.now), self.wire.now)
         return len(data)
 
     def close(self):
@@ -102,7 +102,7 @@ class Wire:
             self.reports += [one for one in heard if isinstance(one, DeviceReport)]
             return [one for one in heard if isinstance(one, FingertipState)]
         for frame in () if self.is_cut else self.codec.due(self.now):
-            self.device.hear(frame, self.now)
+            self.device.take_in(frame, self.now)
         sent = [frame._replace(data=self.harm(frame.data)) for frame in self.device.due(self.now)]
         return [
             state
@@ -115,7 +115,7 @@ class Wire:
             self.endpoint.send(command)
         elif not self.is_cut:
             for frame in self.codec.encode(command):
-                self.device.hear(frame, self.now)
+                self.device.take_in(frame, self.now)
 
 
 def of_the_tutorial(number, folder):
@@ -328,7 +328,7 @@ def test_a_hand_of_a_database_is_its_own_device_with_position_commands(tmp_path)
     assert found[-1].displacement == pytest.approx(1.2e-3)
     assert [state.seq for state in found] == list(range(found[0].seq, found[0].seq + len(found)))
     for frame in codec.encode(ForceCommand(now, "thumb", 1, 3.5, 0.0, Reason.RAISE, now + NS)):
-        device.hear(frame, now)
+        device.take_in(frame, now)
     assert device.taken() == [("thumb", pytest.approx(3.5, abs=0.02))]
     assert device.taken() == []
 

@@ -50,7 +50,7 @@ def wsg(running):
 
 
 def asked(device, data, now=NS):
-    device.hear(Frame(-1, data, False, now), now)
+    device.take_in(Frame(-1, data, False, now), now)
     return b"".join(frame.data for frame in device.due(now))
 
 

@@ -103,7 +103,7 @@ def _ratio(over: Floats, under: Floats) -> Floats:
 
 
 _LARGE = 1e300  # stands for k = inf: inf * log(1) would be nan
-_FORCE = 1e-15  # [rad] below it tan of the solved angle is beyond what a double tells from pi/2
+_FORCE = 1e-15  # [rad] below it tan of the solved angle is beyond what a double distinguishes from pi/2
 
 
 def point(k: ArrayLike, d: ArrayLike) -> tuple[Floats, Floats]:

@@ -1,4 +1,4 @@
-"""Losing the displacement: what force alone can tell."""
+"""Losing the displacement: what force alone shows."""
 
 from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.state import contact, difference_step
@@ -17,9 +17,9 @@ def follow_displacement_loss(m: Floats, blind: bool) -> None:
 def lose_displacement(m: Floats) -> None:
     """No displacement any more: from here on the indentation is the one the present parameters give.
 
-    Force alone cannot tell stiffness from indentation, and a filter linearised anew at every force believes
-    that it can. So the parameters are taken as known in the filter, uncorrelated with the rest, and their
-    spread enters where something is published, at constant force (``slope_at_constant_force``).
+    Force alone does not distinguish stiffness from indentation, and a filter linearised anew at every force
+    believes that it can. So the parameters are taken as known in the filter, uncorrelated with the rest, and
+    their spread enters where something is published, at constant force (``slope_at_constant_force``).
     """
     for i in range(LEARNED_FROM, M):
         for j in range(N):

@@ -19,7 +19,7 @@ from vegrip.estimator.kernels.state import DEEPEST, copy_state, put_learned
 Load = tuple[float, float]
 """Tangential force [N] and torque [N m], both not negative."""
 
-UNKNOWN = 1e6  # relative std of force or gauge from which on there is no contact that they could tell of
+UNKNOWN = 1e6  # relative std of force or gauge from which on there is no contact that they could describe
 TINY = 1e-100  # [N], [m]; a spread over less could be infinite
 SHARE_SPREAD = 0.3  # relative std of the part of the force that is still to relax
 FIRST = 1e-3  # [s] of the first look ahead

@@ -30,7 +30,7 @@ STEADY_SLIDE = 0.1  # change of ln u beyond which a slide is no longer one with 
 SUSTAINED = 1.1  # [s] for which a load must be held to show anything
 FAR_ABOVE = 2.5  # standard deviations above the belief beyond which a slide needs another one to confirm it
 ALIKE = 0.2  # of ln u, between a slide and the one that confirms it
-PRIOR_EVENTS = 3.0  # slides that the told scatter is worth
+PRIOR_EVENTS = 3.0  # slides that the stated scatter is worth
 SLID, HELD = 1.0, 2.0  # events
 
 
@@ -171,7 +171,7 @@ def note_event(m: Floats, what: float, ln_u: float, noise: float) -> None:
 def inflate_friction(m: Floats, dt: float, touching: bool) -> None:
     """Friction may change: slowly with time, and with every new contact; never wider than the prior.
 
-    Where slips scatter less than was told, regrasping changes less as well.
+    Where slips scatter less than was stated, regrasping changes less as well.
     """
     grown = m.set.mu_drift * m.set.mu_drift * dt
     if touching and m.friction.touching == 0.0:

@@ -1,4 +1,4 @@
-"""A pause in which nothing was heard: the tip may have left the object, and touched it again.
+"""A pause in which nothing was received: the tip may have left the object, and touched it again.
 
 In the air before and after, it recovered as it does between two samples. In contact before and in the air
 now, it was released at any instant of the pause with the same chance: what remains of a memory ``s`` that

@@ -2,7 +2,7 @@
 
 A mean NIS near 1 alone proves little: a filter that was 21 um wrong in the indentation still had 0.98. So the
 mean innovation is watched as well, in every regime of its own: air, loading, hold, unloading, each shallow or
-deep, slow or fast, early or late, and sliding. What follows a jerk tells of the motion and is not judged.
+deep, slow or fast, early or late, and sliding. What follows a jerk shows the motion and is not judged.
 """
 
 import math
@@ -24,10 +24,10 @@ IN_MOTION = 1.6
 
 WHILE_LATE = 4.0
 """So much wider late in a hold: relaxation slower than the model's shifts the mean there by up to a noise,
-and the stiffness follows it; a hand that holds should not be told of that all the time."""
+and the stiffness follows it; a hand that holds should not report that all the time."""
 
 OF_DISPLACEMENT = 3.0
-"""So much wider for the displacement: its innovations tell how suddenly motion starts, not the contact."""
+"""So much wider for the displacement: its innovations show how suddenly motion starts, not the contact."""
 
 ENOUGH = 200.0
 """Samples in the (fading) memory of a cell before it is judged."""

@@ -7,7 +7,7 @@ gone. It is doubted until the part is back, for LASTING at most. That is longer 
 nothing else shows; so the end of one, where a part falls as suddenly, raises no doubt. Meanwhile
 
 * slip and its absence say nothing of friction, because the load they happen at is not known;
-* the least force counts on what was held.
+* the least force assumes what was held.
 """
 
 import math

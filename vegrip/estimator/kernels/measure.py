@@ -2,7 +2,7 @@
 
 The expected force is regressed over the whole spread of the state, and where it bends once more over the
 spread that is left after the sample (iterated posterior linearisation, [GarciaFernandez2015]_): the first
-touch tells stiffness and zero at once, and slopes at the mean would count the same sample as news again.
+touch shows stiffness and zero at once, and slopes at the mean would count the same sample as news again.
 """
 
 import math
@@ -80,7 +80,7 @@ def coherent_variance(m: Floats, bend: float) -> float:
     """Variance [N^2] by which a bend counts again in every sample, because it is the same in many.
 
     What is left of the law's bend over the spread of the state errs the same way from sample to sample. Taken
-    as independent it would be averaged away, and the first touch would tell stiffness and zero too well.
+    as independent it would be averaged away, and the first touch would determine stiffness and zero too well.
     """
     sd = math.sqrt(bend)
     before = m.mode.bend * BENT_TIME / (BENT_TIME + m.mode.period)
@@ -92,7 +92,7 @@ def smooth_slopes(m: Floats) -> float:
     """Where the tip rests, average the slopes relative to that over the indentation; return what S gains.
 
     Noise turns the direction of the gradient a little from sample to sample, and a filter that takes each for
-    exact learns in time along the direction that no sample tells: stiffness against zero.
+    exact learns in time along the direction that no sample shows: stiffness against zero.
     """
     n, place = m.ratio.count, m.ratio.place
     holds = m.mode.regime == REGIME_HOLD and m.mode.zero_known > 0.0

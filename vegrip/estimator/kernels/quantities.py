@@ -97,7 +97,7 @@ def spread_unexplained(m: Floats, force: float) -> None:
     """Column of D for what the model leaves unexplained: by so much the ``force`` of a contact may be wrong.
 
     The filter takes it for noise of the sensor. A tip that comes back from a hard grip does not follow the
-    model for seconds; the force would else be told to a tenth of what it is wrong by.
+    model for seconds; the force would else be stated to a tenth of what it is wrong by.
     """
     last = M + N_CONSIDERED
     m.d_force[last] = math.sqrt(m.mode.tolerated) if force > 0.0 else 0.0

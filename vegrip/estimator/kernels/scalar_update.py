@@ -29,7 +29,7 @@ felt ends it.
 SUSPECTED = 2.0  # sum of excess forces, see touch_detection.py, from which a touch is suspected
 FAST = 2.0  # [x_ref / s] above which loading and unloading are fast
 LATE = 1.0  # [s] at rest from which a hold is late
-SETTLED = 0.05  # [s] after a jerk for which innovations tell of the motion more than of the contact
+SETTLED = 0.05  # [s] after a jerk for which innovations show the motion more than of the contact
 
 
 def spread_of(m: Floats) -> float:
@@ -81,7 +81,7 @@ def apply_measurement(m: Floats, channel: int, innovation: float, S: float) -> N
     # a tip that rests shows what drifts, not what it is made of
     unfelt = m.mode.felt == 0.0 and m.mode.blind == 0.0
     careful = m.mode.rest > m.set.learning_rest or m.mode.caution > 0.0 or nis > HUBER or unfelt
-    # in contact and without a displacement nothing tells the bias of the force from the force
+    # in contact and without a displacement nothing distinguishes the bias of the force from the force
     bias_kept = m.mode.blind > 0.0 and channel == CHANNEL_FORCE and m.h[DELTA] > 0.0
     for i in range(N):
         kept = KEPT[i] or (i == BIAS and bias_kept) or (i == OFFSET and (zero_kept or unfelt))

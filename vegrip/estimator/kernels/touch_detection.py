@@ -1,4 +1,4 @@
-"""Until the touch is felt, the force tells only where the zero of the displacement is not.
+"""Until the touch is felt, the force shows only where the zero of the displacement is not.
 
 No force at a depth means that the contact begins deeper: a bound on the zero, not a measurement of it. What
 is known of the zero is then a normal distribution cut off, of which mean and variance are used. Samples that
@@ -18,7 +18,7 @@ TOUCHED = 6.0  # sum of the excesses from which the touch is felt
 SUREST = 12.0  # sum beyond which nothing is added
 SOFTER = 2.0  # std by which its parameters may differ
 UNSEEN = 3.0  # std of the force below which a contact is not seen in one sample
-POORLY_KNOWN = 1.5  # noise of the displacement, std of the zero above which its bound tells anything
+POORLY_KNOWN = 1.5  # noise of the displacement, std of the zero above which its bound means anything
 ACTIVE = -3.0  # bound in std of the zero below which it cuts nothing off
 
 
@@ -59,7 +59,7 @@ def exclude_zeros(m: Floats, excess: float, displacement: float) -> None:
 
 
 def unseen_depth(m: Floats) -> float:
-    """Depth [m] up to which the force of a contact is not told from noise, of a tip as soft as it may be."""
+    """Depth [m] up to which the force of a contact is lost in noise, of a tip as soft as it may be."""
     copy_state(m)
     m.tried[DELTA] = 0.0
     threshold = UNSEEN * math.sqrt(m.set.r_force)

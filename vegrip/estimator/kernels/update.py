@@ -79,7 +79,7 @@ def take_sample(m: Floats, dt: float, force: float, displacement: float) -> None
         predict(m, dt, math.nan)
         bound_state(m)
         if m.mode.blind > 0.0 and m.y[DELTA] < 0.0:
-            m.y[DELTA] = m.y[SPEED] = 0.0  # out of contact nothing tells how far
+            m.y[DELTA] = m.y[SPEED] = 0.0  # out of contact nothing shows how far
         if math.isfinite(force):
             innovation, S = expect_innovation(m, force)
             use_force(m, dt, innovation, S)
@@ -225,7 +225,7 @@ def update(
     report(m, tangential, torque)
     note_contradiction(m, dt, force, displacement, radius)
     if m.report.force <= 0.0:
-        m.mode.zero_known = 1.0  # in the air: the next touch tells where zero is
+        m.mode.zero_known = 1.0  # in the air: the next touch shows where zero is
     u, relative = utilisation(m)
     sound = m.report.sound > 0.0 and m.mode.contradicted == 0.0 and not is_load_doubted(m)
     learn_friction(m, dt, u, relative, slip, m.report.contact > 0.0, sound)

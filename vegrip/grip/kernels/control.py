@@ -7,7 +7,7 @@ import math
 
 from vegrip.estimator.elapsed import elapsed_time
 from vegrip.grip.kernels.choice import asked_force, forget_policy
-from vegrip.grip.kernels.fail_safe import end_fault, is_at_fault, ride_out_fault
+from vegrip.grip.kernels.fail_safe import end_fault, hold_then_ramp, is_at_fault
 from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.limits import clamped, limited
 
@@ -24,13 +24,13 @@ def start_control(f: Floats, t: Wholes, present: float, now: int) -> None:
 def require_force(f: Floats, t: Wholes, now: int) -> None:
     """Find what this finger needs at ``now`` [ns]."""
     if t.input.condition > CONDITION_DEGRADED:
-        ride_out_input(f, t, now)
+        hold_without_input(f, t, now)
         return
     dt = time_asked(t, now)
     t.turn.asked = max(t.turn.asked, now)
     force, reason = asked_force(f, t, base_force(f, t), dt)
     if reason == REASON_UNTRUSTED or math.isnan(force):
-        ride_out_fault(f, t, dt, REASON_UNTRUSTED)
+        hold_then_ramp(f, t, dt, REASON_UNTRUSTED)
         return
     end_fault(f)
     f.grip.required = clamped(f, force)
@@ -38,11 +38,11 @@ def require_force(f: Floats, t: Wholes, now: int) -> None:
     t.turn.reason = reason if f.grip.required == force else limit
 
 
-def ride_out_input(f: Floats, t: Wholes, now: int) -> None:
+def hold_without_input(f: Floats, t: Wholes, now: int) -> None:
     """Require what a finger needs whose input is not believed, or not looked at."""
     dt = time_asked(t, now)
     t.turn.asked = max(t.turn.asked, now)
-    ride_out_fault(f, t, dt, REASON_INPUT_HOLD)
+    hold_then_ramp(f, t, dt, REASON_INPUT_HOLD)
 
 
 def time_asked(t: Wholes, now: int) -> float:

@@ -24,7 +24,7 @@ def is_at_fault(f: Floats) -> bool:
     return f.grip.elapsed >= 0.0
 
 
-def ride_out_fault(f: Floats, t: Wholes, dt: float, holding: int) -> None:
+def hold_then_ramp(f: Floats, t: Wholes, dt: float, holding: int) -> None:
     """Require what is held, or was asked for while all was well, and after a while the fail-safe grip."""
     safe = max(f.grip.held, f.grip.required)
     forget_policy(f, t)

@@ -6,7 +6,7 @@ the calls between which it fits answer in their order: judge, take, bound, need,
 
 from vegrip.estimator.elapsed import bounded_time
 from vegrip.grip.grasp_memory import GraspMemory
-from vegrip.grip.kernels.control import base_force, is_renewal_due, ride_out_input, time_asked
+from vegrip.grip.kernels.control import base_force, hold_without_input, is_renewal_due, time_asked
 from vegrip.grip.kernels.demand import demand_nothing
 from vegrip.grip.kernels.finger_step import *
 from vegrip.grip.kernels.generated import *
@@ -67,17 +67,17 @@ def finger_watch(f: Floats, t: Wholes, g: GraspMemory, now: int) -> int:
         return 0
     if t.input.condition > CONDITION_DEGRADED:
         demand_nothing(f, t)
-        ride_out_input(f, t, now)
+        hold_without_input(f, t, now)
         tell_need(f, t, g)
     return 1
 
 
-def finger_ride_out(f: Floats, t: Wholes, g: GraspMemory, now: int) -> int:
+def finger_hold_last(f: Floats, t: Wholes, g: GraspMemory, now: int) -> int:
     """Ride out a fault of the node itself, without estimates; return whether a command is due."""
     if not is_renewal_due(t, now):
         return 0
     demand_nothing(f, t)
-    ride_out_input(f, t, now)
+    hold_without_input(f, t, now)
     tell_need(f, t, g)
     return 1
 

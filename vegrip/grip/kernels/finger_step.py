@@ -18,7 +18,7 @@ from vegrip.grip.kernels.watchdog import accept_state, note_broken, watch_silenc
 LEFT_ALONE = 0  # the frame is refused, or is not one for this way; nothing has changed
 STEP_TAKEN = 1
 STEP_COMMANDED = 2  # a command has been packed
-STEP_REPORT = 4  # something is due to be told, or fetched from the history
+STEP_REPORT = 4  # something is due to be reported, or fetched from the history
 
 
 def finger_step(
@@ -144,7 +144,7 @@ def is_report_due(t: Wholes, now: int) -> bool:
     """Return whether a report is due, the condition has changed, or half of the history waits."""
     waiting = t.turn.noted - t.turn.fetched
     full = HISTORY_STATES > 0 and waiting >= HISTORY_STATES // 2
-    return now >= t.turn.report_due or t.input.condition != t.turn.told or full
+    return now >= t.turn.report_due or t.input.condition != t.turn.reported_condition or full
 
 
 def note_history(f: Floats, t: Wholes) -> None:

@@ -5,7 +5,7 @@ the share *p* of such repeats, *n* of them in a row happen by chance once in *p^
 equal values proves that it is stuck. What is seldom is learned from the sensor itself while it is well:
 
 * *p*, the share of states that repeat the one before; twice that and three standard deviations more are
-  counted on, because motion makes repeats rarer than they are at rest;
+  used, because motion makes repeats rarer than they are at rest;
 * *r*, the share of states that turn the direction of the last change: 2/3 for white noise, 0 for a smooth
   signal. Only with *r* > 0.3 are the changes the work of noise (a drift of at most 1.5 of its standard
   deviations a state, which takes *p* to 0.57 of its value at rest). A coarse sensor at rest, one that is

@@ -1,6 +1,6 @@
-"""What is told of a finger: its contact in two frames and its slip margin in one, as messages tell it.
+"""What is published of a finger: its contact in two frames and its slip margin in one, as in messages.
 
-A message tells the first report, and every one while the input is not believed
+A message carries the first report, and every one while the input is not believed
 (:class:`vegrip.grip.finger_reports.FingerReports`).
 """
 
@@ -16,27 +16,27 @@ from vegrip.grip.kernels.protection import protect
 
 LARGEST_SINGLE = 3.4028234663852886e38
 SLIP_CHANNEL = 6  # of a state that is kept
-NOT_TOLD = 0  # messages have to tell it; nothing has changed
-TOLD = 1
+NOT_REPORTED = 0  # messages have to carry it; nothing has changed
+REPORTED = 1
 
 
 def finger_report(f: Floats, t: Wholes, now: int, contact1: Bytes, contact2: Bytes, margin: Bytes) -> int:
     """Pack contact and slip margin at ``now`` [ns], if they are due; return whether that was done."""
-    if not is_told_here(t, now) or not is_carried(f):
-        return NOT_TOLD
+    if not is_reported_here(t, now) or not is_carried(f):
+        return NOT_REPORTED
     bound = report_margin(f, t, margin)
     if math.isinf(bound):
-        return NOT_TOLD
+        return NOT_REPORTED
     report_contact(f, t, contact1, contact2)
     f.taken.bound = bound
     t.turn.reports += 1
     t.turn.reported = now
     t.turn.contact_due = bounded_time(now) + t.setup.report_period
     t.turn.report_due = min(t.turn.contact_due, t.turn.health_due)
-    return TOLD
+    return REPORTED
 
 
-def is_told_here(t: Wholes, now: int) -> bool:
+def is_reported_here(t: Wholes, now: int) -> bool:
     """Return whether a report is due that is not the first, of a contact that is believed."""
     is_begun = t.sample.begun == 1 and t.sample.is_informed == 1 and t.turn.seen == 1
     is_due = t.turn.contact_due > 0 and now >= t.turn.contact_due
@@ -69,7 +69,7 @@ def report_margin(f: Floats, t: Wholes, out: Bytes) -> float:
     """Pack the slip margin; return its lower bound, NaN: not known, inf: not to be carried."""
     gauge_now, relative, absolute = f.report.gauge, f.report.gauge_rel, f.report.gauge_abs
     upper = upper_gauge(gauge_now, relative, absolute, f.set.quantile)
-    seq, stamp, confidence = t.turn.reports, t.sample.stamp, f.told.confidence
+    seq, stamp, confidence = t.turn.reports, t.sample.stamp, f.published.confidence
     if not (is_sound(f, t) and touches(f, t) and math.isfinite(upper)):
         none, endless = math.nan, math.inf
         pack_margin(out, seq, stamp, 0, none, endless, endless, none, confidence, none, none, none)

@@ -39,9 +39,9 @@ def force_still(f: Floats, t: Wholes, now: int) -> int:
 
 
 def has_travelled(f: Floats, t: Wholes, now: int, still: int) -> bool:
-    """Return whether the tip was pressed in or let go while the normal force stood for ``still`` [ns]."""
+    """Return whether the tip was pressed in or unloaded while the normal force stood for ``still`` [ns]."""
     far, displacement = False, f.state.displacement
-    passed = 0 if t.input.is_heard == 0 else elapsed_time(now, t.input.heard)
+    passed = 0 if t.input.is_received == 0 else elapsed_time(now, t.input.received)
     if displacement == displacement:  # noqa: PLR0124 (NaN is not itself)
         place = displacement if displacement > 0.0 else 0.0
         level = place if still == 0 or math.isnan(f.watch.level) else f.watch.level

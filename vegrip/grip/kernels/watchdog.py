@@ -9,7 +9,7 @@ counter or stamp        REPLAYED: runs backwards or stands still
 a value out of range    OUT_OF_RANGE, infinities included
 all values frozen       FROZEN: the counter runs, every mechanical channel repeats itself to the last bit
 normal force frozen     FROZEN: the same of the normal force alone, for longer; at once when it has noise,
-                        or when the tip is pressed in or let go meanwhile
+                        or when the tip is pressed in or unloaded meanwhile
 no force, no position   MISSING
 a channel went missing  DEGRADED: it had been there; the rest is good
 ======================  ====================================================================================
@@ -41,7 +41,7 @@ def accept_state(f: Floats, t: Wholes, now: int) -> bool:
     found = max(found, judge_values(f, t, now))
     found = max(found, judge_channels(f, t))
     t.input.seq, t.input.stamp, t.input.is_known = t.news.seq, t.news.stamp, 1
-    t.input.heard, t.input.is_heard = now, 1
+    t.input.received, t.input.is_received = now, 1
     replayed = t.input.condition == CONDITION_REPLAYED
     judge(t, found)
     return found <= CONDITION_DEGRADED and (not replayed or t.input.condition <= CONDITION_DEGRADED)
@@ -49,13 +49,13 @@ def accept_state(f: Floats, t: Wholes, now: int) -> bool:
 
 def watch_silence(f: Floats, t: Wholes, now: int) -> None:
     """Look at the clock: silence beyond the time-out is a fault."""
-    if t.input.is_heard == 0:
-        t.input.heard, t.input.is_heard = now, 1
-    if float(elapsed_time(now, t.input.heard)) > f.rule.time_out:
+    if t.input.is_received == 0:
+        t.input.received, t.input.is_received = now, 1
+    if float(elapsed_time(now, t.input.received)) > f.rule.time_out:
         since_corrupt = float(elapsed_time(now, t.input.corrupt))
         broken = t.input.is_corrupt == 1 and since_corrupt <= f.rule.time_out
-        unheard = CONDITION_MISSING if t.input.is_known == 0 else CONDITION_STALE
-        judge(t, CONDITION_CORRUPT if broken else unheard)
+        silent = CONDITION_MISSING if t.input.is_known == 0 else CONDITION_STALE
+        judge(t, CONDITION_CORRUPT if broken else silent)
 
 
 def note_broken(t: Wholes, now: int) -> None:
@@ -89,7 +89,7 @@ def judge_lateness(f: Floats, t: Wholes, now: int) -> int:
     took = elapsed_time(now, t.news.stamp)
     if leapt(t, took):
         return CONDITION_REPLAYED
-    drift = 0 if t.input.is_heard == 0 else elapsed_time(now, t.input.heard) // DRIFT_PART
+    drift = 0 if t.input.is_received == 0 else elapsed_time(now, t.input.received) // DRIFT_PART
     t.input.quickest = min(max(t.input.quickest + drift, -NO_QUICKEST), took)
     late = float(elapsed_time(took, t.input.quickest)) > f.rule.time_out
     return CONDITION_STALE if late else CONDITION_OK

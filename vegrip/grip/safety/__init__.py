@@ -144,7 +144,7 @@ class WatchdogSettings:
         unit="m",
         low=1e-6,
         high=1.0,
-        doc="frozen when the normal force stands still while the tip is pressed in or let go by more",
+        doc="frozen when the normal force stands still while the tip is pressed in or unloaded by more",
     )
     recover_after: int = constant(5, unit="states", low=1, high=1000, doc="good states that end a fault")
     ranges: Ranges = field(default_factory=Ranges)

@@ -141,7 +141,7 @@ def _episode_in_words(episode: Episode) -> str:
         how = "twist" if move.spin else "pull along the surface"
         how += f" at {1e3 * SLOW_SLIDE_M_S:g} mm/s" if is_slow else ""
         said.append(f"{how} for {move.duration:.2g} s until it slides")
-    return ", ".join([*said, "and let go"])
+    return ", ".join([*said, "and unload"])
 
 
 def practice_tip(seed: int) -> FingertipSettings:

@@ -1,8 +1,8 @@
-"""The verdict: what changed between two recordings, as far as both can tell.
+"""The verdict: what changed between two recordings, as far as both show.
 
 * nothing: no difference is more than the noise of both,
 * named: these values differ, each with its interval,
-* ambiguous: one of several does, and what would tell which,
+* ambiguous: one of several does, and what would decide which,
 * new_effect: the second shows an effect that the first does not.
 """
 
@@ -36,7 +36,7 @@ from vegrip.types import Floats
 
 SIDE_95 = 1.96  # standard errors to either side of an interval of 95 %
 VAGUE_PERCENT = 100.0  # from which a value that may have changed so much is not said to be unchanged
-MIN_WARMER_K = 1.0  # [K] from which a difference of the temperatures is told
+MIN_WARMER_K = 1.0  # [K] from which a difference of the temperatures is reported
 OUTERMOST = 0.05  # of the rows, which do not count for what was shown
 EXPLAINED = ("named", "ambiguous")  # verdicts of a diagnosis
 COUNTS = ("none", "one", "two", "three", "four")
@@ -92,7 +92,7 @@ class Changed:
 
     @property
     def experiment(self) -> list[dict[str, Any]]:
-        """What would tell apart each set that both recordings do not."""
+        """What would distinguish the members of each set that both recordings do not."""
         model, sets = self.pair.second.model, zip(self.choice.unsure, self.indistinguishable, strict=True)
         few = [(one, len(one) - count) for (count, _), one in sets]  # what is not there, one by one
         return [{"between": one, "advice": advice_for(one, count, model)} for one, count in few]
@@ -110,11 +110,11 @@ class Changed:
     @property
     def sentence(self) -> str:
         """The verdict in words."""
-        told = {one.name: one.told(self._label(one.name)) for one in self.changes}
+        descriptions = {one.name: one.described(self._label(one.name)) for one in self.changes}
         new = [f"{' and '.join(self.new_effects)} in the second only"] * bool(self.new_effects)
-        sure = [told[_public(self.pair.names[j])] for j in self.choice.sure]
+        sure = [descriptions[_public(self.pair.names[j])] for j in self.choice.sure]
         sets = [
-            f"{COUNTS[count]} of these: {' or '.join(told[name] for name in names)}"
+            f"{COUNTS[count]} of these: {' or '.join(descriptions[name] for name in names)}"
             for (count, _), names in zip(self.choice.unsure, self.indistinguishable, strict=True)
         ]
         end = [] if sets else ["nothing else"] if new or sure else ["nothing changed"]
@@ -127,9 +127,11 @@ class Changed:
         """What else is to be known, in sentences."""
         yield from (f"to distinguish them: {one['advice']}" for one in self.experiment)
         within = {one.name: max(map(abs, one.interval)) for one in self.unchanged}
-        told = [f"{self._label(one.name)} {one.amount(within[one.name])[1:]}" for one in self.unchanged]
-        if told:
-            yield f"unchanged, each by itself with 95 % within: {', '.join(told)}"
+        descriptions = [
+            f"{self._label(one.name)} {one.amount(within[one.name])[1:]}" for one in self.unchanged
+        ]
+        if descriptions:
+            yield f"unchanged, each by itself with 95 % within: {', '.join(descriptions)}"
         known = {*within, *(one.name for one in self.changes)}
         if unseen := [self._label(name) for name in map(_public, self.pair.names) if name not in known]:
             yield f"not compared, for both do not show it: {', '.join(unseen)}"
@@ -252,17 +254,17 @@ def _overlap(a: Fit, b: Fit) -> dict[str, Any]:
 
     """
     mine, its = (set(one.problem.measured.recording.columns) for one in (a, b))
-    told: dict[str, Any] = {"first_only": sorted(mine - its), "second_only": sorted(its - mine)}
-    told["channels"] = sorted(mine & its)
+    descriptions: dict[str, Any] = {"first_only": sorted(mine - its), "second_only": sorted(its - mine)}
+    descriptions["channels"] = sorted(mine & its)
     spans = zip(("indentation", "speed"), thresholds.SAME_MOTION, _shown(a), _shown(b), strict=False)
     for name, factor, one, other in spans:
-        told[name] = {"first": one, "second": other}
+        descriptions[name] = {"first": one, "second": other}
         if one[0] > factor * other[1] or other[0] > factor * one[1]:
             raise RecordingError(
                 f"the recordings do not overlap: the first is pressed {format_span(name, *one)}, the second "
                 f"{format_span(name, *other)}; record the second again with the motion of the first"
             )
-    return told
+    return descriptions
 
 
 def _shown(one: Fit) -> Iterator[list[float]]:

@@ -2,7 +2,7 @@
 
 Sets of every size are compared, the best of each. A larger one is taken when twice what it gains would come
 by chance less often than ``FALSE_CHANGE``, over as many questions as there are larger sets. Sets of one size
-within 5 nats of the best cannot be told from it; what all of them have is sure.
+within 5 nats of the best cannot be distinguished from it; what all of them have is sure.
 """
 
 from dataclasses import dataclass
@@ -37,8 +37,8 @@ class Choice:
         """How many of which differences there are: what takes each other's place belongs together."""
         best, groups = set(self.best), list[set[int]]()
         for one in sorted(map(set, self.rivals), key=lambda rival: len(rival - best)):
-            is_told = all(len(one & group) == len(best & group) for group in groups)
-            if not (is_told and one ^ best <= set().union(*groups)):
+            is_resolved = all(len(one & group) == len(best & group) for group in groups)
+            if not (is_resolved and one ^ best <= set().union(*groups)):
                 touched = [group for group in groups if group & (one ^ best)]
                 groups = [group for group in groups if group not in touched] + [(one ^ best).union(*touched)]
         return [(len(group & best), tuple(sorted(group))) for group in sorted(groups, key=min)]

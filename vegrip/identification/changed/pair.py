@@ -5,8 +5,8 @@ With the unknowns u in common and the differences d, most of them held at nothin
     ``cost = |r_1(u)|^2 / (2 f_1) + |r_2(u + d)|^2 / (2 f_2) + priors``
 
 r the whitened residuals of either, as in a fit. What a model leaves beyond noise goes together within an
-episode, so rows tell less than they are many: f is the variance of the episodes' scores J' r over that of
-independent rows, averaged over the unknowns [LiangZeger1986]_, and at least 1.
+episode, so rows carry less information than their number: f is the variance of the episodes' scores J' r over
+that of independent rows, averaged over the unknowns [LiangZeger1986]_, and at least 1.
 """
 
 from collections.abc import Iterable, Mapping
@@ -32,7 +32,7 @@ HELD = 1e12  # times the information of a prior, for what is at a bound
 class Gauged(Problem):
     """The problem with more unknowns: logarithms of the gains of the sensors, and of the radius of the tip.
 
-    A gain of 1.1 reads a tenth too much; that of the force tells what presses while the contact slides, too.
+    A gain of 1.1 reads a tenth too much; that of the force shows what presses while the contact slides, too.
     """
 
     def __init__(self, base: Problem, more: Iterable[str]) -> None:
@@ -68,7 +68,7 @@ class Gauged(Problem):
 
 
 def effective(problem: Problem, u: Floats) -> float:
-    """Return f, by how much less the rows tell than they are many."""
+    """Return f, by how much less information the rows carry than their number."""
     r, groups = problem.residual(u), held_out_groups(problem)
     J = problem.jacobian(u, r)
     H = J.T @ J

@@ -47,7 +47,7 @@ class Change:
     interval: tuple[float, float]  # of the difference with 95 %, in percent, or of a zero in its unit
     p: float  # chance that noise alone gives so much to any of all that could have changed
 
-    def told(self, label: str) -> str:
+    def described(self, label: str) -> str:
         """Return it as a sentence has it."""
         low, high = sorted(self.interval, key=abs)
         if self.percent is None:
@@ -56,8 +56,8 @@ class Change:
         change, low, high = (math.copysign(1.0, self.percent) * one for one in (self.percent, low, high))
         digits = max(0, -math.floor(math.log10(max(high - low, 1e-9))))  # of the interval's width, one
         way = (("higher", "lower"), ("stiffer", "softer"))[self.name == "K"][self.percent < 0.0]
-        told = f"{change:.{digits}f} % {way} ({low:.{digits}f} to {high:.{digits}f} %)"
-        return told if self.name == "K" else f"{label} {told}"
+        described = f"{change:.{digits}f} % {way} ({low:.{digits}f} to {high:.{digits}f} %)"
+        return described if self.name == "K" else f"{label} {described}"
 
     def amount(self, value: float) -> str:
         """Return a difference of a zero with its sign and unit, others in percent."""
@@ -70,8 +70,8 @@ def label_of(name: str, model: ContactModel) -> str:
 
 
 def advice_for(names: list[str], count: int, model: ContactModel) -> str:
-    """Return so many experiments that tell changes apart."""
+    """Return so many experiments that distinguish changes."""
     known = [KNOWN[name][1] for name in KNOWN if name in names]
     others = [effect(model.parameters[name][0]).experiment for name in names if name not in KNOWN]
-    told = list(dict.fromkeys(one for one in (*known, *others) if one))
-    return "; ".join(told[: max(count, 1)])
+    described = list(dict.fromkeys(one for one in (*known, *others) if one))
+    return "; ".join(described[: max(count, 1)])

@@ -9,7 +9,7 @@
    and it is not an effect with fewer parameters, as a softening that heals in hours,
 5. it drives no parameter of the base model onto a bound that it was not near before,
 6. what acts in the air too is seen there: in contact alone it would be a law of the contact,
-7. it gains what another form of the accepted effects, in channels that did not tell them, does not gain.
+7. it gains what another form of the accepted effects, in channels that did not determine them, does not gain.
 """
 
 import math
@@ -84,7 +84,7 @@ def judge_candidate(
 
 
 def form_directions(accepted: Iterable[Effect], fitted: CandidateFit) -> Floats:
-    """Return what ``accepted`` effects may do in channels that did not tell them (rows, directions), white.
+    """Return what ``accepted`` effects may do in channels that did not show them (rows, directions), white.
 
     An effect is known by its name in the channel that shows it. How it spreads to pulls, to twists and to the
     radius is the form of a law: as much per share of the force, or of the friction, that it changes.
@@ -140,7 +140,7 @@ def gain_in_air(base: CandidateFit, new: CandidateFit) -> float:
 def drives_onto_bound(candidate: Candidate, base: CandidateFit, new: CandidateFit) -> bool:
     """Whether the candidate drives a parameter of the base model onto its bound.
 
-    Such a fit describes one recording and no other. A parameter that was near a bound by itself tells nothing
+    Such a fit describes one recording and no other. A parameter that was near a bound by itself shows nothing
     about the candidate, nor does one of a law that it is confounded with and takes the place of; and effects
     that were added may well end at a bound, which is one of the laws that they can be.
     """

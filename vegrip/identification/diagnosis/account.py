@@ -54,7 +54,7 @@ def account(
 
 
 def described(recording: Recording, folder: Path) -> dict[str, Any]:
-    """Return what was measured, and a checksum that tells this recording from others."""
+    """Return what was measured, and a checksum that distinguishes this recording from others."""
     columns = recording.columns
     return {
         "name": recording.name,

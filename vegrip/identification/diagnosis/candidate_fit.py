@@ -25,7 +25,7 @@ from vegrip.model.native import kernel_mode
 from vegrip.parameters import coordinate
 from vegrip.types import Floats
 
-HELD_OUT = 0.95  # of what an episode knows; the rest stays, for values that only this episode tells
+HELD_OUT = 0.95  # of what an episode knows; the rest stays, for values that only this episode determines
 # error / noise above which the fits without an episode are made and not foretold, if they are
 REFIT_ERROR = 1.5
 MAX_FOLDS = 12
@@ -70,7 +70,7 @@ class Nearby(Weighted):
 def scores(problem: Problem, optimum: Optimum, A: Floats, groups: Floats) -> Floats:
     """Return minus half the squares of each group (numbered by ``groups``, (rows,)) under a fit without it.
 
-    ``A``: information of the optimum, priors included. One linear step tells the fit without a group where
+    ``A``: information of the optimum, priors included. One linear step gives the fit without a group where
     the model is nearly right. Where much is left, or much is foretold to be, the step is wild (it once
     foretold -1e8 nats where a fit gained), so the fits are made.
     """
@@ -80,16 +80,16 @@ def scores(problem: Problem, optimum: Optimum, A: Floats, groups: Floats) -> Flo
     is_far = may_fit and misfit > REFIT_ERROR**2
 
     def score(rows: Mask) -> float:
-        told = -math.inf if is_far else _foretold(optimum, A, rows)
-        is_wild = -2.0 * told > REFIT_ERROR**2 * np.count_nonzero(problem.counted & rows)
+        predicted = -math.inf if is_far else _predicted_gain(optimum, A, rows)
+        is_wild = -2.0 * predicted > REFIT_ERROR**2 * np.count_nonzero(problem.counted & rows)
         if not (may_fit and is_wild):
-            return told
+            return predicted
         return _fitted(problem, optimum, rows, is_near=numbers.size > EXACT_FOLDS)
 
     return np.array([score(groups == number) for number in numbers])
 
 
-def _foretold(optimum: Optimum, A: Floats, rows: Mask) -> float:
+def _predicted_gain(optimum: Optimum, A: Floats, rows: Mask) -> float:
     J, r = optimum.jacobian[rows], optimum.residual[rows]
     step = np.linalg.solve(A - HELD_OUT * J.T @ J, HELD_OUT * J.T @ r)
     return -0.5 * float(np.sum((r + J @ step) ** 2))

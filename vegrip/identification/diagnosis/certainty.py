@@ -9,8 +9,8 @@ over the groups g of rows,
 
 which costs next to nothing, because the sums over rows are made once.
 
-And each accepted effect is certified by rows that told none of its values. Those of one half of the episodes
-foretell the change s that it makes in the others. There the residual is regressed on s, beside the
+And each accepted effect is certified by rows that determined none of its values. Those of one half of the
+episodes foretell the change s that it makes in the others. There the residual is regressed on s, beside the
 derivatives of the model without it: over its standard error the coefficient is Student's t, exactly, whatever
 the size of the noise. Both halves are tested in turn, and the worse counts, times the number of candidates
 that were looked at: so it holds for each of them at once, whichever rows chose the name. What else was
@@ -35,7 +35,7 @@ from vegrip.identification.fit.preprocess import Mask
 from vegrip.identification.fit.solve import refine_optimum
 from vegrip.types import Floats
 
-OUTSIDE = 1e-3  # weight of the rows that tell no values
+OUTSIDE = 1e-3  # weight of the rows that determine no values
 SPLIT = np.array(
     [0, 1, 1, 0, 1, 0, 0, 1]
 )  # of neighbouring episodes: kinds that alternate are in both halves
@@ -129,8 +129,8 @@ class Redraw:
             if gains[best] < thresholds.MIN_GAIN_NATS:
                 continue
             close = sorted(n for n, gain in gains.items() if gains[best] - gain <= s.within(gains[best]))
-            told = [one for one in self._found.indistinguishable if name in one]
-            close = sorted({*close, *(told[0] if told and best in told[0] else ())})
+            sets = [one for one in self._found.indistinguishable if name in one]
+            close = sorted({*close, *(sets[0] if sets and best in sets[0] else ())})
             is_ambiguous = is_ambiguous or len(close) > 1
             names.append(" or ".join(close))
         last, first = self._of(s.last), self._of(s.first)
@@ -157,8 +157,8 @@ def certainty_of(found: Diagnosis, draws: int = 20, seed: int = 0) -> Certainty:
     weights = rng.exponential(size=(draws, redraw.count))
     answers = Counter(redraw.answer(one * redraw.count / one.sum()) for one in weights)
     rest = [(answer, n) for answer, n in answers.most_common() if answer != given]
-    told = dict([(given, answers[given]), *rest])
-    return Certainty(draws, answers[given], told, certify(found))
+    sets = dict([(given, answers[given]), *rest])
+    return Certainty(draws, answers[given], sets, certify(found))
 
 
 def certify(found: Diagnosis) -> dict[str, float]:

@@ -60,12 +60,12 @@ class Change:
             share, std = 100.0 * abs(self.change), 100.0 * self.std
             places = min(max(1, -math.floor(math.log10(std))), 4) if std > 0.0 else 1
             amount = f"{share:.{places}f} +- {std:.{places}f} %"
-            told = f"{goes} by {amount} at {self.at:.6g} s ({low} to {high} s with 95 %)"
+            text = f"{goes} by {amount} at {self.at:.6g} s ({low} to {high} s with 95 %)"
         else:
             at, low, high = (f"{1e3 * one:.4g}" for one in (self.at, *self.interval))
             stiffer, std = 1e-3 * abs(self.change), 1e-3 * self.std
-            told = f"{goes} by {stiffer:.3g} +- {std:.1g} N/mm from {at} mm on ({low} to {high} mm with 95 %)"
-        left = f"the stiffness {told}; with that {self.error:.2f} times the noise is left"
+            text = f"{goes} by {stiffer:.3g} +- {std:.1g} N/mm from {at} mm on ({low} to {high} mm with 95 %)"
+        left = f"the stiffness {text}; with that {self.error:.2f} times the noise is left"
         return left + ", so more is missing, and the interval may miss the place" * (self.error > MAX_ERROR)
 
 

@@ -3,7 +3,7 @@
 A fit to all rows pays for a missing force with what it has: a zero, another exponent, a relaxation. So the
 model is fitted to the rows on one side of a depth, an instant, a speed or a time in contact by themselves,
 with the air that pins the zeros, and the side is widened until the numbers stop to hold. The range with most
-rows in contact is told: its numbers are what the others were before they were bent.
+rows in contact is reported: its numbers are what the others were before they were bent.
 """
 
 from dataclasses import asdict, dataclass

@@ -1,7 +1,8 @@
 """Doubts about the recording itself, which come before any effect is named.
 
 Some faults of a recording look like physics: clocks that disagree like a lag, a wrong radius like another law
-of the radius. Others leave too little to say anything. Each is told in a sentence; a grave one forbids names.
+of the radius. Others leave too little to say anything. Each is reported in a sentence; a grave one forbids
+names.
 """
 
 import itertools
@@ -20,7 +21,7 @@ from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.solve import refine_optimum
 from vegrip.identification.recording import Recording
 from vegrip.identification.recording.checks import suspect_columns
-from vegrip.identification.recording.report import MISSING, told
+from vegrip.identification.recording.report import MISSING, describe_missing
 from vegrip.types import Floats
 
 TIP_RADIUS = -3  # in the model's vector
@@ -75,7 +76,7 @@ def check_before_search(problem: Problem) -> Iterator[Doubt]:
         return
     missing = m.recording.source.get(MISSING)
     if isinstance(missing, int) and missing > 0:
-        yield Doubt(told(missing))
+        yield Doubt(describe_missing(missing))
     for sentence in suspect_columns(m.recording.episode, m.recording.columns, m.recording.fingertip.radius):
         yield Doubt(sentence, is_grave=True)
     deepest = float(np.nanmax(m.motion.displacement))

@@ -1,8 +1,8 @@
-"""The verdict: what a model lacks, as far as a recording can tell.
+"""The verdict: what a model lacks, as far as a recording shows.
 
 * adequate: nothing is missing that this recording can show,
 * named: these effects explain the misfit,
-* ambiguous: one of these does, and the recording cannot tell which,
+* ambiguous: one of these does, and the recording does not show which,
 * unexplained: none of the catalogue does; here is where it shows.
 """
 
@@ -84,7 +84,7 @@ class Left:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis(Result):
-    """What a model lacks, as far as a recording can tell; with the search behind it.
+    """What a model lacks, as far as a recording shows; with the search behind it.
 
     Attributes:
         verdict: adequate, named, ambiguous or unexplained.
@@ -113,7 +113,9 @@ class Diagnosis(Result):
     # what is wrong with the recording; a grave one forbids names
     doubts: list[Doubt] = field(default_factory=list)
     unproven: str = ""  # why what was accepted is no more than a suggestion
-    has_one_motion: bool = False  # of which one thing may be told apart from another, and nothing be proven
+    has_one_motion: bool = (
+        False  # of which one thing may be distinguished from another, and nothing be proven
+    )
     jumps: Jumps = field(default_factory=dict)  # which were taken off the recording
     # accepted effect -> the jump that fits better in its place, beside all others
     rival_jumps: Mapping[str, Jump] = field(default_factory=dict)
@@ -327,7 +329,7 @@ class Diagnosis(Result):
     def rounds(self) -> list[dict[str, Any]]:
         """What was tried, round by round."""
         return [
-            self._told(one, step) | {"round": number}
+            self._tried_row(one, step) | {"round": number}
             for number, step in enumerate(self.search.steps, 1)
             for one in step.tried
         ]
@@ -338,7 +340,7 @@ class Diagnosis(Result):
         symbols = [p.symbol for one in self.search.accepted for p in one.candidate.effect.parameters]
         return {name: si for name in symbols if (si := last.in_si(name)) is not None}
 
-    def _told(self, one: Tried, step: Step) -> dict[str, Any]:
+    def _tried_row(self, one: Tried, step: Step) -> dict[str, Any]:
         gains = {other.candidate.name: other.verdict.gain for other in step.tried if other.verdict.is_passed}
         best = max([0.0, *gains.values()])
         weights = {name: math.exp(gain - best) for name, gain in gains.items()}

@@ -6,8 +6,8 @@ For each variable the residual is regressed on a curve over it, a Gaussian proce
 
 beside the derivatives J of the model with their priors: a curve that only does what a parameter could do
 explains nothing, [BrynjarsdottirOHagan2014]_. Size s and length l are those of the greatest evidence, which
-pays for every bend [RasmussenWilliams2006]_, and the variable with the greatest evidence is told. The curve
-is a hint for the author of the missing effect, not physics.
+pays for every bend [RasmussenWilliams2006]_, and the variable with the greatest evidence is reported. The
+curve is a hint for the author of the missing effect, not physics.
 """
 
 import dataclasses

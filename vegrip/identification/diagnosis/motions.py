@@ -73,14 +73,14 @@ def gains_by_motion(base: CandidateFit, new: CandidateFit, motions: NDArray[np.i
     """Return what ``new`` gains beside ``base`` [nats] in each of ``motions`` (rows,), with common values.
 
     In directions that no parameter of the base can make up for, or it would be the base that is compared: of
-    a motion that alone tells a relaxation time, say.
+    a motion that alone determines a relaxation time, say.
     """
-    told, left = base.whitened(new), base.optimum.residual
+    fresh, left = base.whitened(new), base.optimum.residual
     gains = []
     for number in np.unique(motions):
         rows = (motions == number) & base.problem.counted
         basis, _ = np.linalg.qr(base.optimum.jacobian[rows])
-        before, after = (one[rows] - basis @ (basis.T @ one[rows]) for one in (left, told))
+        before, after = (one[rows] - basis @ (basis.T @ one[rows]) for one in (left, fresh))
         gains.append(0.5 * float(before @ before - after @ after))
     return np.array(gains)
 

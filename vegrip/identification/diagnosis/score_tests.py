@@ -32,7 +32,7 @@ from vegrip.types import Floats
 SPREADS = {1: (-3.0, -1.5, 0.0, 1.5, 3.0), 2: (-2.0, 0.0, 2.0)}
 """Prior standard deviations at which one shape is tried, or each of two."""
 
-MIN_TEMPERATURE_SCATTER_K = 0.3  # [K] of scatter below which a temperature tells nothing
+MIN_TEMPERATURE_SCATTER_K = 0.3  # [K] of scatter below which a temperature shows nothing
 
 OF_DEPTH = {"x", "contact_radius", "reference_depth"}
 FRICTION_CHANNELS = {"tangential_force", "torque_z"}

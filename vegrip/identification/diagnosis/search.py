@@ -182,7 +182,7 @@ class Search:
         return misfit > thresholds.MAX_NOISE_CHI2 or error > thresholds.MAX_EXACT_ERROR
 
     def within(self, gain: float) -> float:
-        """Return by how much [nats] two that gain about so much may differ and not be told apart."""
+        """Return by how much [nats] two that gain about so much may differ and not be distinguished."""
         share = thresholds.ROUGH_SHARE if self.is_rough else thresholds.INDISTINGUISHABLE_SHARE
         return max(thresholds.INDISTINGUISHABLE_NATS, share * gain)
 
@@ -428,7 +428,7 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
     if "K" in model.values:  # the scale of forces, which a saturation is measured by
         model = model.with_value("K", base.value("K"))
     possible, out_of_sight = candidates(model, base.problem.measured)
-    groups_taken = {one.candidate.effect.group for one in found.accepted} - {""}  # never told apart
+    groups_taken = {one.candidate.effect.group for one in found.accepted} - {""}  # never distinguished
     possible = [c for c in possible if c.effect.group not in groups_taken and c.name not in found.dropped]
     found.out_of_sight = found.out_of_sight or out_of_sight
     report(f"screens {len(possible)} effects")

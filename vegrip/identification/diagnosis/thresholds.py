@@ -78,7 +78,7 @@ MAX_EXCHANGES = 3
 MIN_CONTACT_ROWS = 50
 """Rows in contact, below which nothing can be said (origin: rule)."""
 BRIEF_CONTACT_S = 1.0
-"""[s] in contact, below which effects are not told apart (origin: rule)."""
+"""[s] in contact, below which effects are not distinguished (origin: rule)."""
 STILL_ROWS = 20
 """Rows of one displacement, from which on it may be a sensor that stands still (origin: rule)."""
 MIN_STILL_RISE = 0.2
@@ -130,7 +130,7 @@ MIN_CURVE_SHARE = 0.1
 PATCHWORK_EFFECTS = 3
 """Effects after which, with something still standing out, none of them is what is there (origin: trials)."""
 INDISTINGUISHABLE_NATS = 5.0
-"""[nats] within which candidates cannot be told apart (origin: trials)."""
+"""[nats] within which candidates cannot be distinguished (origin: trials)."""
 INDISTINGUISHABLE_SHARE = 1e-3
 """Of the gain, the same: no model of a measured contact is exact (origin: measured)."""
 ROUGH_SHARE = 1e-2

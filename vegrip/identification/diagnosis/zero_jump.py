@@ -80,7 +80,7 @@ def find_jump(base: CandidateFit, least: float) -> Jump | None:
         row = min(near, key=lambda at: float(np.sum(Jumped(base.problem, channel, at).residual(u) ** 2)))
     row = _snapped(base.problem.measured.recording, channel, row)
     if any(one.begin - NEAR <= row <= one.end + NEAR for one in base.problem.measured.events):
-        return None  # the contact slipped or tore there, which is told by itself
+        return None  # the contact slipped or tore there, which is reported by itself
     problem = Jumped(base.problem, channel, row)
     best = refine_optimum(problem, u, EVALUATIONS)
     gain = base.optimum.cost - best.cost

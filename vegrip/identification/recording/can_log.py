@@ -14,7 +14,7 @@ from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.checks import kept_rows
 from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.mended_times import mended
-from vegrip.identification.recording.report import MISSING, Kind, LoadReport, MissingStates, told
+from vegrip.identification.recording.report import MISSING, Kind, LoadReport, MissingStates, describe_missing
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import CanCodec
 
@@ -97,7 +97,7 @@ def _recording(
     source: dict[str, str | int | float | bool] = {"file": path.name}
     if missing.count:
         source[MISSING] = missing.count
-        report.add(Kind.NOTE, told(missing.count))
+        report.add(Kind.NOTE, describe_missing(missing.count))
     _add_losses(report, log, broken, missing.count)
     t = np.array([(state.stamp - start) / NS for state in states])
     columns = {name: np.array([getattr(s, name) for s in states]) for name in CHANNELS}

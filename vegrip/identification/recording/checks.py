@@ -38,7 +38,7 @@ PRESSED_SHARE: Final = 0.1
 AIRLESS = (
     "the fingertip is never in the air, so neither the zeros of the sensors are known nor what the "
     "contact remembers from before, and what is fitted makes up for both: record from before the "
-    "touch, as when the hand lets go and grips again"
+    "touch, as when the hand releases and grips again"
 )
 
 FAR: Final = 1.0

@@ -17,7 +17,7 @@ from vegrip.errors import ConfigError, RecordingError, suggestion
 from vegrip.identification.recording.channels import NOISE_NAMES, RECORDED
 from vegrip.identification.recording.checks import kept_rows
 from vegrip.identification.recording.data import MATERIAL, Fingertip, Recording
-from vegrip.identification.recording.report import DOUBTS, MISSING, Kind, LoadReport, told
+from vegrip.identification.recording.report import DOUBTS, MISSING, Kind, LoadReport, describe_missing
 from vegrip.identification.recording.table import BLOCK_ROWS, Layout, Progress, read_header, read_table
 from vegrip.types import Floats
 from vegrip.whole_file import filled_folder, whole_file, writing
@@ -73,7 +73,7 @@ def read_recording(
         raise RecordingError(f"{folder / TOML}: name must be text, start whole nanoseconds, source a table")
     missing = source.get(MISSING)
     if isinstance(missing, int) and missing > 0:
-        report.add(Kind.NOTE, told(missing))
+        report.add(Kind.NOTE, describe_missing(missing))
     if announce:
         for doubt in dict.fromkeys([*_kept_doubts(source), *report.doubts]):
             log.warning("%s: %s", folder, doubt)

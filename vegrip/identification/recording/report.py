@@ -65,7 +65,7 @@ class MissingStates:
             self.count += step - 1
 
 
-def told(count: int) -> str:
+def describe_missing(count: int) -> str:
     return f"{count} states were sent and are not in it: the recorder was too slow, or the bus lost them"
 
 

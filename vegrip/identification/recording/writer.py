@@ -39,7 +39,7 @@ from vegrip.errors import RecordingError
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.folder import toml_text
-from vegrip.identification.recording.report import MISSING, MissingStates, told
+from vegrip.identification.recording.report import MISSING, MissingStates, describe_missing
 from vegrip.identification.recording.table_file import BUFFERED_ROWS, TableFile
 from vegrip.whole_file import write_whole, writing
 
@@ -225,7 +225,7 @@ class RecordingWriter:
         counts = self._note_missing()
         if counts:
             each = ", ".join(f"{finger} {count}" for finger, count in counts.items())
-            log.warning("%s: %s (%s)", self.folder, told(sum(counts.values())), each)
+            log.warning("%s: %s (%s)", self.folder, describe_missing(sum(counts.values())), each)
         for name in self._descriptions:
             self._describe(name)
         self._seal()

@@ -145,13 +145,13 @@ class Board:
             case Presence.SILENT:
                 self.say(f"{name} is silent since {since}", now, "bold red")
             case Presence.GONE:
-                self.say(f"{name} has died, last heard at {since}: {row.failure}", now, "bold red")
+                self.say(f"{name} has died, last received at {since}: {row.failure}", now, "bold red")
             case Presence.STOPPED:
                 self.say(f"{name} has stopped", now)
             case Presence.STARTING:
                 row.is_old = False
             case Presence.RUNNING if before is not Presence.STARTING:
-                self.say(f"{name} is heard again", now, "green")
+                self.say(f"{name} is received again", now, "green")
             case Presence.RUNNING if not row.is_old:
                 self.say(f"{name} has started", now)
 

@@ -84,8 +84,8 @@ def finger_lines(board: Board, now: int) -> list[str]:
         if row.fresh(messages.SlipMargin, now) is not None:
             cells = (str(cell) for cell in _cells(finger, row, now, wide=False, alarm=True))
             _, force, _, margin, bound, command, why, health = cells
-            told = f"N {force} N, margin {margin}, bound {bound}, F {command} N {why}, {health}"
-            lines.append(f"{(now - board.start) / NS:7.2f} s  {finger}: {told}")
+            text = f"N {force} N, margin {margin}, bound {bound}, F {command} N {why}, {health}"
+            lines.append(f"{(now - board.start) / NS:7.2f} s  {finger}: {text}")
     return lines
 
 

@@ -260,7 +260,7 @@ def finish(bus: Bus) -> None:
         fail(bus, attempt, sender)
     if bus.off > 0:
         for place in range(bus.attached):
-            hear(bus, bus.nodes[bus.order[place]], attempt)
+            receive_frame(bus, bus.nodes[bus.order[place]], attempt)
     if sender.state == PASSIVE:
         sender.suspended = attempt.end + bits_duration(SUSPENSION, bus.bitrate)
         bus.has_suspended = True
@@ -310,7 +310,7 @@ def fail(bus: Bus, attempt: Attempt, sender: Node) -> None:
         count_failure(sender)
     elif sender.state == PASSIVE:
         is_alone = sender.waiting == bus.queued and bus.off == 0
-        bus.is_hopeless = is_alone and not is_heard(bus, sender)
+        bus.is_hopeless = is_alone and not is_received(bus, sender)
     add_event(bus, FAILED, attempt.end)
     for place in range(bus.attached):
         judge(bus, bus.order[place], attempt.end)
@@ -363,7 +363,7 @@ def add_event(bus: Bus, kind: int, time: int) -> Event:
 # --- nodes that are off, or alone
 
 
-def hear(bus: Bus, node: Node, attempt: Attempt) -> None:
+def receive_frame(bus: Bus, node: Node, attempt: Attempt) -> None:
     """Count the silence before a frame, and the 11 recessive bits at the end of any frame."""
     if node.state == OFF and attempt.end > node.since:  # else it is the frame that put it off
         sequence = RECOVERY_BITS_NS // bus.bitrate
@@ -420,7 +420,7 @@ def acknowledges(node: Node) -> bool:
     return not node.listens_only and not node.is_leaving and node.state != OFF
 
 
-def is_heard(bus: Bus, node: Node) -> bool:
+def is_received(bus: Bus, node: Node) -> bool:
     return bus.acknowledging > (1 if acknowledges(node) else 0)
 
 

@@ -90,8 +90,8 @@ class BusModel:
     def queued(self) -> int:
         return int(self.record.queued)
 
-    def is_heard(self, node: int) -> bool:
-        return text.is_heard(self.record, self.node(node))
+    def is_received(self, node: int) -> bool:
+        return text.is_received(self.record, self.node(node))
 
     def _forget(self) -> None:
         bus = self.record

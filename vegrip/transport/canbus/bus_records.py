@@ -177,7 +177,7 @@ class Node(Structure):
         ("listens_only", c_bool),
         ("is_leaving", c_bool),
         ("has_faults", c_bool),
-        ("state", c_int64),  # as last told
+        ("state", c_int64),  # as last reported
         ("transmit", c_int64),  # error counter
         ("receive", c_int64),  # error counter, within 8 bits as the registers of controllers are
         (
@@ -189,14 +189,14 @@ class Node(Structure):
         ("waiting", c_int64),  # requests, the one on the bus included
         ("first", c_int64),
         ("last", c_int64),
-        ("descriptor", c_int64),  # of its connection; -1: events alone tell of it
+        ("descriptor", c_int64),  # of its connection; -1: events alone report it
         ("hears_itself", c_bool),
         ("is_behind", c_bool),  # it does not read; what is for it goes to the outbox
         ("patience", c_int64),  # [ns] for which deliveries may wait for others; negative: none does
         ("delivery", c_int64),  # number of the next one
         ("due", c_int64),  # [ns] when what is gathered is to be handed out
         ("gathered", c_int64),  # bytes
-        ("filters", c_int64),  # how many; without any it hears everything
+        ("filters", c_int64),  # how many; without any it receives everything
         ("faults", Faults),
         ("gathering", c_uint8 * GATHERED_BYTES),
         ("pairs", c_int64 * (2 * MOST_FILTERS)),  # identifiers and masks
@@ -262,7 +262,7 @@ class Bus(Structure):
         ("asked", Frame),  # that is to be queued
         ("happened", c_int64),  # events
         # of the loop
-        ("door", c_int64),  # descriptor on which newcomers are heard
+        ("door", c_int64),  # descriptor on which newcomers are accepted
         ("due", c_int64),  # [ns] when the first of what is gathered is to be handed out
         ("patience", c_int64),  # [ns] of the next look at the connections
         ("who", c_int64),  # slot of the member whose packet is for Python

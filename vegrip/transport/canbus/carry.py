@@ -1,6 +1,6 @@
 """The loop of the bus process: wait, take requests, bring deliveries; it leaves where something is unusual.
 
-The bytes of both are those of :mod:`vegrip.transport.canbus.hub_wire`; errors are told as SocketCAN does.
+The bytes of both are those of :mod:`vegrip.transport.canbus.hub_wire`; errors are reported as SocketCAN does.
 """
 
 from vegrip.transport.canbus.bus import advance, conclude, next_event, queue_frame
@@ -196,7 +196,7 @@ def bring_frame(bus: Bus, sent: Attempt, busy: int, now: int) -> None:
 
 
 def accepts(node: Node, key: int) -> bool:
-    """Return whether a frame passes the filters of a member; without any it hears everything."""
+    """Return whether a frame passes the filters of a member; without any it receives everything."""
     if node.filters == 0:
         return True
     for i in range(node.filters):

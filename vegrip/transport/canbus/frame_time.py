@@ -106,8 +106,8 @@ def longest_duration(identifier: int, length: int, fd: bool, timing: BitTiming) 
 def typical_duration(length: int, fd: bool, timing: BitTiming) -> int:
     """Return the duration [ns] of a standard frame with ``length`` bytes of random data.
 
-    For estimates of the load where the exact count would cost more than it tells. A length that no frame has,
-    as other programs on a bus in software may send, counts as the next one that CAN FD has.
+    For estimates of the load where the exact count would cost more than it is worth. A length that no frame
+    has, as other programs on a bus in software may send, counts as the next one that CAN FD has.
     """
     length = next((size for size in FD_SIZES if size >= length), FD_SIZES[-1])
     generator = Random(length)  # noqa: S311 (no secret)

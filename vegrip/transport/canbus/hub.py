@@ -36,9 +36,9 @@ AT_ONCE = int(
     socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL
 )  # a number: to join the flags takes as long as to send
 MOST_MEMBERS = 256  # far below what select() can watch and a process may open
-MOST_NEWCOMERS = 64  # besides; they are heard, and told so when there is no room
+MOST_NEWCOMERS = 64  # besides; they are accepted, and answered so when there is no room
 GREETING_WITHIN = 2.0  # [s] from the connection on; who says nothing must not keep a place
-CARRIED_AT_ONCE = NS // 10  # [ns] for which frames are carried at a time: C hears no signals
+CARRIED_AT_ONCE = NS // 10  # [ns] for which frames are carried at a time: C handles no signals
 FOLDERS = ("VEGRIP_CACHE", "VEGRIP_RUNTIME_DIR", "XDG_CACHE_HOME", "XDG_RUNTIME_DIR")
 """Environment variables that name folders, maybe from where the first member was started."""
 MEMBER_BACKLOG_FRAMES = (
@@ -183,7 +183,7 @@ class Hub:
             return
         for node, member in list(self._nodes.items()):
             is_full = bus.waiting(node) >= TRANSMIT_QUEUE
-            if is_full and not bus.is_heard(node) and _has_left(member.connection):
+            if is_full and not bus.is_received(node) and _has_left(member.connection):
                 self._dismiss(member)
 
     def _dismiss_the_silent(self) -> None:
@@ -265,7 +265,7 @@ class Hub:
 def _has_left(connection: socket.socket) -> bool:
     poll = select.poll()
     poll.register(connection, 0)
-    return bool(poll.poll(0))  # only a hang-up or an error is told
+    return bool(poll.poll(0))  # only a hang-up or an error is reported
 
 
 def main(path: Path) -> None:

@@ -27,7 +27,7 @@ MOST_REQUESTS = 16  # in one packet
 MAX_REASON_CHARS: Final = 200  # characters; the answer must fit into a packet
 
 
-# --- greeting: checked by one rule where it is said and heard
+# --- greeting: checked by one rule where it is sent and received
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Greeting:
     version: int = parameter(HUB_VERSION)
     timing: BitTiming = parameter(BitTiming())
     must_match_rates: bool = parameter(False, doc="the bit rates must be these")
-    wants_own_frames: bool = parameter(False, doc="it wants to hear its own frames")
+    wants_own_frames: bool = parameter(False, doc="it wants to receive its own frames")
     listen_only: bool = parameter(False)
     patience: float = parameter(
         -1.0, unit="s", low=-1.0, high=0.1, doc="frames may wait so long to share a packet; negative: none do"
@@ -97,7 +97,7 @@ def pairs_of(filters: Iterable[Mapping[str, Any]]) -> list[Pair]:
 
 
 def pack_filters(pairs: Sequence[Pair]) -> bytes:
-    """Return the packet by which a member says what it wants to hear; without any it hears everything."""
+    """Return the packet by which a member says what it wants to receive; without any, everything."""
     pairs = pairs or (_EVERYTHING,)
     return REQUEST.pack(0, len(pairs), _MARK, 0) + b"".join(_PAIR.pack(*pair) for pair in pairs)
 
@@ -191,7 +191,7 @@ def unpack_delivery(packet: bytes) -> Delivery | None:
 
 
 def reported_state(classes: int, detail: bytes) -> ErrorState | None:
-    """Return the state of the controller that an error frame tells, None if it tells none."""
+    """Return the state of the controller that an error frame reports, None if it reports none."""
     if classes & wire.BUS_OFF:
         return ErrorState.OFF
     if classes & wire.RESTARTED:

@@ -56,12 +56,12 @@ class VegripBus(can.BusABC):
         data_bitrate: [bit/s] of FD frames with bit-rate switch.
         fd: whether this node sends and receives CAN FD frames.
         receive_own_messages: whether this node receives what it sent, once it was on the bus.
-        listen_only: hear everything, acknowledge nothing, send nothing.
+        listen_only: receive everything, acknowledge nothing, send nothing.
         error_frames: whether errors on the bus are received too, as SocketCAN gives them.
         faults: what goes wrong at this node on purpose, see
             :class:`~vegrip.transport.canbus.bus_events.NodeFaults`; for tests.
         patience: for how long [s] frames may wait to be brought together: who is woken less often takes less
-            of the processor. Several then come at once, and :meth:`fileno` tells of the first only.
+            of the processor. Several then come at once, and :meth:`fileno` reports the first only.
             None: they come one by one.
         can_filters: as in python-can, also later by ``set_filters``. The bus does not bring what does not
             pass; error frames always do.
@@ -95,7 +95,7 @@ class VegripBus(can.BusABC):
         self._filtered = False  # whether the bus brings a part of the frames only
         self._listen_only, self._error_frames = listen_only, error_frames
         self._error_state = ErrorState.ACTIVE
-        self._unheard = False  # a frame was not acknowledged, and none of another node has come since
+        self._unacknowledged = False  # a frame was not acknowledged, and none of another node has come since
         self._read_ahead: deque[hub_wire.Delivery] = deque()
         self._gathers = patience is not None
         self._packets: deque[bytes] = deque()  # deliveries that came in one packet
@@ -215,7 +215,7 @@ class VegripBus(can.BusABC):
         except BlockingIOError:
             return b"".join(packets)
         except OSError:
-            pass  # the bus has gone, which the next look tells
+            pass  # the bus has gone, which the next look shows
         self.put_back(b"".join(packets))
         return None
 
@@ -286,7 +286,7 @@ class VegripBus(can.BusABC):
     def load(self) -> float:
         """Return the share of the last second for which the bus was busy.
 
-        Exact up to the last frame that came from others: the bus tells with each how long it was busy.
+        Exact up to the last frame that came from others: the bus says with each how long it was busy.
         """
         return self._load.share(time.monotonic_ns())
 
@@ -304,12 +304,12 @@ class VegripBus(can.BusABC):
     def _is_for_us(self, delivery: hub_wire.Delivery) -> bool:
         self._count(delivery.number, delivery.end, delivery.busy)
         if delivery.is_error:
-            self._unheard = self._unheard or bool(delivery.identifier & ACKNOWLEDGEMENT)
+            self._unacknowledged = self._unacknowledged or bool(delivery.identifier & ACKNOWLEDGEMENT)
             self.error_counters = delivery.data[6], delivery.data[7]
-            told = hub_wire.reported_state(delivery.identifier, delivery.data)
-            self._error_state = self._error_state if told is None else told
+            reported = hub_wire.reported_state(delivery.identifier, delivery.data)
+            self._error_state = self._error_state if reported is None else reported
             return self._error_frames
-        self._unheard = False
+        self._unacknowledged = False
         if delivery.flags & FD and not self._fd:
             self.fd_refused += 1
             return False
@@ -363,7 +363,7 @@ class VegripBus(can.BusABC):
             self._look_through()
             why = (
                 "no other node listens, so no frame is acknowledged; start one first"
-                if self._unheard
+                if self._unacknowledged
                 else "the bus is overloaded"
             )
             raise can.CanOperationError(f"transmit queue of {self.channel_info} is full: {why}")

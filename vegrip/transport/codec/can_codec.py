@@ -11,7 +11,7 @@ from vegrip.transport.codec.frame_codec import FrameCodec, HandClock, Line
 from vegrip.transport.codec.schema import message_set
 
 NODES: Final = ("grasp_force", "virtual_hand", "monitor", "record", "replay")
-"""The numbers of nodes in the identifier of NodeStatus, unless told otherwise."""
+"""The numbers of nodes in the identifier of NodeStatus, unless stated otherwise."""
 
 FOREIGN_COUNT: Final = "foreign"
 
@@ -86,7 +86,7 @@ class CanCodec(FrameCodec):
         beyond the range of its signal is sent as "not measured" (a force command: as the end of the range,
         never more than asked for) and counted. A message that cannot be sent at all - a command that is not
         finite, a finger or node that is not configured - gives no frame and is counted. A kind of message
-        that is not told on CAN gives none either, and is not counted.
+        that is not sent on CAN gives none either, and is not counted.
         """
         if not message_set().messages[type(message)].on_can:
             return []

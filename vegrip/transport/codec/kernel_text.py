@@ -52,7 +52,7 @@ def wire_text() -> str:
 
 
 def _reports() -> list[str]:
-    """Return the functions that pack what is told of a finger, but for the checksums; flags are 0 or 1."""
+    """Return the functions that pack the reports of a finger, but for the checksums; flags are 0 or 1."""
     margin = database().get_message_by_name(MARGIN)
     parts = [database().get_message_by_name(name) for name in CONTACT_PARTS]
     lines = [f"MARGIN_LENGTH = {margin.length}", f"CONTACT_LENGTH = {parts[0].length}"]

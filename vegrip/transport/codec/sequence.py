@@ -98,7 +98,7 @@ class Streams:
         self._fingers = frozenset(fingers)
         self._modulus = modulus
         self._own: dict[tuple[str, str], Sequence] = {}
-        self._strangers: dict[tuple[str, str], Sequence] = {}  # the one heard last stands last
+        self._strangers: dict[tuple[str, str], Sequence] = {}  # the one received last stands last
         self._lost = 0  # by the streams that were forgotten
 
     @property

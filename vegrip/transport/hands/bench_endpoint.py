@@ -16,7 +16,7 @@ from vegrip.clock import NOT_YET, NS
 from vegrip.grip.safety.drive import DriveLimits
 from vegrip.messages import DeviceReport, FingertipState, ForceCommand, Message, make_row
 from vegrip.transport.endpoint import Endpoint
-from vegrip.transport.hands.drive_steps import Told, least_force_sentence, next_force
+from vegrip.transport.hands.drive_steps import Commanded, least_force_sentence, next_force
 from vegrip.transport.hands.jaw_balance import JawBalance
 from vegrip.transport.hands.wrist_load import WristLoad
 from vegrip.transport.sender_clock import ClockEstimate
@@ -38,7 +38,7 @@ class Part:
     endpoint: Endpoint
     names: Mapping[str, str]  # its finger -> that of the hand
     role: str = "sensor"  # or drive, or wrist
-    heard: int = 0  # [ns] when it last said something
+    received: int = 0  # [ns] when it last said something
     lost: int = 0  # of its counts
 
 
@@ -50,7 +50,7 @@ class Drive:
     fingers: tuple[str, ...]  # as its map calls them
     serves: tuple[str, ...]
     limits: DriveLimits
-    told: Told = field(default_factory=Told)
+    commanded: Commanded = field(default_factory=Commanded)
     felt: float = math.nan  # [N] as it says itself
     _needs: dict[str, float] = field(default_factory=dict)
     _sent: int = NOT_YET
@@ -60,27 +60,27 @@ class Drive:
         return max(self._needs.values(), default=0.0)
 
     def take(self, command: ForceCommand) -> None:
-        """Take the command of a finger; tell the drive, no sooner than it can take it."""
+        """Take the command of a finger; command the drive, no sooner than it can take it."""
         if not 0.0 <= command.normal_force < math.inf:
             return
         self._needs[command.finger] = command.normal_force
-        before, now = self.told, command.stamp
-        self.told = next_force(self.limits, before, self.need, now)
-        is_new = self.told.force != before.force
+        before, now = self.commanded, command.stamp
+        self.commanded = next_force(self.limits, before, self.need, now)
+        is_new = self.commanded.force != before.force
         if not is_new and self.limits.rate > 0.0 and now - self._sent < NS / self.limits.rate:
             return
         self._sent = now
-        change = self.told.force - before.force
+        change = self.commanded.force - before.force
         for finger in self.fingers:
-            values = (now, finger, command.seq, self.told.force, change, command.reason, command.expires)
+            values = (now, finger, command.seq, self.commanded.force, change, command.reason, command.expires)
             self.part.endpoint.send(make_row(ForceCommand, values))
 
     def pressing(self, now: int) -> float:
-        """Return what it surely presses with [N]: what it says, else what it was told less hysteresis."""
+        """Return what it surely presses with [N]: what it says, else what was commanded less hysteresis."""
         if not math.isnan(self.felt):
             return self.felt
-        is_there = now - self.told.at >= self.limits.delay * NS
-        return max(self.told.force - self.limits.hysteresis, 0.0) if is_there else 0.0
+        is_there = now - self.commanded.at >= self.limits.delay * NS
+        return max(self.commanded.force - self.limits.hysteresis, 0.0) if is_there else 0.0
 
 
 class BenchEndpoint(Endpoint):
@@ -197,13 +197,13 @@ class BenchEndpoint(Endpoint):
             part.endpoint.close()
 
     def _take(self, part: Part, timeout: float, messages: list[Message], arrivals: list[int]) -> None:
-        heard = part.endpoint.receive(timeout)
+        received = part.endpoint.receive(timeout)
         if part.endpoint.broken:
             self.broken |= {part.names.get(name, name): count for name, count in part.endpoint.broken.items()}
-        if not heard:
+        if not received:
             return
-        part.heard = part.endpoint.arrivals[-1]
-        for message, arrival in zip(heard, part.endpoint.arrivals, strict=True):
+        part.received = part.endpoint.arrivals[-1]
+        for message, arrival in zip(received, part.endpoint.arrivals, strict=True):
             for each in self._as_ours(part, message):
                 messages.append(each)
                 arrivals.append(arrival)
@@ -253,21 +253,21 @@ class BenchEndpoint(Endpoint):
         self._looked = now
         for part in self._parts if len(self._parts) > 1 else ():
             lost = sum(part.endpoint.rejected.get(name, 0) for name in LOST)
-            last = part.heard + SILENT_NS if part.heard else self._opened + FIRST_WORD_NS
+            last = part.received + SILENT_NS if part.received else self._opened + FIRST_WORD_NS
             is_mute = part.role != "drive" and now > last
             if is_mute or lost > part.lost:
                 self._counts[f"lost_{part.name}"] += 1
                 self._hints[f"lost_{part.name}"] = self._of_loss(part)
             part.lost = lost
         if self._balance is not None and self._counts["uneven_jaws"]:
-            told = ", ".join(f"{name} {force:.1f} N" for name, force in self._balance.means.items())
+            commanded = ", ".join(f"{name} {force:.1f} N" for name, force in self._balance.means.items())
             self._hints["uneven_jaws"] = (
-                f"the jaws feel different forces ({told}), more than noise and gains allow: one touches "
+                f"the jaws feel different forces ({commanded}), more than noise and gains allow: one touches "
                 "something else, or carries weight along the closing direction, or has lost its zero "
                 "(`vegrip zero`)"
             )
         for drive in self._drives.values():
-            if drive.told.force > 0.0 and (said := least_force_sentence(drive.limits, drive.need)):
+            if drive.commanded.force > 0.0 and (said := least_force_sentence(drive.limits, drive.need)):
                 self._counts["more_than_needed"] += 1
                 self._hints["more_than_needed"] = f"{said} ({drive.need:.1f} N)"
 
@@ -276,8 +276,8 @@ class BenchEndpoint(Endpoint):
         if part.role == "drive" and self._drive is not None:
             return (
                 f"the drive {part.where} does not answer, so the force cannot change: it holds "
-                f"{self._drive.told.force:.1f} N if it holds by itself; it is opened again each second, and "
-                "margins are still estimated"
+                f"{self._drive.commanded.force:.1f} N if it holds by itself; it is opened again each second, "
+                "and margins are still estimated"
             )
         fingers = self._blind if part.role == "wrist" else tuple(part.names.values())
         rest = ", ".join(name for name in self._of if name not in fingers)

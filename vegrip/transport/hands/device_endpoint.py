@@ -219,7 +219,7 @@ class VirtualDeviceEndpoint(Endpoint):
         while True:
             now = self._clock.now()
             while (frame := self._port.read()) is not None:
-                self._device.hear(frame, now)
+                self._device.take_in(frame, now)
                 messages += self._commands(now)
             for frame in self._device.due(now):
                 self._port.write(frame)

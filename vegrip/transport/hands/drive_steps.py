@@ -1,4 +1,4 @@
-"""Which force a drive is told, of those that it can make, for the force that is needed. Pure.
+"""Which force a drive is commanded, of those that it can make, for the force that is needed. Pure.
 
 A drive makes the forces ``minimum + i resolution`` up to ``maximum``, and none (open). A change of less than
 its ``hysteresis`` may do nothing, and within ``1 / rate`` of the last it is not taken. So the need is rounded
@@ -7,8 +7,8 @@ up, followed up at once, and down where it stays lower:
 * by a step for :data:`CALM_NS`;
 * by :data:`FAR_STEPS` steps, and a tenth, for :data:`FALL_NS`: the load is another one.
 
-Both leave a part of a step between what was needed meanwhile and what is told then, so that under a constant
-load a need that wavers moves no drive back and forth.
+Both leave a part of a step between what was needed meanwhile and what is commanded then, so that under a
+constant load a need that wavers moves no drive back and forth.
 """
 
 import math
@@ -39,8 +39,8 @@ class Lower(NamedTuple):
         return Lower(self.since, max(self.most, need)) if need <= bound else Lower(now)
 
 
-class Told(NamedTuple):
-    """What a drive was told last."""
+class Commanded(NamedTuple):
+    """What a drive was commanded last."""
 
     force: float = 0.0  # [N]
     at: int = NOT_YET  # [ns] when it changed
@@ -58,29 +58,31 @@ def step_above(drive: DriveLimits, force: float) -> float:
     return drive.minimum + steps * drive.resolution
 
 
-def next_force(drive: DriveLimits, told: Told, need: float, now: int) -> Told:
-    """Return what ``drive`` is told at ``now`` [ns] for a ``need`` [N]."""
+def next_force(drive: DriveLimits, commanded: Commanded, need: float, now: int) -> Commanded:
+    """Return what ``drive`` is commanded at ``now`` [ns] for a ``need`` [N]."""
     if need < OPEN_N:
-        return told if told.force == 0.0 else Told(0.0, now)
-    if told.force == 0.0:
+        return commanded if commanded.force == 0.0 else Commanded(0.0, now)
+    if commanded.force == 0.0:
         return _changed(step_above(drive, need), now)
     least = max(drive.resolution, drive.hysteresis)
-    rest = max(STEP_SHARE * least, FORCE_SHARE * told.force)
-    step = told.step.grown(need, told.force - least - rest, now)
-    far = told.far.grown(need, told.force - max(FAR_STEPS * least, FAR_SHARE * told.force) - rest, now)
-    if drive.rate > 0.0 and now - told.at < NS / drive.rate:
-        return told._replace(step=step, far=far)
-    if need > told.force * (1.0 + EXACT):
-        more = max(drive.hysteresis, FORCE_SHARE * told.force)
-        force = step_above(drive, max(need, told.force + more))
-        return _changed(force, now) if force > told.force else told
+    rest = max(STEP_SHARE * least, FORCE_SHARE * commanded.force)
+    step = commanded.step.grown(need, commanded.force - least - rest, now)
+    far = commanded.far.grown(
+        need, commanded.force - max(FAR_STEPS * least, FAR_SHARE * commanded.force) - rest, now
+    )
+    if drive.rate > 0.0 and now - commanded.at < NS / drive.rate:
+        return commanded._replace(step=step, far=far)
+    if need > commanded.force * (1.0 + EXACT):
+        more = max(drive.hysteresis, FORCE_SHARE * commanded.force)
+        force = step_above(drive, max(need, commanded.force + more))
+        return _changed(force, now) if force > commanded.force else commanded
     lower = [each for each, wait in ((step, CALM_NS), (far, FALL_NS)) if now - each.since >= wait]
-    force = min((step_above(drive, each.most + rest) for each in lower), default=told.force)
-    return _changed(force, now) if force < told.force else told._replace(step=step, far=far)
+    force = min((step_above(drive, each.most + rest) for each in lower), default=commanded.force)
+    return _changed(force, now) if force < commanded.force else commanded._replace(step=step, far=far)
 
 
-def _changed(force: float, now: int) -> Told:
-    return Told(force, now, Lower(now), Lower(now))
+def _changed(force: float, now: int) -> Commanded:
+    return Commanded(force, now, Lower(now), Lower(now))
 
 
 def least_force_sentence(drive: DriveLimits, need: float) -> str:

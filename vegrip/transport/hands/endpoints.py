@@ -32,7 +32,7 @@ class MappedCanEndpoint(CanEndpoint):
 
     Besides the names of :class:`~vegrip.transport.can_endpoint.CanEndpoint` and of the codec, ``rejected``
     has ``no_traffic`` (nothing of the map has ever come), ``foreign`` (frames that the map does not read,
-    told only with it) and ``command_held`` (frames that repeated a command whose lifetime was over).
+    sent only with it) and ``command_held`` (frames that repeated a command whose lifetime was over).
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class MappedCanEndpoint(CanEndpoint):
         super().__init__(bus, codec, reopen, timing, extended=True)
         self._mapped = codec
         self._opened = time.monotonic_ns()
-        self._was_heard = False
+        self._was_received = False
         self._begin()
 
     def _begin(self) -> None:
@@ -60,7 +60,7 @@ class MappedCanEndpoint(CanEndpoint):
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        found = _faults(super().rejected, self._mapped, None if self._was_heard else self._opened)
+        found = _faults(super().rejected, self._mapped, None if self._was_received else self._opened)
         return found | {"foreign": self._mapped.foreign} if "no_traffic" in found else found
 
     def receive(self, timeout: float) -> Sequence[Message]:
@@ -77,8 +77,8 @@ class MappedCanEndpoint(CanEndpoint):
             messages += states
             arrivals += [frame.stamp] * len(states)
         self._repeat()
-        if messages and not self._was_heard:
-            self._was_heard = True
+        if messages and not self._was_received:
+            self._was_received = True
             self._bring_only_its_own()
         self._mapped.add_reports(messages, arrivals, time.monotonic_ns())
         self.arrivals = arrivals
@@ -92,7 +92,7 @@ class MappedCanEndpoint(CanEndpoint):
         return self._mapped.dialogue is not None and self._mapped.dialogue.zero()
 
     def close(self) -> None:
-        """Say what the hand is told at the end, and leave the bus."""
+        """Say what is sent to the hand at the end, and leave the bus."""
         if self._mapped.dialogue is not None:
             for step in self._mapped.dialogue.closing:
                 self.send_frame(step.frame)
@@ -127,7 +127,7 @@ class MappedZmqEndpoint(ZmqEndpoint):
     ) -> None:
         self._mapped = codec
         self._opened = time.monotonic_ns()
-        self._was_heard = False
+        self._was_received = False
         super().__init__(publish, subscribe, codec, keys)  # type: ignore[arg-type]
 
     @property
@@ -136,14 +136,14 @@ class MappedZmqEndpoint(ZmqEndpoint):
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        return _faults(super().rejected, self._mapped, None if self._was_heard else self._opened)
+        return _faults(super().rejected, self._mapped, None if self._was_received else self._opened)
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a state, then take what is there; repeat commands that are due."""
         for topic, payload in self._mapped.due(time.monotonic_ns()):
             self.send_payload(topic.encode(), payload)
         messages = super().receive(timeout)
-        self._was_heard = self._was_heard or bool(messages)
+        self._was_received = self._was_received or bool(messages)
         return messages
 
     def _take(self, parts: Sequence[bytes], arrived: int, messages: list[Message]) -> None:

@@ -128,11 +128,11 @@ class PacketStream:
             data = fields
         if packet.clock is not None:
             read, modulus, per_count = packet.clock  # of the device, whose count is carried on where it wraps
-            clock, told = self._clocks[packet.name]
+            clock, ticks = self._clocks[packet.name]
             raw = read(data, 0)
-            told[1] += (raw - told[0]) % modulus if told[0] >= 0 else raw
-            told[0] = raw
-            stamp = clock.hear(round(told[1] * per_count), stamp)
+            ticks[1] += (raw - ticks[0]) % modulus if ticks[0] >= 0 else raw
+            ticks[0] = raw
+            stamp = clock.observe(round(ticks[1] * per_count), stamp)
         if packet.index is None:
             found.append(Frame(packet.number, data, False, stamp))
             return
@@ -261,7 +261,7 @@ class Device:
                 chunk = self.link.read()
                 if not chunk:
                     break
-                self.dialogue.hear(chunk, now)
+                self.dialogue.take_in(chunk, now)
                 at = self.link.arrived or now
                 is_known = is_known and self.link.arrived > 0
                 found += [(frame, at) for frame in read(chunk, at)]
@@ -357,7 +357,7 @@ class MappedLinkEndpoint(Endpoint):
         self.arrivals: Sequence[int] = ()
         self._codec, self.broken = codec, codec.broken
         self._faults: Counter[str] = Counter()
-        self._has_heard = False  # a packet of the map
+        self._has_received = False  # a packet of the map
         plan = codec.plan
         self._conditions = _conditions(plan, self._faults)
         self._orders = _orders(plan)
@@ -407,24 +407,26 @@ class MappedLinkEndpoint(Endpoint):
             DeviceError: it does not answer as the map says, or is not ready in time; in one sentence.
 
         """
-        told = self._codec.plan.hand.device
-        if not told.ready:
+        device = self._codec.plan.hand.device
+        if not device.ready:
             return
-        deadline = time.monotonic() + told.patience
-        while told.ready not in self.conditions or not all(one.dialogue.is_open for one in self._devices):
+        deadline = time.monotonic() + device.patience
+        while device.ready not in self.conditions or not all(one.dialogue.is_open for one in self._devices):
             if time.monotonic() > deadline:
-                raise DeviceError(f"the device at {address} {self._unready(told)}")
+                raise DeviceError(f"the device at {address} {self._unready(device)}")
             self.receive(0.01)
 
-    def _unready(self, told: DeviceMap) -> str:
-        if not self._has_heard:
+    def _unready(self, device: DeviceMap) -> str:
+        if not self._has_received:
             noise = ", ".join(f"{name} {count}" for name, count in self.rejected.items())
             return (
-                f"does not answer as {self._codec.plan.hand.path} says within {told.patience:g} s ({noise}): "
-                "is it that device, on, and are its rate and number those of the map?"
+                f"does not answer as {self._codec.plan.hand.path} says within {device.patience:g} s "
+                f"({noise}): is it that device, on, and are its rate and number those of the map?"
             )
         holding = ", ".join(sorted(self.conditions)) or "nothing"
-        return f"answers, but is not {told.ready!r} within {told.patience:g} s; it says of itself: {holding}"
+        return (
+            f"answers, but is not {device.ready!r} within {device.patience:g} s; it says of itself: {holding}"
+        )
 
     @property
     def sentences(self) -> Sequence[str]:
@@ -516,7 +518,7 @@ class MappedLinkEndpoint(Endpoint):
             self._devices[device].write(frame.data, now)
 
     def _made(self, outgoing: Outgoing, dialogue: Dialogue, now: int) -> list[Step]:
-        """Return the command of now, with what follows where it is new, or may not have been heard."""
+        """Return the command of now, with what follows where it is new, or may not have been received."""
         outgoing.is_wanted = False
         order, line = self._orders[outgoing.name], self._lines.get(outgoing.name)
         found = []
@@ -533,7 +535,7 @@ class MappedLinkEndpoint(Endpoint):
 
     def _hear(self, device: Device, frame: Frame, now: int) -> None:
         name = self._of.get(frame.arbitration_id, "")
-        self._has_heard = True
+        self._has_received = True
         self._conditions.take(name, frame.data)
         if name in self._counted:
             self._faults[self._counted[name]] += 1
@@ -562,8 +564,8 @@ def _conditions(plan: Plan, counts: Counter[str]) -> Conditions:
     messages, maps, device = plan.database.messages, plan.hand.conditions, plan.hand.device
     asked = {entry.get(key, "") for entry in device.opening for key in ("unless", "until")}
     for name in sorted((asked | {device.ready}) - {"", *maps}):
-        told = suggestion(name, maps, "there are")
-        raise ConfigError(f"{plan.hand.path} [device]: there is no condition {name!r}; {told}")
+        hint = suggestion(name, maps, "there are")
+        raise ConfigError(f"{plan.hand.path} [device]: there is no condition {name!r}; {hint}")
     needed = fields_of(maps, {name: one.signals for name, one in messages.items()}, str(plan.hand.path))
     readers = {
         packet: {field: compile_raw(messages[packet], messages[packet].signals[field]) for field in fields}

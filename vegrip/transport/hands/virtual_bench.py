@@ -1,7 +1,7 @@
 """The other end of a hand in parts: a virtual device for each of its maps, behind one virtual hand.
 
-What the fingers feel goes to the pads, the load of both to the sensor at the wrist; what the gripper is told
-comes out as a command to each finger that it presses with.
+What the fingers feel goes to the pads, the load of both to the sensor at the wrist; what the gripper is
+commanded comes out as a command to each finger that it presses with.
 """
 
 import threading
@@ -32,7 +32,7 @@ class VirtualBench(Endpoint):
     def __init__(self, parts: Sequence[Part], serves: Sequence[str], mass: float = 0.0) -> None:
         self._parts, self._serves, self._mass = tuple(parts), tuple(serves), mass
         self._felt: dict[str, FingertipState] = {}
-        self._told: list[Message] = []
+        self._commands: list[Message] = []
         self._lock, self._over = threading.Lock(), threading.Event()
         self._thread = threading.Thread(target=self._serve, daemon=True)  # they answer before the hand moves
         self._thread.start()
@@ -45,12 +45,12 @@ class VirtualBench(Endpoint):
         return dict(found)
 
     def receive(self, timeout: float) -> Sequence[Message]:
-        """Wait up to ``timeout`` [s]; return what the gripper was told."""
+        """Wait up to ``timeout`` [s]; return what the gripper was commanded."""
         deadline = time.monotonic() + timeout
-        while not self._told and (left := deadline - time.monotonic()) > 0.0:
+        while not self._commands and (left := deadline - time.monotonic()) > 0.0:
             time.sleep(min(left, NAP))
         with self._lock:
-            messages, self._told = self._told, []
+            messages, self._commands = self._commands, []
         self.arrivals = [time.monotonic_ns()] * len(messages)
         return messages
 
@@ -58,10 +58,10 @@ class VirtualBench(Endpoint):
         while not self._over.wait(NAP):
             with self._lock:
                 for part in self._parts:
-                    for told in part.endpoint.receive(0.0):
-                        if isinstance(told, ForceCommand):
-                            fingers = self._pressed(part, told)
-                            self._told += [replace(told, finger=finger) for finger in fingers]
+                    for command in part.endpoint.receive(0.0):
+                        if isinstance(command, ForceCommand):
+                            fingers = self._pressed(part, command)
+                            self._commands += [replace(command, finger=finger) for finger in fingers]
 
     def send(self, message: Message) -> None:
         if not isinstance(message, FingertipState):

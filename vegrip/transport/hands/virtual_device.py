@@ -38,7 +38,7 @@ class VirtualDevice:
                 f"{plan.hand.path}: only packets and frames of a CAN database have a virtual device"
             )
         self.counts: Counter[str] = Counter()
-        """Of what the device heard: ``unknown_request``, and ``zero``, the times that it took its zero."""
+        """Of what the device received: ``unknown_request``, and ``zero``, the times that it took its zero."""
         self.forces: dict[str, float] = {}
         """The force that each finger was last commanded [N]."""
         self._fresh: dict[str, float] = {}
@@ -70,14 +70,14 @@ class VirtualDevice:
         self._zeros: dict[str, dict[str, float]] = {}
         self._frictions: dict[str, float] = {}  # [-] of its own estimate, by finger
         self._outbox: list[tuple[int, Frame]] = []
-        self._heard = bytearray()
+        self._received = bytearray()
         self.reset()
 
     def reset(self) -> None:
         """Begin as when it is switched on: only what needs no opening is sent."""
         self._streams = not self._dialogue.opening
         self._next = 0
-        self._heard.clear()
+        self._received.clear()
         self._outbox.clear()
 
     def sense(self, state: FingertipState) -> None:
@@ -89,13 +89,13 @@ class VirtualDevice:
         values |= self._own_estimate(finger, values)
         self._fill(finger)
 
-    def hear(self, frame: Frame, now: int) -> None:
+    def take_in(self, frame: Frame, now: int) -> None:
         if self._on_can:
             self._hear_whole(frame, now)
             return
-        self._heard += frame.data
-        while self._heard and (size := self._understand(bytes(self._heard), now)):
-            del self._heard[:size]
+        self._received += frame.data
+        while self._received and (size := self._understand(bytes(self._received), now)):
+            del self._received[:size]
 
     def _hear_whole(self, frame: Frame, now: int) -> None:
         asked = frame.arbitration_id, bytes(frame.data)

@@ -52,7 +52,7 @@ class VirtualDrive(ABC):
 
     def __init__(self, plan: Plan, latency: float = 0.0) -> None:
         self.counts: Counter[str] = Counter()
-        """Of what it heard: ``unknown_request``."""
+        """Of what it received: ``unknown_request``."""
         self.forces: dict[str, float] = {}
         """The force that each finger was last commanded [N]."""
         self.jaws = Jaws()
@@ -60,18 +60,18 @@ class VirtualDrive(ABC):
         self._fingers = [finger.name for finger in plan.fingers]
         self._latency = round(latency * NS)
         self._fresh: dict[str, float] = {}
-        self._heard = bytearray()
+        self._received = bytearray()
         self._outbox: list[tuple[int, Frame]] = []
 
-    def hear(self, frame: Frame, now: int) -> None:
+    def take_in(self, frame: Frame, now: int) -> None:
         """Take bytes, and answer the requests that are whole with them."""
         self.go(now)
-        self._heard += frame.data
-        while self._heard:
-            size, answer = self.answered(bytes(self._heard), now)
+        self._received += frame.data
+        while self._received:
+            size, answer = self.answered(bytes(self._received), now)
             if size == NO_FRAME:
                 break
-            del self._heard[:size]
+            del self._received[:size]
             if answer:
                 self._outbox.append((now + self._latency, Frame(-1, answer, False, now)))
         force = self.pressed()

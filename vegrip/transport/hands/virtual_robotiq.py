@@ -28,14 +28,14 @@ class Robotiq(VirtualDrive):
 
     def __init__(self, plan: Plan, latency: float = 0.0) -> None:
         super().__init__(plan, latency)
-        self.told = dict.fromkeys(("ACT", "GTO", "ATR", "ARD", "POS", "SPE", "FOR"), 0)
+        self.commanded = dict.fromkeys(("ACT", "GTO", "ATR", "ARD", "POS", "SPE", "FOR"), 0)
         self.fault = 0
         self._force = 0  # that the present motion began with
         self._ready_at: int | None = None  # [ns]
 
     @property
     def state(self) -> int:
-        return RESET if not self.told["ACT"] else IN_PROGRESS if self._ready_at is not None else ACTIVE
+        return RESET if not self.commanded["ACT"] else IN_PROGRESS if self._ready_at is not None else ACTIVE
 
     @property
     def object(self) -> int:
@@ -48,32 +48,32 @@ class Robotiq(VirtualDrive):
 
     def tell(self, values: dict[str, int], now: int) -> None:
         """Take the variables that were set."""
-        before, self.told = self.told, self.told | values
-        if self.told["ACT"] != before["ACT"]:
-            self._ready_at = now + ACTIVATION_NS if self.told["ACT"] else None
+        before, self.commanded = self.commanded, self.commanded | values
+        if self.commanded["ACT"] != before["ACT"]:
+            self._ready_at = now + ACTIVATION_NS if self.commanded["ACT"] else None
             self.fault = 0
-        wants_motion = self.told["GTO"] and (not before["GTO"] or self.told["POS"] != before["POS"])
+        wants_motion = self.commanded["GTO"] and (not before["GTO"] or self.commanded["POS"] != before["POS"])
         if self.state != ACTIVE:
             self.fault = NOT_ACTIVATED if wants_motion and self.state == RESET else self.fault
             return
         if wants_motion:
-            self._force = self.told["FOR"]
-        if self.told["GTO"]:
-            self.jaws.target = float(self.told["POS"])
-            self.jaws.speed = SLOWEST + (FASTEST - SLOWEST) * self.told["SPE"] / 255
+            self._force = self.commanded["FOR"]
+        if self.commanded["GTO"]:
+            self.jaws.target = float(self.commanded["POS"])
+            self.jaws.speed = SLOWEST + (FASTEST - SLOWEST) * self.commanded["SPE"] / 255
         else:
             self.jaws.target = self.jaws.place
 
     def pressed(self) -> float:
-        if self.state != ACTIVE or not self.told["GTO"]:
+        if self.state != ACTIVE or not self.commanded["GTO"]:
             return math.nan
         low, high = self.limits.minimum, self.limits.maximum
-        return low + (high - low) * self._force / 255 if self.told["POS"] else 0.0
+        return low + (high - low) * self._force / 255 if self.commanded["POS"] else 0.0
 
     def inputs(self) -> bytes:
-        status = self.told["ACT"] | self.told["GTO"] << 3 | self.state << 4 | self.object << 6
+        status = self.commanded["ACT"] | self.commanded["GTO"] << 3 | self.state << 4 | self.object << 6
         current = CURRENT if self.jaws.holds else 0
-        return bytes([status, 0, self.fault, self.told["POS"], round(self.jaws.place), current])
+        return bytes([status, 0, self.fault, self.commanded["POS"], round(self.jaws.place), current])
 
 
 class RobotiqRtu(Robotiq):
@@ -118,9 +118,9 @@ class RobotiqRtu(Robotiq):
         return bytes([ILLEGAL_ADDRESS])
 
     def _outputs(self) -> bytes:
-        told = self.told
-        action = told["ACT"] | told["GTO"] << 3 | told["ATR"] << 4 | told["ARD"] << 5
-        return bytes([action, 0, 0, told["POS"], told["SPE"], told["FOR"]])
+        commanded = self.commanded
+        action = commanded["ACT"] | commanded["GTO"] << 3 | commanded["ATR"] << 4 | commanded["ARD"] << 5
+        return bytes([action, 0, 0, commanded["POS"], commanded["SPE"], commanded["FOR"]])
 
     def _write(self, first: int, data: bytes, now: int) -> bool:
         at = 2 * (first - OUTPUTS)
@@ -145,7 +145,7 @@ class RobotiqUrcap(Robotiq):
         names, numbers = words[1::2], words[2::2]
         if words[:1] == ["GET"] and len(words) == 2 and words[1] in self._variables():
             return len(line) + 1, f"{words[1]} {self._variables()[words[1]]}\n".encode()
-        is_whole = len(names) == len(numbers) > 0 and set(names) <= self.told.keys()
+        is_whole = len(names) == len(numbers) > 0 and set(names) <= self.commanded.keys()
         is_sound = all(number.isdecimal() and int(number) <= 255 for number in numbers)
         if words[:1] == ["SET"] and is_whole and is_sound:
             self.tell(dict(zip(names, map(int, numbers), strict=True)), now)
@@ -154,5 +154,5 @@ class RobotiqUrcap(Robotiq):
         return len(line) + 1, b""
 
     def _variables(self) -> dict[str, int]:
-        told = {"STA": self.state, "OBJ": self.object, "FLT": self.fault, "PRE": self.told["POS"]}
-        return {**self.told, **told, "POS": round(self.jaws.place)}
+        commanded = {"STA": self.state, "OBJ": self.object, "FLT": self.fault, "PRE": self.commanded["POS"]}
+        return {**self.commanded, **commanded, "POS": round(self.jaws.place)}

@@ -11,8 +11,8 @@ of object and gripper together, or a pull at the object. Of inertia the object's
 
 Of the load L a finger carries ``share`` (0.5 +- 0.15: two pads shared 64 : 36 at 750 g,
 robertburk/ME_THESIS_ROBERT_BURKE), which enters as the uncertain gain of a tangential force. Directions are
-not told apart: what lies along the closing direction counts as tangential, too. Turning the wrist after the
-tare moves the gripper's weight, by up to twice that weight: ``vegrip zero`` takes the tare again.
+not distinguished: what lies along the closing direction counts as tangential, too. Turning the wrist after
+the tare moves the gripper's weight, by up to twice that weight: ``vegrip zero`` takes the tare again.
 """
 
 import math

@@ -223,15 +223,15 @@ class _Starts:
     name: str
     is_running: bool = False  # it said so, or sent a PDO
     is_booted: bool = False  # it has just said so
-    is_heard: bool = False  # since the last look
+    is_received: bool = False  # since the last look
     is_away: bool = False
-    heard: int = NOT_YET  # [ns] last
+    received: int = NOT_YET  # [ns] last
     started: int = NOT_YET
     wait: int = FIRST_WAIT_NS
 
     def is_due(self, now: int) -> bool:
-        if self.is_heard or self.heard == NOT_YET:
-            self.heard, self.is_heard, self.is_away = now, False, False
+        if self.is_received or self.received == NOT_YET:
+            self.received, self.is_received, self.is_away = now, False, False
         if self.started == NOT_YET:  # the endpoint has just sent the first
             self.started = now
         if self.is_running and now - self.started > STEADY_NS:
@@ -283,12 +283,12 @@ class CanopenNodes:
         identifier, data = frame.arbitration_id, frame.data
         kind, node = identifier & ~0x7F, identifier & 0x7F
         if identifier in self.pdos:
-            self._starts[self.pdos[identifier]].is_heard = self._starts[self.pdos[identifier]].is_running = (
-                True
-            )
+            self._starts[self.pdos[identifier]].is_received = self._starts[
+                self.pdos[identifier]
+            ].is_running = True
             return False
         if node in self._starts and kind in (HEARTBEAT, ANSWER, EMERGENCY):
-            self._starts[node].is_heard = True
+            self._starts[node].is_received = True
         if identifier in self._polls:
             self._polls[identifier].waits = False
             self._starts[node].is_running = True
@@ -314,7 +314,7 @@ class CanopenNodes:
             if one.is_due(now):
                 frames.append(Frame(0, bytes((START, one.node))))
                 self.rejected["started_again"] += is_new
-            if now - one.heard > AWAY_NS and not one.is_away:
+            if now - one.received > AWAY_NS and not one.is_away:
                 one.is_away = True
                 self.rejected[f"away_{one.name}"] += 1
         for poll in self._polls.values():

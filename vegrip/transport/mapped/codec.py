@@ -38,12 +38,12 @@ class FingerStates:
         slots: Sequence[Slot],
         groups: Sequence[int],  # which of them fills each slot
         values: compiled.Slots,
-        heard: Sequence[int],  # [ns] when each group came last
+        received: Sequence[int],  # [ns] when each group came last
     ) -> None:
         self.name = finger.name
-        self._values, self._heard = values, heard
+        self._values, self._received = values, received
         self.build = compiled.compile_builder(finger)
-        self._count = -1  # the number of the last state, where no counter of theirs tells
+        self._count = -1  # the number of the last state, where no counter of theirs shows it
         self.last = math.nan  # [N] the last normal force, for commands that rest on it
         used = {number for plan in finger.channels.values() for number in plan.slots}
         self.triggers = frozenset(groups[number] for number in finger.trigger_slots)
@@ -65,7 +65,7 @@ class FingerStates:
             seq = self._count = self._count + 1
         if self._held:
             for group, numbers in self._held.items():
-                if stamp - self._heard[group] > self._max_age:
+                if stamp - self._received[group] > self._max_age:
                     for number in numbers:
                         self._values[number] = math.nan
         if self._always_zero:
@@ -103,9 +103,9 @@ class ForeignHand(ABC):
         self.broken: Counter[str] = Counter()
         self.clipped: Counter[str] = Counter()
         self._slots: list[float] = [math.nan] * len(plan.slots)
-        self._heard = [NOT_YET] * (max(groups, default=-1) + 1)
+        self._received = [NOT_YET] * (max(groups, default=-1) + 1)
         self._states = {
-            finger.name: FingerStates(finger, plan.slots, groups, self._slots, self._heard)
+            finger.name: FingerStates(finger, plan.slots, groups, self._slots, self._received)
             for finger in plan.fingers
         }
         self._sequences: list[Counted] = []
@@ -118,7 +118,7 @@ class ForeignHand(ABC):
         self._report_count = 0
 
     def add_reports(self, messages: list[Message], arrivals: list[int], now: int) -> None:
-        """Put what the device says of its contacts behind its states, as often as our own is told."""
+        """Put what the device says of its contacts behind its states, as often as our own is published."""
         if not (messages and self._reporting and now >= self._report_due):
             return
         self._report_due = now + REPORT_PERIOD
@@ -159,7 +159,7 @@ class ForeignHand(ABC):
     ) -> Take:
         """Return what takes the message ``name``: one function, since each call costs a tenth of it."""
         scope |= {"refuse": self._refuse, "owners": self._owners(name)}
-        scope |= {"s": self._slots, "heard": self._heard}
+        scope |= {"s": self._slots, "received": self._received}
         lines = ["def take(data, stamp):", *head, " seq = None"]
         spec = self.plan.protection.get(name)
         if spec is not None and spec.counter:
@@ -170,7 +170,7 @@ class ForeignHand(ABC):
             lines += [" if seq is None:", "  return refuse('counter')"]
         lines += reading
         lines += [" if not found:", "  return refuse('invalid', owners)"] if has_validity else []
-        lines += [" for group in found:", "  heard[group] = stamp"]
+        lines += [" for group in found:", "  received[group] = stamp"]
         fingers = [self._states[finger.name] for finger in self.plan.fingers if finger.trigger == name]
         states = []
         for number, finger in enumerate(fingers):
@@ -326,7 +326,7 @@ def _least_bytes(
     spec: MessageMap | None,
     groups: Sequence[compiled.Group],
 ) -> int:
-    """Return how many bytes tell anything: multiplexers, the counter, and one signal."""
+    """Return how many bytes carry anything: multiplexers, the counter, and one signal."""
     switches = {name for group in groups for name, _ in group.condition}
     whole = [message.signals[name].end for name in switches]
     if spec is not None and spec.counter:

@@ -92,9 +92,11 @@ def _of_sensor(plan: Plan, finger: FingerPlan) -> Iterator[LargestForce]:
         return
     signal = slot.place
     bits = _bits(signal, raw=True)
-    told = tuple((end - signal.offset) / signal.scale for end in _narrower(signal, _bits(signal, raw=False)))
+    stated = tuple(
+        (end - signal.offset) / signal.scale for end in _narrower(signal, _bits(signal, raw=False))
+    )
     most, all_bits = (
-        max(end * slot.scale + slot.offset + channel.constant for end in ends) for ends in (told, bits)
+        max(end * slot.scale + slot.offset + channel.constant for end in ends) for ends in (stated, bits)
     )
     yield from _counting(most, all_bits, f"the sensor of {finger.name} reads no more")
 

@@ -1,4 +1,4 @@
-"""What a foreign hand does not tell, and what that costs: sentences at the start, and settings that follow.
+"""What a foreign hand does not send, and what that costs: sentences at the start, and settings that follow.
 
 A channel that is not there, a message without a counter or a checksum, a slow hand, a protocol that cannot
 say "stop": each is a fault that will not be seen, or a bound that is wider. The node says so once, before it

@@ -95,8 +95,8 @@ def fields_of(
             packet, _, field = place.partition(".")
             if packet not in packets or field not in packets[packet]:
                 known = [f"{one}.{part}" for one, parts in packets.items() for part in parts]
-                told = suggestion(place, known, "there are")
-                raise ConfigError(f"{where} [conditions.{name}]: there is no {place!r}; {told}")
+                hint = suggestion(place, known, "there are")
+                raise ConfigError(f"{where} [conditions.{name}]: there is no {place!r}; {hint}")
             found.setdefault(packet, []).append(field)
     return found
 

@@ -37,7 +37,7 @@ from vegrip.transport.codec import Frame
 from vegrip.transport.maps.checksums import APPENDED, appended
 from vegrip.transport.maps.packets import on_bus
 
-MOST_HEARD: Final = 512  # [bytes] in which an answer is looked for
+MOST_RECEIVED: Final = 512  # [bytes] in which an answer is looked for
 PATIENCE: Final = 0.1  # [s] for what a poll expects, unless it says
 PATIENCE_OPENING: Final = 1.0  # [s] for an answer to an opening
 SILENT_AFTER: Final = 2 * NS  # [ns] without a sound packet: the device was reset, or is no longer there
@@ -141,7 +141,7 @@ class Dialogue:
         self._again = bool(self.opening)  # whether what is said is the opening
         self._awaited: Step | None = None
         self._until = 0  # [ns] the end of the present wait
-        self._heard = bytearray()
+        self._received = bytearray()
         self._asked: Step | None = None
         self._asked_until = 0
         self._turn = 0
@@ -188,16 +188,16 @@ class Dialogue:
             return found
         return found + self._polled(now)
 
-    def hear(self, chunk: bytes, now: int) -> None:
+    def take_in(self, chunk: bytes, now: int) -> None:
         """Look for the answer that is waited for in what has come."""
         self._quiet_until = now + self._silence
         if self._awaited is None or not self._awaited.answer:
             return
-        self._heard += chunk
-        if self._awaited.answer in self._heard:
+        self._received += chunk
+        if self._awaited.answer in self._received:
             self._awaited = None
             self._until = now
-        del self._heard[:-MOST_HEARD]
+        del self._received[:-MOST_RECEIVED]
 
     def came(self, name: str, now: int) -> None:
         """Take note of a sound packet, or a frame."""
@@ -232,7 +232,7 @@ class Dialogue:
     def _say(self, now: int) -> Step:
         step = self._said.popleft()
         self._awaited = step
-        self._heard.clear()
+        self._received.clear()
         self._until = now + (round(PATIENCE * NS) if step.until else step.wait)
         return step
 
@@ -288,33 +288,33 @@ def steps(
             raise ConfigError(
                 f"{where}: {entry!r} is no entry; write {{ data = '03 00' }}, and on CAN an identifier"
             )
-        told = build(_Entry, entry, where)
+        given = build(_Entry, entry, where)
         try:
-            data = bytes.fromhex(told.data) + told.text.encode("latin-1") + bytes(told.zeros)
+            data = bytes.fromhex(given.data) + given.text.encode("latin-1") + bytes(given.zeros)
         except ValueError:
             raise ConfigError(f"{where}: {entry!r} are no bytes; write {{ data = '03 00' }}") from None
-        data = appended(told.checksum, data) if told.checksum else data
-        if told.data and told.text:
+        data = appended(given.checksum, data) if given.checksum else data
+        if given.data and given.text:
             raise ConfigError(f"{where}: {entry!r} has 'data' and 'text'; give one of them")
-        if offset is not None and not (told.identifier >= 0 and len(data) <= 64):
+        if offset is not None and not (given.identifier >= 0 and len(data) <= 64):
             raise ConfigError(
                 f"{where}: {entry!r} is no frame; write {{ identifier = 0x81, data = '03 00' }}"
             )
-        if told.device not in (-1, device):
+        if given.device not in (-1, device):
             continue
-        usual = PATIENCE if told.expects else PATIENCE_OPENING if told.answer else 0.0
-        identifier = -1 if offset is None else on_bus(told.identifier + offset)
+        usual = PATIENCE if given.expects else PATIENCE_OPENING if given.answer else 0.0
+        identifier = -1 if offset is None else on_bus(given.identifier + offset)
         found.append(
             Step(
                 data,
                 identifier,
-                told.answer.encode("latin-1"),
-                told.expects,
-                round((told.every or period) * NS),
-                round((told.wait or usual) * NS),
-                told.unless,
-                told.until,
-                told.first,
+                given.answer.encode("latin-1"),
+                given.expects,
+                round((given.every or period) * NS),
+                round((given.wait or usual) * NS),
+                given.unless,
+                given.until,
+                given.first,
             )
         )
     return tuple(found)

@@ -155,11 +155,11 @@ class Packet:
 
     def _measure(self, length: Any) -> None:
         if isinstance(length, Mapping):
-            told = build(_Length, length, f"{self.where}.length")
-            place = read_field("length", told.field, 0, f"{self.where}: 'length'")
+            given = build(_Length, length, f"{self.where}.length")
+            place = read_field("length", given.field, 0, f"{self.where}: 'length'")
             read = _reader(place, f"{self.where}: 'length'")
-            self.least, self.most = max(self.least, place.start // 8 + place.length // 8), told.most
-            self.size = lambda data, at: read(data, at) + told.plus
+            self.least, self.most = max(self.least, place.start // 8 + place.length // 8), given.most
+            self.size = lambda data, at: read(data, at) + given.plus
         elif isinstance(length, int) and not isinstance(length, bool):
             if not self.least <= length <= MOST_BYTES:
                 raise ConfigError(
@@ -338,20 +338,20 @@ def _index(each: PacketMap, where: str) -> Index | None:
     if not each.index:
         return None
     keys = {"origin" if key == "from" else key: value for key, value in each.index.items()}
-    told = build(_Index, keys, f"{where}.index")
-    if bool(told.offset) == bool(told.sizes):
+    given = build(_Index, keys, f"{where}.index")
+    if bool(given.offset) == bool(given.sizes):
         raise ConfigError(f"{where}.index: give 'offset' (a table) or 'sizes' (one behind another)")
-    parts = [read_field(text, text, 0, f"{where}: index") for text in (told.type, told.offset) if text]
+    parts = [read_field(text, text, 0, f"{where}: index") for text in (given.type, given.offset) if text]
     try:
-        sizes = {int(kind, 0): size for kind, size in told.sizes.items()}
+        sizes = {int(kind, 0): size for kind, size in given.sizes.items()}
     except ValueError:
         raise ConfigError(f"{where}.index: 'sizes' names types by numbers, as {{ 0x10 = 57 }}") from None
     if any(size < 1 for size in sizes.values()):
         raise ConfigError(f"{where}.index: 'sizes' are of whole records, their type among it: 1 and more")
     readers = [_reader(part, f"{where}: index") for part in parts]
     entry = max(part.start // 8 + part.length // 8 for part in parts)
-    offset = readers[1] if told.offset else None
-    return Index(told.at, readers[0], told.mask or ~0, offset, entry, told.origin, sizes)
+    offset = readers[1] if given.offset else None
+    return Index(given.at, readers[0], given.mask or ~0, offset, entry, given.origin, sizes)
 
 
 def on_streams(packets: Sequence[Packet]) -> None:

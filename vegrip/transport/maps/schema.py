@@ -23,7 +23,7 @@
 
 The keys of a channel are those of :class:`SourceMap`, of a command those of :class:`CommandMap`. Instead of
 ``database``, ``[packets]`` describes the bytes of a device (:mod:`vegrip.transport.maps.packets`), and
-``[device]`` says what it is told (:mod:`vegrip.transport.maps.dialogue`).
+``[device]`` says what is sent to it (:mod:`vegrip.transport.maps.dialogue`).
 """
 
 import itertools
@@ -292,7 +292,7 @@ def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
 def _known(
     table: Mapping[str, Any], procedures: Mapping[str, Any], unknown: dict[str, str], path: Path
 ) -> dict[str, Any]:
-    """Return ``table`` without channels of which a key is '?': to be measured, which ``unknown`` is told."""
+    """Return ``table`` without channels of which a key is '?': to be measured, which ``unknown`` receives."""
     asked = [
         (name, key)
         for name, value in table.items()

@@ -43,7 +43,7 @@ LIMIT = {
 }
 """Whether the largest force suffices, by :attr:`vegrip.messages.ModelHealth.limit`."""
 FRICTION = {
-    messages.PROBED: "probing friction: let go of slowly on purpose",
+    messages.PROBED: "probing friction: lowered slowly on purpose",
     messages.KNOWN: "friction is known: held with little more than the least force on purpose",
 }
 """What is done on purpose, by :attr:`vegrip.messages.ModelHealth.friction`."""
