@@ -48,6 +48,10 @@ QUOTED = re.compile(r"```.*?```|``.*?``|`[^`\n]*`|https?://\S+|<[^>\n]*>", re.DO
 PRIVATE = {
     # word of ours: the field's word; in messages, which are read without the pages beside them
     r"(tells?|told)\b": "report, show, say, distinguish",
+    r"(heard|hears?)\b": "received, accepts",
+    r"let(s|ting)? go( of)?\b": "lower, unload, release",
+    r"(rid(e|es|ing)|rode) out\b": "hold the last command",
+    r"witness(es)?\b": "evidence",
     r"(untold|dear(er|est))\b": "not reported; expensive, large",
     r"wanted\b": "target, required",
     r"play\b(?! a\b)": "backlash; of a command: clearance",

@@ -223,7 +223,7 @@ def _speak_as_two(stage: Stage) -> None:
 HELD_UNTIL_REOPENED = "held until the connection is opened anew"
 UNNOTICED = "no effect"
 ACTS = (
-    Act("5000 names are made up before the hand is heard first", _make_up_names, "crowded", UNNOTICED),
+    Act("5000 names are made up before the first state of the hand", _make_up_names, "crowded", UNNOTICED),
     Act("the hand sends a message of 70 000 bytes", _send_too_much, "cut_off", HELD_UNTIL_REOPENED),
     Act("5000 messages of random bytes", _send_rubbish, "checksum", UNNOTICED),
     Act("messages of 1, 3 and 100 parts", _send_parts, "parts", UNNOTICED),

@@ -9,29 +9,29 @@ const put = (node, html) => {
   if (focused && node.querySelector(`#${CSS.escape(focused)}`)) $(focused).focus();
 };
 
-let heard = 0;
+let received = 0;
 const alarm = (level, words) => put($("alarms"), words ? `<li class="${level}"><span>${text(words)}</span></li>` : "");
 
 const receive = (event) => {
-  const told = JSON.parse(event.data);
-  heard += 1;
-  put($("progress"), told.progress);
-  $("busy").hidden = !told.progress;
+  const message = JSON.parse(event.data);
+  received += 1;
+  put($("progress"), message.progress);
+  $("busy").hidden = !message.progress;
   document.body.classList.remove("gone");
-  if (told.body === undefined) return;
-  $("recording").textContent = told.name;
-  $("connection").className = `chip ${told.level}`;
-  $("connection").textContent = told.verdict;
-  alarm(told.error ? "bad" : "ok", told.error || told.note);
-  put($("body"), told.body);
-  put($("commands"), told.commands);
+  if (message.body === undefined) return;
+  $("recording").textContent = message.name;
+  $("connection").className = `chip ${message.level}`;
+  $("connection").textContent = message.verdict;
+  alarm(message.error ? "bad" : "ok", message.error || message.note);
+  put($("body"), message.body);
+  put($("commands"), message.commands);
 };
 
 const connect = () => {
   const source = new EventSource("/live");
   source.onmessage = receive;
   source.onerror = () => {
-    if (!heard) return;
+    if (!received) return;
     alarm("bad", "The server of this page does not answer. What was found is kept in the folder of the check: start the command again and open the address that it prints.");
     document.body.classList.add("gone");
     if (source.readyState === EventSource.CLOSED) setTimeout(connect, 1000);

@@ -10,28 +10,28 @@ const $ = (id) => document.getElementById(id);
 const put = (node, html) => { if (node.dataset.html !== html) { node.dataset.html = html; node.innerHTML = html; } };
 const text = (value) => String(value).replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
 
-const state = { now: null, layout: null, columns: {}, trails: {}, scales: {}, selected: null, heard: 0, drawn: 0, plotted: 0, dirty: false, frames: 0 };
+const state = { now: null, layout: null, columns: {}, trails: {}, scales: {}, selected: null, received: 0, drawn: 0, plotted: 0, dirty: false, frames: 0 };
 window.vegrip = state; // for the tests
 const plots = new Plots($("plots"));
 const dialog = new NodeDialog($("node-dialog"));
 
 const receive = (event) => {
-  const told = JSON.parse(event.data);
-  state.heard = performance.now();
-  if (told.layout) {
-    state.layout = told.layout;
-    state.columns = told.history;
-    plots.build(told.layout);
+  const message = JSON.parse(event.data);
+  state.received = performance.now();
+  if (message.layout) {
+    state.layout = message.layout;
+    state.columns = message.history;
+    plots.build(message.layout);
   }
-  for (const columns of told.columns ?? []) {
+  for (const columns of message.columns ?? []) {
     for (const [finger, column] of Object.entries(columns)) {
       const kept = (state.columns[finger] ??= []);
       kept.push(column);
       if (kept.length > state.layout.count) kept.shift();
     }
   }
-  state.now = told;
-  for (const [name, finger] of Object.entries(told.fingers)) {
+  state.now = message;
+  for (const [name, finger] of Object.entries(message.fingers)) {
     const trail = (state.trails[name] ??= []);
     if (finger.load) trail.push(finger.load);
     if (!finger.load || trail.length > TRAIL) trail.shift();
@@ -47,7 +47,7 @@ const connect = () => {
 
 const frame = () => {
   state.frames += 1;
-  const silent = performance.now() - state.heard > SILENT;
+  const silent = performance.now() - state.received > SILENT;
   showConnection(silent);
   if (state.dirty && state.now && !document.hidden) {
     state.dirty = false;
@@ -58,13 +58,13 @@ const frame = () => {
 
 const showConnection = (silent) => {
   const chip = $("connection");
-  const [name, said] = !state.heard ? ["unknown", "connecting"] : silent ? ["bad", "the server of this page does not answer"] : ["ok", "live"];
+  const [name, said] = !state.received ? ["unknown", "connecting"] : silent ? ["bad", "the server of this page does not answer"] : ["ok", "live"];
   if (chip.dataset.said === said) return;
   chip.dataset.said = said;
   chip.className = `chip ${name}`;
   chip.textContent = said;
-  document.body.classList.toggle("gone", silent && state.heard > 0);
-  if (silent && state.heard) {
+  document.body.classList.toggle("gone", silent && state.received > 0);
+  if (silent && state.received) {
     put($("alarms"), `<li class="bad">The server of this page does not answer; what is shown is old. If it was started again, open the address that it printed.</li>`);
   }
 };

@@ -7,8 +7,8 @@ const asked = async (path, values, method = "GET") => {
   const address = method === "GET" ? `${path}?${new URLSearchParams(values)}` : path;
   try {
     const answer = await fetch(address, init);
-    const told = await answer.json();
-    return answer.ok ? { told } : { error: told.error };
+    const reply = await answer.json();
+    return answer.ok ? { reply } : { error: reply.error };
   } catch {
     return { error: "the server of this page does not answer" };
   }
@@ -23,11 +23,11 @@ export class NodeDialog {
 
   get isOpen() { return this.root.open; }
 
-  // What is heard of the nodes: another person, or the node itself, may have changed its state.
+  // What the nodes report: another person, or the node itself, may have changed its state.
   attend(nodes) {
-    const heard = nodes[this.node]?.state;
-    if (!this.isOpen || heard === this.heard) return;
-    this.heard = heard;
+    const received = nodes[this.node]?.state;
+    if (!this.isOpen || received === this.received) return;
+    this.received = received;
     this.showState();
   }
 
@@ -42,18 +42,18 @@ export class NodeDialog {
   }
 
   async showParameters() {
-    const { told, error } = await asked("/parameters", { node: this.node });
+    const { reply, error } = await asked("/parameters", { node: this.node });
     if (error) return this.say(error, "bad");
-    this.rows = told;
-    this.root.querySelector(".rows").innerHTML = `<table><tr><th>parameter</th><th>value</th><th>unit</th><th>bounds</th><th>meaning</th></tr>${told.map(row).join("")}</table>`;
+    this.rows = reply;
+    this.root.querySelector(".rows").innerHTML = `<table><tr><th>parameter</th><th>value</th><th>unit</th><th>bounds</th><th>meaning</th></tr>${reply.map(row).join("")}</table>`;
   }
 
   async showState() {
-    const { told, error } = await asked("/state", { node: this.node });
+    const { reply, error } = await asked("/state", { node: this.node });
     if (error) return this.say(error, "bad");
-    if (told.state !== this.shown) this.sure = null;
-    this.shown = told.state;
-    const html = `<b>${text(told.state)}</b>${told.on_hold ? " (on hold)" : ""} ${told.transitions.map((name) => `<button type="button" class="${RISKY.has(name) ? "danger" : ""}" data-transition="${name}">${name}</button>`).join(" ")}`;
+    if (reply.state !== this.shown) this.sure = null;
+    this.shown = reply.state;
+    const html = `<b>${text(reply.state)}</b>${reply.on_hold ? " (on hold)" : ""} ${reply.transitions.map((name) => `<button type="button" class="${RISKY.has(name) ? "danger" : ""}" data-transition="${name}">${name}</button>`).join(" ")}`;
     const line = this.root.querySelector(".state");
     if (line.dataset.html === html) return; // a button that is replaced while it is pressed is not pressed
     line.dataset.html = html;
@@ -76,8 +76,8 @@ export class NodeDialog {
     }
     this.sure = null;
     this.say(`${transition}: the node is asked`, "unknown"); // configuring may compile a model first
-    const { told, error } = await asked("/state", { node: this.node, target: transition }, "POST");
-    this.say(error ?? `the node is ${told.state}`, error ? "bad" : "ok");
+    const { reply, error } = await asked("/state", { node: this.node, target: transition }, "POST");
+    this.say(error ?? `the node is ${reply.state}`, error ? "bad" : "ok");
     await this.showState();
   }
 
@@ -85,13 +85,13 @@ export class NodeDialog {
     const name = input.dataset.parameter, before = this.rows.find((one) => one.name === name);
     const value = read(input, before);
     this.command(`vegrip param set ${this.node} ${name} ${input.value}`);
-    const { told, error } = await asked("/parameters", { node: this.node, name, value }, "POST");
+    const { reply, error } = await asked("/parameters", { node: this.node, name, value }, "POST");
     if (error) {
       input.value = before.value;
       return this.say(error, "bad");
     }
-    this.rows = told;
-    this.say(`${name} is ${told.find((one) => one.name === name).value}`, "ok");
+    this.rows = reply;
+    this.say(`${name} is ${reply.find((one) => one.name === name).value}`, "ok");
   }
 
   say(words, level) {

@@ -75,7 +75,7 @@ export class Plots {
 }
 
 const PATIENCE = 12; // columns: half a second; a longer gap is shown as one
-// Values with short gaps bridged by what was heard before them: a slow node says nothing in many a column.
+// Values with short gaps bridged by what came before them: a slow node says nothing in many a column.
 const bridged = (values) => {
   let last = null, since = 0;
   return values.map((value) => {
@@ -85,15 +85,15 @@ const bridged = (values) => {
   });
 };
 
-const heard = (values) => values.filter((v) => v != null);
-const leastOf = (values) => Math.min(0, ...heard(values));
+const present = (values) => values.filter((v) => v != null);
+const leastOf = (values) => Math.min(0, ...present(values));
 
 // The range of an axis: all values, and of their band what is no more than half of the largest of them away.
 const spread = (values, band) => {
-  const all = heard(values);
+  const all = present(values);
   if (!all.length) return [0, 1];
   const low = Math.min(...all), high = Math.max(...all), far = 0.5 * Math.max(Math.abs(low), Math.abs(high));
-  const near = heard(band).map((v) => Math.min(Math.max(v, low - far), high + far));
+  const near = present(band).map((v) => Math.min(Math.max(v, low - far), high + far));
   const least = Math.min(low, ...near), most = Math.max(high, ...near);
   const middle = (least + most) / 2, half = Math.max((most - least) / 2, 0.05 * Math.abs(middle), 1e-6) * 1.12;
   return [middle - half, middle + half];
