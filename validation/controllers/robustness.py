@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.table import Table
 
 from vegrip.grip.parameters import GraspParameters
-from vegrip.trials.candidates import KNOBS, parameters, told_of_slip
+from vegrip.trials.candidates import KNOBS, parameters, with_slip_channel
 from vegrip.trials.closed_loop import GRASPS, SAMPLING_S, Scenario, run_grip
 from vegrip.trials.fronts import GripRecord, Surroundings, figures_of, force_over_least, record_of, wrong_slip
 from vegrip.virtual import Disturbance, HandSettings, VirtualHand, disturbances
@@ -116,12 +116,12 @@ class RobustnessTrial:
 
 
 def settings_of(trial: RobustnessTrial, hand: HandSettings) -> GraspParameters:
-    """Return the controller at its operating point, told of the slip channel and the size of the tips."""
+    """Return the controller at its operating point, with the slip channel and the size of the tips."""
     few = len(hand.fingers) == 2
     settings = parameters(trial.name, KNOBS["pinch" if few else "hand"][trial.name], hand.tip.friction)
     tips = {finger: tip for finger, tip in settings.tips.items() if finger in hand.fingers}
-    told = told_of_slip(settings, hand.sensor)
-    return replace(told, tip=replace(settings.tip, radius=hand.tip.radius), tips=tips)
+    informed = with_slip_channel(settings, hand.sensor)
+    return replace(informed, tip=replace(settings.tip, radius=hand.tip.radius), tips=tips)
 
 
 def record_of_trial(trial: RobustnessTrial) -> tuple[GripRecord, float]:

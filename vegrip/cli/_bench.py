@@ -79,9 +79,9 @@ def _asked(sources: Sequence[Source], sides: Sequence[str], heaviest: float) -> 
             order[other], order[pressed] = order[pressed], side
     up = {}
     for side in sides:
-        told = typer.prompt(f"which axis of the {side} sensor points up, {', '.join(AXES)}", default="x")
-        if told not in AXES:
-            raise InputError(f"{told!r} is no axis; there are {', '.join(AXES)}")
-        up[side] = told
+        axis = typer.prompt(f"which axis of the {side} sensor points up, {', '.join(AXES)}", default="x")
+        if axis not in AXES:
+            raise InputError(f"{axis!r} is no axis; there are {', '.join(AXES)}")
+        up[side] = axis
     mass = heaviest or typer.prompt("mass of the heaviest object [kg]", default=0.5, type=float)
     return Answers([order[source.text] for source in sources], up, signs, mass)

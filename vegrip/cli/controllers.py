@@ -107,13 +107,13 @@ def controllers(
     with Outputs(force=force) as outputs:
         outputs.picture(output)
         seen = range(first_seed, first_seed + seeds)
-        told = {}
+        summaries = {}
         for here in worlds:
             trials = fronts.trials_of(
                 knobs, seen, duration, grasp, around, measures_lag=measure_lag, world=here, plant=hands
             )
-            told[here] = fronts.told_of(_run(trials, jobs, here), grasp)
-        outputs.write(output, lambda path: fronts.draw_fronts(told, grasp, path))
+            summaries[here] = fronts.summaries_of(_run(trials, jobs, here), grasp)
+        outputs.write(output, lambda path: fronts.draw_fronts(summaries, grasp, path))
         said: dict[str, Any] = {
             "grasp": grasp,
             "seeds": seeds,
@@ -125,8 +125,8 @@ def controllers(
             from vegrip.bridges.mujoco_plant import simulator_creep
 
             said["creep"] = simulator_creep()
-        figures = {"controllers": told[worlds[0]], "worlds": told}
-        answer(said | figures, lambda: _print(told, measure_lag), as_json=as_json)
+        figures = {"controllers": summaries[worlds[0]], "worlds": summaries}
+        answer(said | figures, lambda: _print(summaries, measure_lag), as_json=as_json)
         if not as_json:
             _print_creep(said.get("creep", []))
 
@@ -220,8 +220,8 @@ def _print(worlds: dict[str, dict[str, Any]], shows_lags: bool) -> None:
         *["world"] * shown, "controller", "knob", "slips", "drops", "slips per trial, 95 %", "force [N]",
         "over least", "micro-slip [um]", "margin, 5 %", "below 0.02 [s]",
     )  # fmt: skip
-    for world, told in worlds.items():
-        for name, one in told.items():
+    for world, summaries in worlds.items():
+        for name, one in summaries.items():
             for point in one["front"]:
                 star = " *" if point["knob"] == one["knob"] and len(one["front"]) > 1 else ""
                 columns.add_row(*[world] * shown, name + star, *_figures(point))
@@ -230,8 +230,8 @@ def _print(worlds: dict[str, dict[str, Any]], shows_lags: bool) -> None:
     classes = next(iter(some.values()))["by_class"]
     forces = table(*["world"] * shown, "force over least (slips)", *classes)
     friction = table(*["world"] * shown, "friction inside its 95 %", "in all", *classes, "std of ln mu")
-    for world, told in worlds.items():
-        for name, one in told.items():
+    for world, summaries in worlds.items():
+        for name, one in summaries.items():
             of_class, head = one["by_class"].values(), [*[world] * shown, name]
             forces.add_row(
                 *head, *(_or_dash(f"{by['force_over_least']:.2f} ({by['slips']})") for by in of_class)
@@ -241,8 +241,8 @@ def _print(worlds: dict[str, dict[str, Any]], shows_lags: bool) -> None:
     show(forces)
     show(friction)
     if shows_lags:
-        for world, told in worlds.items():
-            _print_lags(told, f" in the {world} world" * shown)
+        for world, summaries in worlds.items():
+            _print_lags(summaries, f" in the {world} world" * shown)
 
 
 def _figures(point: dict[str, Any]) -> tuple[str, ...]:
@@ -260,11 +260,11 @@ def _or_dash(figure: str) -> str:
     return "-" if figure.startswith("nan") else figure
 
 
-def _print_lags(told: dict[str, Any], where: str) -> None:
+def _print_lags(summaries: dict[str, Any], where: str) -> None:
     from vegrip.grip.drive_log import describe_lag
     from vegrip.trials.candidates import parameters
 
-    for name, one in told.items():
+    for name, one in summaries.items():
         if math.isfinite(one["drive_lag"]):
             grip = replace(parameters(name, one["knob"]).grip, measure_lag=True)
             typer.echo(f"drives of {name}{where}: {describe_lag(one['drive_lag'], grip)}")

@@ -155,11 +155,11 @@ def lerobot_(
     claim_folder(output, force=force)
     info = write_lerobot(recording, output, fps=fps, task=task)
     counts = {name: info[name] for name in ("total_episodes", "total_frames", "fps")}
-    told = {"folder": str(output), "layout": SET_LAYOUT, **counts, "features": sorted(info["features"])}
+    figures = {"folder": str(output), "layout": SET_LAYOUT, **counts, "features": sorted(info["features"])}
     words = (
         f"{output}: {counts['total_frames']} frames, {counts['total_episodes']} episodes, layout {SET_LAYOUT}"
     )
-    answer(told, lambda: typer.echo(words), as_json=as_json)
+    answer(figures, lambda: typer.echo(words), as_json=as_json)
 
 
 @app.command("learned")

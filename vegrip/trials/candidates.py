@@ -50,13 +50,13 @@ LABEL = {"vegrip": "vegrip", "constant": "constant grip", "cone": "Coulomb cone"
 """What those of the demonstration are called in tables and pictures."""
 
 INFORMED = {"vegrip, told": 0.15, "elastic, told": 1.0}
-"""Controllers that are told the friction of every object before they touch it.
+"""Controllers that know the friction of every object before they touch it.
 
-Their knobs: wanted margin [-], and how much of that friction the elastic surface counts on [-].
+Their knobs: wanted margin [-], and how much of that friction the elastic surface assumes [-].
 """
 
-TOLD_SPREAD = 0.1
-"""Std of ln mu with which vegrip takes what it is told; the fingertips alone scatter by 0.08."""
+INFORMED_SPREAD = 0.1
+"""Std of ln mu with which vegrip takes what is stated; the fingertips alone scatter by 0.08."""
 
 NAMES = (*(name for name in KNOBS["hand"] if name != BOUND), *INFORMED)
 
@@ -75,7 +75,7 @@ def parameters(name: str, knob: float, friction: float = math.nan) -> GraspParam
     if name == "ellipse":
         base = replace(base, estimator=replace(base.estimator, surface="ellipse"))
     if name == "vegrip, told":
-        base = replace(base, tip=replace(base.tip, friction=friction, friction_spread=TOLD_SPREAD))
+        base = replace(base, tip=replace(base.tip, friction=friction, friction_spread=INFORMED_SPREAD))
     if name == "constant":
         return replace(base, policy="constant", policy_settings={"force": knob})
     if name == "cone":
@@ -86,7 +86,7 @@ def parameters(name: str, knob: float, friction: float = math.nan) -> GraspParam
 def learning_parameters(base: GraspParameters) -> GraspParameters:
     """Return ``base`` with one belief of friction for all fingers, probing, and a quick release.
 
-    It is told how coarse and how late the slip channel of the virtual hand is.
+    It knows how coarse and how late the slip channel of the virtual hand is.
     """
     learning = replace(
         base,
@@ -96,22 +96,22 @@ def learning_parameters(base: GraspParameters) -> GraspParameters:
         ),
         estimator=replace(base.estimator, friction_drift=0.03),
     )
-    return told_of_slip(learning, HandSettings().sensor)
+    return with_slip_channel(learning, HandSettings().sensor)
 
 
-def told_of_slip(settings: GraspParameters, sensor: SensorSettings) -> GraspParameters:
-    """Return ``settings`` told how slip is felt.
+def with_slip_channel(settings: GraspParameters, sensor: SensorSettings) -> GraspParameters:
+    """Return ``settings`` with how slip is felt.
 
-    One that learns counts on more of what is not known yet where its channel is fine enough to probe with:
+    One that learns assumes more of what is not known yet where its channel is fine enough to probe with:
     the slip that this may cost is felt.
     """
     friction = replace(settings.friction, slip_threshold=sensor.slip_threshold, slip_delay=sensor.slip_delay)
-    told = replace(settings, friction=friction)
+    informed = replace(settings, friction=friction)
     if not friction.probing:
-        return told
+        return informed
     is_felt = sensor.slip_sensor and not friction.why_too_coarse
     probability = LEARNING_PROBABILITY if is_felt else GripSettings().probability
-    return replace(told, grip=replace(told.grip, probability=probability))
+    return replace(informed, grip=replace(informed.grip, probability=probability))
 
 
 def demonstrated_parameters(grasp: str) -> GraspParameters:
@@ -119,7 +119,7 @@ def demonstrated_parameters(grasp: str) -> GraspParameters:
 
 
 def demo_parameters() -> GraspParameters:
-    """Return what every controller is told: the nominal tips, nothing of their scatter or of the object."""
+    """Return what every controller knows: the nominal tips, nothing of their scatter or of the object."""
     hand = HandSettings()
     return GraspParameters(
         tip=TipParameters(radius=hand.tip.radius),

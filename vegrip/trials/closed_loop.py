@@ -137,7 +137,7 @@ class Course:
     stated: list[Floats] = field(default_factory=list)
     """Mean and std of ln mu as stated of each finger, (fingers, 2); NaN without a contact or look."""
     friction: list[tuple[float, float, float]] = field(default_factory=list)
-    """What is told of the first finger's friction: time [s], estimate [-], its std [-]."""
+    """What is published of the first finger's friction: time [s], estimate [-], its std [-]."""
     largest_micro_slip: float = 0.0  # [m] of slides of a whole patch that are too short to count as a slip
     lags: tuple[float, ...] = ()  # [s] measured lag of each drive at the end; NaN = not known
     slid: float = 0.0  # [m] the longest way that a patch has slid as a whole, in all
@@ -166,7 +166,7 @@ class Course:
         self.slid = float(hand.truths()[:, SLIP_DISTANCE].max())
 
     def believe(self, contact: ContactEstimate, time: float) -> None:
-        """Note what is told of friction at ``time`` [s], every :data:`BELIEF_PERIOD_S`."""
+        """Note what is published of friction at ``time`` [s], every :data:`BELIEF_PERIOD_S`."""
         mu = contact.friction_coefficient
         if contact.finger != self.fingers[0] or not (contact.in_contact and mu.valid):
             return

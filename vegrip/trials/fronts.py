@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import betaincinv
 
 from vegrip.plotting import new_figure, save_figure
-from vegrip.trials.candidates import BOUND, KNOBS, parameters, told_of_slip
+from vegrip.trials.candidates import BOUND, KNOBS, parameters, with_slip_channel
 from vegrip.trials.closed_loop import SAMPLING_S, SETTLED_S, Course, Scenario, run_grip
 from vegrip.trials.known_contact import LeastForce, Plant, least_force
 from vegrip.types import Floats
@@ -263,7 +263,7 @@ class QualityTrial:
     knob: float
     grasp: str
     surroundings: Surroundings = Surroundings()
-    measures_lag: bool = False  # of the drives, instead of being told
+    measures_lag: bool = False  # of the drives, instead of being stated
     world: str = "old"  # one of WORLDS
     plant: PlantMake = OURS
 
@@ -275,7 +275,7 @@ class QualityTrial:
 def run_quality_trial(trial: QualityTrial) -> Course:
     scenario = trial.scenario
     hand = trial.surroundings.applied(scenario.settings)
-    settings = told_of_slip(parameters(trial.name, trial.knob, hand.tip.friction), hand.sensor)
+    settings = with_slip_channel(parameters(trial.name, trial.knob, hand.tip.friction), hand.sensor)
     grip = replace(settings.grip, measure_lag=trial.measures_lag and settings.grip.drive_lag > 0.0)
     settings = replace(settings, grip=grip)
     return run_grip(
@@ -317,7 +317,7 @@ def run_fronts(
 ) -> dict[str, dict[float, dict[str, Any]]]:
     """Run all trials on ``workers`` processes; return name -> knob -> figures.
 
-    ``progress`` is told how many are done.
+    ``progress`` is given how many are done.
     """
     records: dict[tuple[str, float], list[GripRecord]] = {}
     count = workers or os.cpu_count() or 1
@@ -334,14 +334,16 @@ def run_fronts(
     return fronts
 
 
-def told_of(fronts: Mapping[str, Mapping[float, dict[str, Any]]], grasp: str) -> dict[str, dict[str, Any]]:
+def summaries_of(
+    fronts: Mapping[str, Mapping[float, dict[str, Any]]], grasp: str
+) -> dict[str, dict[str, Any]]:
     """Return each controller's figures at its operating point, and its ``front`` over the knob."""
-    told = {}
+    summaries = {}
     for name, front in fronts.items():
         knob = KNOBS[grasp][name]
         points = [{"knob": value, **figures} for value, figures in sorted(front.items())]
-        told[name] = {"knob": knob, **front[knob], "front": points}
-    return told
+        summaries[name] = {"knob": knob, **front[knob], "front": points}
+    return summaries
 
 
 def _collect(
@@ -404,8 +406,8 @@ COLOURS = {
 def draw_fronts(worlds: Mapping[str, Mapping[str, Any]], grasp: str, path: Path) -> None:
     """Draw the share of trials with a slip against the force over the least, of each world as in the JSON."""
     figure, panels = new_figure(len(worlds), size=(8.0, 5.0 * len(worlds)), share_x=True)
-    for axes, (world, told) in zip(panels, worlds.items(), strict=True):
-        for name, one in told.items():
+    for axes, (world, summaries) in zip(panels, worlds.items(), strict=True):
+        for name, one in summaries.items():
             _draw_front(axes, name, one)
         axes.axvline(1.0, color="black", linewidth=0.8)
         axes.set_ylabel("trials with a slip [%]")

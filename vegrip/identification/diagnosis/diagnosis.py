@@ -320,10 +320,10 @@ class Diagnosis(Result):
     def effects(self) -> list[dict[str, Any]]:
         """What was tried, best first: the accepted ones, then the others step by step."""
         taken = {one.candidate.name for one in self.search.accepted}
-        told: dict[str, dict[str, Any]] = {}
+        by_name: dict[str, dict[str, Any]] = {}
         for one in [one for one in self.rounds if one["taken"] and one["name"] in taken] + self.rounds:
-            told.setdefault(one["name"], one)
-        return list(told.values())
+            by_name.setdefault(one["name"], one)
+        return list(by_name.values())
 
     @cached_property
     def rounds(self) -> list[dict[str, Any]]:

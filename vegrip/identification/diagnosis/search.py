@@ -316,8 +316,8 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
                     best = fits.get(hint.candidate.name, new)
                     fits[hint.candidate.name] = max(best, new, key=lambda each: each.evidence)
 
-    told_by_screen = [hint for hint in hints if hint.gain >= thresholds.MIN_GAIN_NATS]
-    refit(rest, [hint for hint in told_by_screen if hint.candidate.name not in fits])
+    passed_screen = [hint for hint in hints if hint.gain >= thresholds.MIN_GAIN_NATS]
+    refit(rest, [hint for hint in passed_screen if hint.candidate.name not in fits])
     least = rest.evidence + thresholds.SECOND_START_SHARE * gain
     near = [
         hint.candidate
@@ -332,12 +332,12 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
     hints = [hint for hint in hints if hint.candidate.name in fits]
     misfit = found.misfit(rest)
 
-    def told(candidate: Candidate, new: CandidateFit) -> Tried:
+    def tried_of(candidate: Candidate, new: CandidateFit) -> Tried:
         verdict = judge_candidate(candidate, rest, new, (misfit, found.misfit(new)), left=left(rest))
         return Tried(candidate, new, verdict, rest.whitened(new) - rest.optimum.residual)
 
-    own = told(one.candidate, last)
-    rivals = [told(hint.candidate, fits[hint.candidate.name]) for hint in hints]
+    own = tried_of(one.candidate, last)
+    rivals = [tried_of(hint.candidate, fits[hint.candidate.name]) for hint in hints]
     rivals.sort(key=lambda each: -each.verdict.gain)
     passed = [each for each in rivals if each.verdict.is_passed]
     wins = bool(passed) and passed[0].verdict.gain > own.verdict.gain + found.within(own.verdict.gain)
@@ -441,7 +441,7 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
     asked = required_evidence(first, base, misfit, accepted)
     form = form_directions(accepted, base) if accepted else None
 
-    def told(hint: Hint, new: CandidateFit) -> Tried:
+    def tried_of(hint: Hint, new: CandidateFit) -> Tried:
         change = base.whitened(new) - base.optimum.residual
         pays = asked.of(hint.candidate.effect, change, is_exact=found.leaves_noise(new))
         regimes = misfit, found.misfit(new)
@@ -450,7 +450,7 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
 
     found.refitted = {}
     fits = _refitted(base, chosen, groups, threads, report, found.refitted)
-    tried = [told(hint, new) for hint, new in zip(chosen, fits, strict=True)]
+    tried = [tried_of(hint, new) for hint, new in zip(chosen, fits, strict=True)]
     return Step(base, hints, sorted(tried, key=lambda one: -one.verdict.gain))
 
 
