@@ -238,6 +238,15 @@ def test_a_force_that_stands_still_is_doubted_after_a_while_and_no_sooner(states
     assert {doubted for since, doubted in told.items() if since > settings.doubt_after} == {True}
 
 
+@pytest.mark.parametrize(("force_frozen_after", "is_believed"), [(3600.0, True), (3599.0, False)])
+def test_a_force_that_is_not_measured_may_stand_still(states, force_frozen_after, is_believed) -> None:
+    dog = Watchdog(WatchdogSettings(force_frozen_after=force_frozen_after))
+    for state in (next(states) for _ in range(600)):
+        still = state.seq > 400
+        dog.accept(dataclasses.replace(state, normal_force=3.0) if still else state, state.stamp)
+    assert (dog.condition == Condition.OK, not dog.doubtful) == (is_believed, is_believed)
+
+
 COARSE = WatchdogSettings(force_frozen_after=1800.0, frozen_after=1800.0)
 """Of a sensor whose steps hide its noise: standing still by itself proves nothing."""
 
