@@ -34,7 +34,7 @@ MODULE = re.compile(r"python -m ((?:vegrip|validation|benchmarks|tools)(?:\.\w+)
 CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?)\]_")
 HEADING = re.compile(r"^#+ +(.*)$", re.MULTILINE)
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-RUN_AS_THEY_STAND = ("docs/tutorials/material.md", "docs/changed.md")  # pages whose commands are run
+RUN_AS_THEY_STAND = ("docs/measured.md", "docs/changed.md")  # pages whose commands are run
 RUN_IN_ORDER = ("docs/python.md",)  # pages whose Python blocks go on from each other, and print what follows
 NUMBER = re.compile(r"-?\d[\d.]*(?:e-?\d+)?")
 

@@ -1,7 +1,7 @@
-"""The tables of docs/architecture.md: rooms, and one row a folder, which imports only folders above it.
+"""Rooms and folders of docs/architecture.md: a folder imports only folders named before it.
 
-``python docs/folders.py`` says which rule is broken, ``python docs/folders.py FOLDER`` what a folder imports;
-``tests/test_architecture.py`` asks the same.
+``python docs/folders.py`` says what each is for, and which rule is broken; ``python docs/folders.py FOLDER``
+what a folder imports; ``tests/test_architecture.py`` asks the same.
 """
 
 import ast
@@ -16,11 +16,10 @@ ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "architecture.md"
 BESIDE = ("launch", "nodes", "proto")  # top-level folders, shipped as vegrip.<name>
 NOT_SHIPPED = ("benchmarks", "tools", "validation")
-ROW = re.compile(r"^\| `([\w/]+)` \| [^|]* \|$", re.MULTILINE)
 ROOM = re.compile(
     r"^\| \*\*([\w ]+)\*\* \| [^|]+ \| ([^|]+) \|$", re.MULTILINE
 )  # name and what it may import
-HEADING = re.compile(r"^\| \*\*([\w ]+)\*\* \| \|$")  # of a room's folders in their table
+FOLDERS = re.compile(r"^\*\*([\w ]+)\*\*: (`[^*\n]+`)$", re.MULTILINE)  # of a room, in their order
 GROUND = "."  # the modules of vegrip itself: messages, clock, errors, ... which every folder may import
 START = "vegrip.__main__"
 FRONT_DOOR = "vegrip"  # imports nothing before a public name is asked for, see tests/test_front_door.py
@@ -83,23 +82,27 @@ def named(targets: set[str]) -> str:
     return ", ".join(f"`{target}`" for target in sorted(targets - {GROUND})) or "nothing"
 
 
-def room_of(text: str) -> dict[str, str]:
-    """Return the room of each folder of the table."""
-    found, room = {}, ""
-    for line in text.splitlines():
-        if heading := HEADING.match(line):
-            room = heading[1]
-        elif row := ROW.match(line):
-            found[row[1]] = room
-    return found
+def folders_of(text: str) -> list[tuple[str, str]]:
+    """Return room and folder, in the order of the page."""
+    return [
+        (room, name) for room, names in FOLDERS.findall(text) for name in re.findall(r"`([\w/]+)`", names)
+    ]
+
+
+def purpose(folder: str) -> str:
+    """Return the first line of what a folder says of itself."""
+    top = folder.split("/", maxsplit=1)[0]
+    place = ROOT / folder if top in (*BESIDE, *NOT_SHIPPED) else ROOT / "vegrip" / folder
+    tree = ast.parse((place / "__init__.py").read_text(encoding="utf-8"))
+    return (ast.get_docstring(tree) or "").partition("\n")[0]
 
 
 def trespasses(text: str) -> Iterator[str]:
     """Say which folder imports a room that its own room may not import, and which room has no folder."""
     allowed = {name: set(others.split(", ")) for name, others in ROOM.findall(text)}
-    rooms = room_of(text)
+    rooms = {folder: room for room, folder in folders_of(text)}
     for name in sorted(allowed.keys() ^ set(rooms.values())):
-        yield f"the room {name or 'without a name'} is in one of the two tables only"
+        yield f"the room {name or 'without a name'} is in one of the two lists only"
     used: dict[str, set[str]] = {name: set() for name in allowed}
     for folder, targets in sorted(arrows().items()):
         room = rooms.get(folder, "")
@@ -113,30 +116,33 @@ def trespasses(text: str) -> Iterator[str]:
 
 
 def complaints(text: str) -> Iterator[str]:
-    """Say in a sentence each what is wrong with the table, or with the code."""
-    found, names = arrows(), ROW.findall(text)
+    """Say in a sentence each what is wrong with the page, or with the code."""
+    found, names = arrows(), [folder for _, folder in folders_of(text)]
     for name in sorted(found.keys() - {GROUND} - set(names)):
-        yield f"the folder {name} has no row"
+        yield f"the folder {name} is not named"
     for name in sorted(set(names)):
         if name not in found:
             yield f"there is no folder {name}"
         if names.count(name) > 1:
-            yield f"the folder {name} has {names.count(name)} rows"
+            yield f"the folder {name} is named {names.count(name)} times"
     if found[GROUND]:
-        yield f"modules of vegrip itself import {named(found[GROUND])}; every folder stands above them"
+        yield f"modules of vegrip itself import {named(found[GROUND])}; every folder stands on them"
     if round_trip := circle():
         yield f"modules import each other: {' -> '.join(round_trip)}"
     for place, name in enumerate(names):
         if below := found.get(name, set()) & set(names[place + 1 :]):
-            yield f"{name} imports {named(below)}, further down in the table"
+            yield f"{name} imports {named(below)}, which comes later"
     yield from trespasses(text)
 
 
 def main() -> int:
-    """Say what is wrong, or what folders import."""
+    """Say what folders are for, or what they import, and what is wrong."""
+    text = PAGE.read_text(encoding="utf-8")
     for folder in sys.argv[1:]:
         print(f"{folder} imports {named(arrows().get(folder, set()))}")  # noqa: T201
-    wrong = list(complaints(PAGE.read_text(encoding="utf-8")))
+    for _, folder in folders_of(text) if not sys.argv[1:] else ():
+        print(f"{folder}: {purpose(folder)}")  # noqa: T201
+    wrong = list(complaints(text))
     for complaint in wrong:
         print(f"docs/architecture.md: {complaint}", file=sys.stderr)  # noqa: T201
     return min(len(wrong), 1)

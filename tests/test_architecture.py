@@ -1,4 +1,4 @@
-"""docs/architecture.md names every folder once, and imports point one way: to folders above in its table."""
+"""docs/architecture.md names every folder once, and imports point one way: to folders named before."""
 
 import ast
 import importlib.util
@@ -15,7 +15,7 @@ _spec.loader.exec_module(folders)
 PAGE = folders.PAGE.read_text(encoding="utf-8")
 
 
-def test_the_table_of_folders_is_true_and_no_import_points_down() -> None:
+def test_the_folders_of_the_page_are_true_and_no_import_points_down() -> None:
     assert list(folders.complaints(PAGE)) == []
 
 
@@ -42,13 +42,13 @@ def test_what_is_installed_imports_nothing_that_is_not() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        ("| `host` |", "| `guest` |", "the folder host has no row"),
-        ("| `host` |", "| `effects` |", "the folder effects has 2 rows"),
-        ("| `host` |", "| `guest` |", "there is no folder guest"),
-        ("| `host` |", "| `cli` |", ", further down in the table"),
+        ("`host`,", "`guest`,", "the folder host is not named"),
+        ("`host`,", "`effects`,", "the folder effects is named 2 times"),
+        ("`host`,", "`guest`,", "there is no folder guest"),
+        ("`host`,", "`cli`,", ", which comes later"),
     ],
 )
-def test_a_table_that_is_not_true_is_told(old: str, new: str, complaint: str) -> None:
+def test_a_page_that_is_not_true_is_reported(old: str, new: str, complaint: str) -> None:
     assert old in PAGE
     assert any(complaint in said for said in folders.complaints(PAGE.replace(old, new, 1)))
 
@@ -66,7 +66,7 @@ def test_a_room_imports_no_room_that_its_row_leaves_out() -> None:
 def test_a_new_import_that_points_down_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     arrows = folders.arrows()
     monkeypatch.setattr(folders, "arrows", lambda: arrows | {"host": {"cli"}})
-    assert any("host imports `cli`, further down" in said for said in folders.complaints(PAGE))
+    assert any("host imports `cli`, which comes later" in said for said in folders.complaints(PAGE))
 
 
 def test_modules_of_the_package_itself_import_no_folder(monkeypatch: pytest.MonkeyPatch) -> None:

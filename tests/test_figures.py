@@ -22,7 +22,7 @@ def test_a_page_that_says_another_figure_is_named_with_the_command(tmp_path, mon
     (tmp_path / "figures.toml").write_text(changed)
     monkeypatch.setattr(figures, "TABLE", tmp_path / "figures.toml")
     found = list(figures.stale_figures())
-    assert [text.partition(":")[0] for text in found] == ["README.md", "docs/index.md", "paper/paper.md"]
+    assert [text.partition(":")[0] for text in found] == ["README.md", "paper/paper.md"]
     assert "9.9 times" in found[0]
     assert "vegrip controllers --grasp pinch" in found[0]
 

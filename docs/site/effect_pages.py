@@ -33,6 +33,8 @@ def described(name: str) -> Iterator[str]:
         yield from (_row(parameter) for parameter in effect.parameters)
         yield ""
     yield f"Shows in: {', '.join(effect.channels)}."
+    if effect.residual:
+        yield f"What a model without it leaves: {effect.residual}."
     if effect.confounded:
         yield f"Resembles {', '.join(f'[{one}](#{one})' for one in effect.confounded)}."
     if effect.experiment:

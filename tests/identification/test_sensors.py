@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +15,6 @@ from vegrip.identification.sensors import (
     TANGENTIAL_CHANNELS,
     answers,
     lacking,
-    markdown,
     share_of,
     with_load,
 )
@@ -100,7 +98,3 @@ def test_a_measured_load_is_not_replaced_by_a_stated_one() -> None:
     measured = {name: np.ones(3) for name in ("normal_force", *TANGENTIAL_CHANNELS)}
     one = Recording("r", t, np.zeros(3, dtype=np.int64), measured)
     assert with_load(one, 5.0) is one
-
-
-def test_the_readme_has_the_table() -> None:
-    assert markdown() in (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")

@@ -3,7 +3,8 @@
 Usage: ``python -m validation.controllers.comparison --seeds 50``.
 
 Simulated time, one process per core; the figures are the same on every machine up to rounding. How the knobs
-were tuned is in ``docs/demo.md``; ``--sweep`` prints the trade-off of every controller on the tuning seeds.
+were tuned is in ``docs/grip-quality.md``; ``--sweep`` prints the trade-off of every controller on the tuning
+seeds.
 """
 
 import argparse

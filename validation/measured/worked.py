@@ -1,6 +1,6 @@
 """The measured-data loop: fit, see where, add what pays, and see whether recordings held out agree.
 
-``python -m validation.measured.worked [DATA [FOLDER]]`` runs the commands of docs/worked-examples.md on the
+``python -m validation.measured.worked [DATA [FOLDER]]`` fits, refines and diagnoses the
 measured recordings in DATA (default: VEGRIP_DATA; they are no part of the project), prints tables and draws
 the pictures into FOLDER (default: out). ``--only NAME`` runs one example.
 """

@@ -40,6 +40,7 @@ def force(
 EFFECT = Effect(
     name="adhesion",
     summary="the surfaces attract each other, and the force is negative before they part",
+    residual="a jump at first touch, negative force before the tip parts",
     cites=("DerjaguinMullerToporov1975", "MaugisBarquins1978"),
     parameters=(
         Parameter("pull", "1", 0.05, 0.05, 0.0, 10.0, "pull-off force over K", null=0.0, of="K"),

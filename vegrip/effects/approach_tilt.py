@@ -17,6 +17,7 @@ def sense(sensed_force: float, delta: float, reference_depth: float, K: float, b
 EFFECT = Effect(
     name="approach_tilt",
     summary="the force grows with the position of the drive, in air as in contact",
+    residual="as the position, in air too",
     cites=("Fraden2016",),
     parameters=(
         Parameter(

@@ -21,6 +21,7 @@ def area(contact_radius: float, x: float, tip_radius: float, kappa: float, chi: 
 EFFECT = Effect(
     name="contact_radius_law",
     summary="the contact circle is smaller or larger than where the plane cuts the sphere",
+    residual="only in radius and torque at slip",
     cites=("TiezziKao2007", "Hertz1882"),
     parameters=(
         Parameter("kappa", "1", 1.4, 0.3, 0.2, 5.0, "2 is geometric, 1 is Hertz", transform="log", null=2.0),

@@ -110,6 +110,7 @@ class Effect:
         channels: measurements that can show it.
         confounded: effects whose signature resembles its own.
         experiment: the motion that distinguishes them.
+        residual: what a model without it leaves, in words.
         generalises: effects that it can be; a diagnosis tries it where one of them leaves more than noise,
             in that one's place, and nowhere else.
         group: effects of one group cannot be separated by force and displacement at all.
@@ -143,6 +144,7 @@ class Effect:
     channels: tuple[str, ...] = ("normal_force",)
     confounded: tuple[str, ...] = ()
     experiment: str = ""
+    residual: str = ""
     generalises: tuple[str, ...] = ()
     group: str = ""
     kinked: bool = False

@@ -16,6 +16,7 @@ def sense(sensed_force: float, tangential_force: float, c_f: float) -> float:
 EFFECT = Effect(
     name="cross_talk",
     summary="the normal force sensor also feels the tangential force",
+    residual="as the tangential force",
     cites=("BicchiSalisburyBrock1993",),
     parameters=(Parameter("c_f", "1", 0.01, 0.02, -0.5, 0.5, "share of the tangential force", null=0.0),),
     hooks=(hook(sense),),

@@ -18,6 +18,7 @@ def tip(x: float, reference_depth: float, play: float, x_p: float) -> tuple[floa
 EFFECT = Effect(
     name="displacement_backlash",
     summary="after a reversal the tip follows only when a gap is crossed",
+    residual="odd in direction, after reversals, as large as the stiffness, the same at all speeds",
     cites=("BrokateSprekels1996",),
     parameters=(
         Parameter("play", "1", 0.02, 0.02, 0.0, 1.0, "width of the gap, in x_ref", null=0.0, of="x_ref"),

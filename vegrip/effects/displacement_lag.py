@@ -16,6 +16,7 @@ def tip(x: float, speed: float, tau_d: float) -> float:
 EFFECT = Effect(
     name="displacement_lag",
     summary="the displacement sensor follows late",
+    residual="as stiffness times speed, leading; the touch too",
     cites=("Fraden2016",),
     parameters=(
         Parameter("tau_d", "s", 3e-3, 0.02, 0.0, 0.2, "time constant of the displacement sensor", null=0.0),

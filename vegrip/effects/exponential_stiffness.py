@@ -24,6 +24,7 @@ def elastic(elastic_force: float, x: float, reference_depth: float, b_x: float) 
 EFFECT = Effect(
     name="exponential_stiffness",
     summary="the stiffness grows exponentially with depth",
+    residual="S over depth, the same at all rates",
     cites=("TiezziKao2007", "Fung1993"),
     parameters=(Parameter("b_x", "1", 0.8, 0.7, 0.0, 20.0, "growth of ln stiffness per x_ref", null=0.0),),
     hooks=(hook(elastic),),

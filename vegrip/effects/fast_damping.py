@@ -17,6 +17,7 @@ def force(force: float, stiffness: float, speed: float, eta: float) -> float:
 EFFECT = Effect(
     name="fast_damping",
     summary="a viscous force in phase with the speed, faster than any relaxation that is seen",
+    residual="as stiffness times speed, leading",
     cites=("HuntCrossley1975",),
     parameters=(Parameter("eta", "s", 2e-3, 2e-3, 0.0, 0.1, "time by which the force leads", null=0.0),),
     hooks=(hook(force),),

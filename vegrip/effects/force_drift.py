@@ -17,6 +17,7 @@ def sense(sensed_force: float, dt: float, K: float, r_F: float, b_F: float) -> t
 EFFECT = Effect(
     name="force_drift",
     summary="the zero of the force sensor moves steadily",
+    residual="in air, growing with time",
     cites=("Fraden2016",),
     parameters=(Parameter("r_F", "1/s", 1e-4, 3e-4, -1.0, 1.0, "drift in K per second", null=0.0),),
     states=(State("b_F", "N", "zero of the force sensor", lasting=True),),

@@ -29,6 +29,7 @@ def friction(friction: float, beta_t: float, t_0: float, t_c: float) -> float:
 EFFECT = Effect(
     name="friction_ageing",
     summary="static friction grows with the logarithm of the time at rest",
+    residual="ratio at slip grows with time at rest, in force and torque alike",
     cites=("Dieterich1979", "Ruina1983"),
     parameters=(
         Parameter("beta_t", "1", 0.04, 0.03, -0.05, 0.5, "growth per e-fold of time", null=0.0),

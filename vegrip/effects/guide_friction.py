@@ -22,6 +22,7 @@ def sense(
 EFFECT = Effect(
     name="guide_friction",
     summary="a friction force follows the direction of the motion, in air as in contact",
+    residual="odd in the speed, in air too",
     cites=("ArmstrongDupontCanudas1994",),
     parameters=(
         Parameter("F_g", "1", 0.02, 0.02, -1.0, 1.0, "friction in units of K", null=0.0, of="K"),

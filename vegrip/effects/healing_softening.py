@@ -36,6 +36,7 @@ def heal(x: float, dt: float, nu_h: float, x_h: float) -> float:
 EFFECT = Effect(
     name="healing_softening",
     summary="a loading is softer than the one before it, and the less the longer the pause between them",
+    residual="first loading after a pause differs, the more the longer the pause",
     cites=("DianiFayolleGilormini2009", "Mullins1969"),
     parameters=(
         Parameter("r_h", "1", 0.1, 0.1, 0.0, 0.9, "fraction of the force that is lost", null=0.0),

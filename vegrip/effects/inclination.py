@@ -66,6 +66,7 @@ def friction(
 EFFECT = Effect(
     name="inclination",
     summary="the surface is inclined to the axis of the sensor",
+    residual="offset with the direction of pull",
     cites=("BicchiSalisburyBrock1993",),
     parameters=(
         Parameter("tilt_x", "rad", 0.1, 0.1, -0.7, 0.7, "inclination towards +x", null=0.0),

@@ -31,6 +31,7 @@ def sense(
 EFFECT = Effect(
     name="inertia",
     summary="the mass before the sensor shows when it is accelerated",
+    residual="as the acceleration, in air too",
     cites=("Fraden2016",),
     parameters=(Parameter("M_K", "s^2", 2e-5, 2e-5, 0.0, 1e-2, "mass times x_ref over K", null=0.0),),
     states=(

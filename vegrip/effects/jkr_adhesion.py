@@ -78,6 +78,7 @@ def force(
 EFFECT = Effect(
     name="jkr_adhesion",
     summary="soft surfaces attract each other: they touch with a jump, and part later with a greater one",
+    residual="a jump at first touch, a greater pull and later parting on the way out, a radius at zero force",
     cites=("JohnsonKendallRoberts1971", "MaugisBarquins1978"),
     parameters=(
         Parameter(

@@ -43,6 +43,7 @@ def _trials(values: Mapping[str, float], greatest: float) -> Iterator[dict[str, 
 EFFECT = Effect(
     name="layer_over_core",
     summary="the soft layer is thin, and its core is felt",
+    residual="grows steeply with depth, at all rates",
     cites=("DimitriadisEtAl2002",),
     parameters=(
         Parameter("R_H", "1", 1.0, 1.0, 0.0, 20.0, "tip radius over thickness of the layer", null=0.0),

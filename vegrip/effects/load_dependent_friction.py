@@ -20,6 +20,7 @@ def friction(friction: float, force: float, K: float, g_N: float) -> float:
 EFFECT = Effect(
     name="load_dependent_friction",
     summary="the friction coefficient falls with the normal force",
+    residual="ratio at slip falls with load",
     cites=("Schallamach1952",),
     parameters=(
         Parameter("g_N", "1", 0.15, 0.12, -0.5, 0.9, "exponent; 1/3 is one smooth sphere", null=0.0),

@@ -36,6 +36,7 @@ def elastic(
 EFFECT = Effect(
     name="mullins_softening",
     summary="the first loading is stiffer than those after it",
+    residual="first loading differs from the next below the old peak; the order of trials matters",
     cites=("Mullins1969", "OgdenRoxburgh1999"),
     parameters=(
         Parameter("r_m", "1", 0.1, 0.1, 0.0, 0.9, "fraction of the force that is lost", null=0.0),

@@ -55,6 +55,7 @@ def force(
 EFFECT = Effect(
     name="nonseparable_relaxation",
     summary="deeper indentations relax by another fraction",
+    residual="normalised holds at different depths differ in amplitude",
     cites=("Schapery1969",),
     parameters=(
         Parameter(

@@ -33,6 +33,7 @@ def tip(
 EFFECT = Effect(
     name="permanent_set",
     summary="after a deep or long contact the next one begins later",
+    residual="first touch moves later, and stays there",
     cites=("Gent2012",),
     parameters=(
         Parameter("alpha_p", "1", 0.02, 0.02, 0.0, 0.9, "set over depth beyond x_y", null=0.0),

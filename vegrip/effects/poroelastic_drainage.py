@@ -22,6 +22,7 @@ def elastic(relaxation_rate: float, x: float, reference_depth: float, q_D: float
 EFFECT = Effect(
     name="poroelastic_drainage",
     summary="small contacts relax faster, as fluid has a shorter way out",
+    residual="normalised holds at different depths differ in rate",
     cites=("HuZhaoVlassakSuo2010",),
     parameters=(Parameter("q_D", "1", 1.0, 0.5, -0.5, 2.0, "1 = flow over the contact radius", null=0.0),),
     hooks=(hook(elastic, gives="relaxation_rate"),),

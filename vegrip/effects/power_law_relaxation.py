@@ -64,6 +64,7 @@ def _states() -> tuple[State, ...]:
 EFFECT = Effect(
     name="power_law_relaxation",
     summary="under a constant indentation the force falls by the same step in every decade of time",
+    residual="straight in log t over decades of a hold",
     cites=("BonfantiKaplanCharrasKabla2020",),
     parameters=(
         Parameter(

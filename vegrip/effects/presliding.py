@@ -37,6 +37,7 @@ def friction(
 EFFECT = Effect(
     name="presliding",
     summary="slip is reported when a part of the contact slips, below the load of full sliding",
+    residual="slip is felt below the sliding load",
     cites=("Cattaneo1938", "Mindlin1949", "Jaeger1998", "Ciavarella1998"),
     parameters=(
         Parameter("A_s", "1", 0.8, 0.15, 0.05, 1.0, "share of the area that slips at onset", null=1.0),

@@ -32,6 +32,7 @@ def friction(
 EFFECT = Effect(
     name="rate_dependent_friction",
     summary="the friction coefficient depends on the slip speed",
+    residual="force while sliding depends on the speed",
     cites=("ArmstrongDupontCanudas1994", "Ruina1983"),
     parameters=(
         Parameter("r_mu", "1", 0.85, 0.15, 0.1, 1.0, "ratio of kinetic to static", transform="log", null=1.0),

@@ -20,6 +20,7 @@ def force(force: float, speed: float, reference_depth: float, r_v: float, v_r: f
 EFFECT = Effect(
     name="rate_stiffening",
     summary="the force while loading grows with the logarithm of the speed",
+    residual="loading curves at different speeds differ by a factor, unloading curves do not",
     cites=("Eyring1936",),
     parameters=(
         Parameter("r_v", "1", 0.06, 0.05, -0.2, 0.5, "growth of the force per decade of speed", null=0.0),

@@ -51,6 +51,7 @@ def _amplitude(i: int) -> Parameter:
 EFFECT = Effect(
     name="relaxation_spectrum",
     summary="under a constant indentation the force falls further, on two or more separate time scales",
+    residual="several steps in log t, in holds and sines alike",
     cites=("TiezziKao2007",),
     parameters=(
         Parameter("nu_s", "1/s", 0.01, 0.6, 3e-3, 3e-2, "slowest of the rates", transform="log"),

@@ -46,6 +46,7 @@ def friction(friction: float, force: float, K: float, rho: float) -> float:
 EFFECT = Effect(
     name="rolling",
     summary="the tangential force rolls the tip on its elastic joint",
+    residual="as the tangential force, growing with it",
     cites=("Montana1988",),
     parameters=(Parameter("rho", "rad", 0.05, 0.05, 0.0, 0.5, "angle at a tangential force of K", null=0.0),),
     hooks=(hook(sense), hook(friction)),

@@ -27,6 +27,7 @@ def _below_the_greatest_force(values: Mapping[str, float], greatest: float) -> I
 EFFECT = Effect(
     name="saturation",
     summary="the force sensor ends at its full scale",
+    residual="flat tops",
     cites=("Fraden2016",),
     parameters=(Parameter("s_F", "1", 0.5, 0.5, 0.0, 1e3, "K over full scale", null=0.0),),
     hooks=(hook(sense),),

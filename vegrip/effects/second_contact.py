@@ -38,6 +38,7 @@ def _trials(values: Mapping[str, float], greatest: float) -> Iterator[dict[str, 
 EFFECT = Effect(
     name="second_contact",
     summary="beyond a depth a second body is touched",
+    residual="a kink at one depth, both ways",
     cites=("Hertz1882",),
     parameters=(
         Parameter("K_2", "1", 0.5, 1.0, 0.0, 1e3, "its force x_ref beyond x_2, over K", null=0.0, of="K"),

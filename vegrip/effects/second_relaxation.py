@@ -28,6 +28,7 @@ def force(
 EFFECT = Effect(
     name="second_relaxation",
     summary="under a constant indentation the force falls further, on a second time scale",
+    residual="within a hold of one sign, then of the other",
     cites=("TiezziKao2007",),
     parameters=(
         Parameter(

@@ -53,6 +53,7 @@ def sense(
 EFFECT = Effect(
     name="sensor_delay",
     summary="the force sensor shows what was, unchanged",
+    residual="as dN/dt, trailing, jerks keep their shape",
     cites=("Fraden2016",),
     parameters=(
         Parameter("T_y", "s", 3e-3, 0.02, 0.0, 0.2, "time by which what is shown is late", null=0.0),

@@ -23,6 +23,7 @@ def sense(
 EFFECT = Effect(
     name="sensor_lag",
     summary="the force sensor follows late",
+    residual="as dN/dt, trailing, more at higher frequency",
     cites=("Fraden2016",),
     parameters=(Parameter("tau", "s", 3e-3, 0.02, 0.0, 0.2, "time constant of the sensor", null=0.0),),
     states=(

@@ -18,6 +18,7 @@ def tip(reference_depth: float, K: float, s_C: float) -> float:
 EFFECT = Effect(
     name="series_compliance",
     summary="what carries the fingertip bends in proportion to the force",
+    residual="almost none in force (K, p and c1 absorb it); relaxation grows with depth; small radius",
     cites=("OliverPharr1992",),
     parameters=(
         Parameter(

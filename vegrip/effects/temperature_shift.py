@@ -31,6 +31,7 @@ def rate(
 EFFECT = Effect(
     name="temperature_shift",
     summary="warm material is softer and relaxes faster",
+    residual="slow change of gain that follows T, proportional to N",
     cites=("WilliamsLandelFerry1955",),
     parameters=(
         Parameter("alpha_T", "1/K", 0.004, 0.004, -0.02, 0.1, "loss of elastic force per kelvin", null=0.0),

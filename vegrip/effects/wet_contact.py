@@ -28,6 +28,7 @@ def friction(friction: float, s_w: float, film: float) -> float:
 EFFECT = Effect(
     name="wet_contact",
     summary="a film lowers friction until it is squeezed out",
+    residual="low friction in short contacts",
     cites=("Moore1972", "Reynolds1886"),
     parameters=(
         Parameter("s_w", "1", 0.3, 0.2, 0.0, 0.95, "share of friction that the film takes", null=0.0),

@@ -136,13 +136,3 @@ def with_load(recording: Recording, load: float) -> Recording:
 def share_of(mass: float, fingers: int) -> float:
     """Return the load [N] of each of ``fingers`` that hold ``mass`` [kg] between them, shared evenly."""
     return GRAVITY * mass / fingers
-
-
-def markdown() -> str:
-    """Return the table as it stands in the README."""
-    lines = ["| your fingertip measures | " + " | ".join(output.name for output in OUTPUT_NEEDS) + " |"]
-    lines.append("|---" * (1 + len(OUTPUT_NEEDS)) + "|")
-    for name, channels in USUAL_SENSORS.items():
-        cells = ["yes" if given else "no" for given in answers(channels).values()]
-        lines.append(f"| {name} | {' | '.join(cells)} |")
-    return "\n".join(lines)

@@ -1,4 +1,4 @@
-"""The controllers of the comparison, each in the settings that ``docs/demo.md`` explains."""
+"""The controllers of the comparison, each in the settings that ``docs/grip-quality.md`` explains."""
 
 import math
 from dataclasses import replace

@@ -1,7 +1,6 @@
-"""A grip policy of another package, that of docs/control.md, is found by its entry point."""
+"""A grip policy of another package, that of examples/own_policy, is found by its entry point."""
 
 import dataclasses
-import re
 import sys
 import types
 from collections.abc import Callable, Iterator
@@ -21,11 +20,10 @@ from vegrip.messages import FingertipState, ForceCommand
 PERIOD = 2_000_000  # [ns]
 
 
-PAGE = Path(__file__).parents[3] / "docs" / "control.md"
-BLOCK = re.compile(r"^```python\n(# my_package/my_policy.py\n.*?)^```", re.MULTILINE | re.DOTALL)
+EXAMPLE = Path(__file__).parents[3] / "examples" / "own_policy" / "my_policy.py"
 PACKAGE = types.ModuleType("my_package.my_policy")
 sys.modules[PACKAGE.__name__] = PACKAGE  # dataclasses look there
-exec(compile(BLOCK.findall(PAGE.read_text(encoding="utf-8"))[0], str(PAGE), "exec"), PACKAGE.__dict__)  # noqa: S102
+exec(compile(EXAMPLE.read_text(encoding="utf-8"), str(EXAMPLE), "exec"), PACKAGE.__dict__)  # noqa: S102
 POINTS = {
     "proportional": "my_package.my_policy:POLICY",
     "broken": "no_such_package:POLICY",

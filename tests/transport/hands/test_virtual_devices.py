@@ -118,21 +118,23 @@ class Wire:
                 self.device.take_in(frame, self.now)
 
 
-def of_the_tutorial(number, folder):
-    """Write a file of the tutorial for sensors that are in no box; return its path."""
-    text = (Path(__file__).parents[3] / "docs" / "tutorials" / "your-sensor.md").read_text()
+ROOT = Path(__file__).parents[3]
+
+
+def of_the_tutorial(folder):
+    """Write the file of the tutorial for a sensor that is in no box; return its path."""
+    text = (ROOT / "docs" / "tutorials" / "your-sensor.md").read_text()
     path = folder / "made_up.toml"
-    path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[number])
+    path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0])
     return str(path)
 
 
 FEELING = [name for name in names() if about(name)["channels"]]
 
 
-@pytest.fixture(params=[*FEELING, 0, 1])
+@pytest.fixture(params=[*FEELING, "of the tutorial", str(ROOT / "examples" / "hands" / "asked_gripper.toml")])
 def product(request, tmp_path):
-    is_named = isinstance(request.param, str)
-    name = request.param if is_named else of_the_tutorial(request.param, tmp_path)
+    name = of_the_tutorial(tmp_path) if request.param == "of the tutorial" else request.param
     return open_product(name, tmp_path)
 
 

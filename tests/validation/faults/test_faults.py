@@ -1,10 +1,8 @@
 """Every fault of the table does what the table says: seen in time, over in time, and the grip never worse."""
 
-from pathlib import Path
-
 import pytest
 
-from validation.faults import page, table
+from validation.faults import table
 from validation.faults.frame_faults import Loss
 from validation.faults.run import run, undisturbed
 from validation.faults.soak import soak
@@ -12,8 +10,6 @@ from validation.faults.system_faults import Killed
 from validation.faults.testbed import SAMPLING, STATE_RATE_HZ, Scene
 from vegrip.messages import Condition
 from vegrip.transport.canbus.traffic import TrafficPlan, forecast_traffic
-
-DOCUMENT = Path(__file__).parents[3] / "docs" / "faults.md"
 
 
 def as_parameter(case):
@@ -110,8 +106,3 @@ def test_nothing_grows_in_a_short_soak():
     assert done.lost == 0
     assert done.objects < 3000, "one for each state would be 4000"
     assert done.memory < 8_000_000
-
-
-@pytest.mark.parametrize("table", [page.markdown, page.rogue_programs_table])
-def test_the_document_shows_the_table_as_it_is(table):
-    assert table() in DOCUMENT.read_text(encoding="utf-8"), "python -m validation.faults --table"

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 TOTAL_SHARE = (0.3, 0.6)
-"""Sum of the c_i [-] of the pads, as of the silicone, meat and skin of ``docs/worked-examples.md``."""
+"""Sum of the c_i [-] of the pads, as of the silicone, meat and skin of ``python -m validation.measured``."""
 RATES = (0.01, 10.0)
 """Of the branches [1/s]."""
 BRANCHES = 3

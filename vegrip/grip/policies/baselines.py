@@ -10,7 +10,7 @@
   controller adds a term against felt motion, which is not part of this rule.)
 
 All pass the same balance, fail-safe and limits as the margin grip. How they were tuned for the comparison is
-in ``docs/demo.md``.
+in ``docs/grip-quality.md``.
 """
 
 from dataclasses import dataclass

@@ -5,7 +5,7 @@ origin    where the value comes from
 ========  ==========================================================================================
 trials    the blind trials of seeds 4 to 11, on which all of these were set together, none by itself;
           seed 12 was held out (``python -m validation.diagnosis_trials -n 200 --seed 12``, docs/diagnose.md)
-measured  recordings of real contacts, where no law is exact (docs/worked-examples.md)
+measured  recordings of real contacts, where no law is exact (docs/measured.md)
 speed     the time of a diagnosis: a larger value costs more of it (``vegrip bench diagnose``)
 rule      a convention of statistics, or what sensors and geometry allow; not measured
 ========  ==========================================================================================
