@@ -34,11 +34,16 @@ CASES = {
     ("crack",): FIVE_MINUTES,
 }
 BRIEF = {("cogging", "short"): 3, ("speed_band", "use"): 3}  # in no catalogue, and its style -> seed
+PROTOCOLS = 4  # one after another, which last longer than the minutes
 HOUR_ROWS = 1_800_000  # at 500 Hz
+HOUR_PROTOCOLS = 17  # two hundred grasps, before the first is repeated
 TISSUE_ROWS = 118_000  # at 100 Hz
 TISSUE_HOLDS = 4
 TISSUE_FORCE_NOISE_N = 1e-5
-SMALLEST = {"CASES": {(): (1_000, 200.0)}, "BRIEF": {}, "HOUR_ROWS": 2_000, "TISSUE_ROWS": 1_000}
+SMALLEST = {
+    "CASES": {(): (1_000, 200.0)}, "PROTOCOLS": 1, "BRIEF": {}, "HOUR_ROWS": 2_000, "HOUR_PROTOCOLS": 1,
+    "TISSUE_ROWS": 1_000,
+}  # fmt: skip
 
 
 class Told(NamedTuple):
@@ -55,7 +60,7 @@ def run() -> dict[str, dict[str, float]]:
     """Return the time of a diagnosis beside that of the recording it reads."""
     out = {}
     for hidden, (rows, rate) in CASES.items():
-        recording = make_recording(Case(hidden, "strong", 0), times=4 * max(rows // MINUTES[0], 1))
+        recording = make_recording(Case(hidden, "strong", 0), times=PROTOCOLS * max(rows // MINUTES[0], 1))
         recording = recording.select(np.arange(len(recording)) < rows)
         told = "+".join(hidden) or "nothing"
         out[f"diagnose_{told}_vs_recorded_time"] = _timed(recording, rate, hidden)
@@ -102,7 +107,7 @@ def _peak_memory() -> float:
 
 def _hour() -> Recording:
     """Return two hundred grasps again and again until an hour is full, each time with other noise."""
-    once = make_recording(Case((), "strong", 0, style="use"), times=17, quiet=True)
+    once = make_recording(Case((), "strong", 0, style="use"), times=HOUR_PROTOCOLS, quiet=True)
     rng = np.random.default_rng(0)
 
     def again() -> Recording:

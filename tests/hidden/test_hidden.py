@@ -9,20 +9,7 @@ from vegrip.identification.diagnosis import diagnose
 pytestmark = pytest.mark.slow
 
 
-def test_nothing_hidden_nothing_named(hide) -> None:
-    found = diagnose(hide(seed=3))
-    assert found.verdict == "adequate"
-    assert not found.search.accepted
-
-
-def test_adhesion_hidden_adhesion_named(hide) -> None:
-    found = diagnose(hide(seed=4, adhesion={"force": 0.05, "stretch": 1e-4}))
-    assert found.named == ["adhesion"]
-    assert found.error["after"] == pytest.approx(1.0, abs=0.05)
-
-
 NEIGHBOURS = {
-    "adhesion": ({"force": 0.05, "stretch": 1e-4}, "jkr_adhesion"),
     "jkr_adhesion": ({"work": 1.0, "tip_radius": 0.01, "force": 1.8, "depth": 1e-3}, "adhesion"),
     "approach_tilt": ({"stiffness": 30.0}, "force_drift"),
     "force_drift": ({"rate": 1e-3}, "approach_tilt"),

@@ -15,8 +15,8 @@ NOISE = {"normal_force": 0.01, "displacement": 5e-6}
 AIR = -0.3  # [mm]
 
 
-def moved(kind: str, rng: np.random.Generator) -> tuple[Floats, Floats]:
-    """Time [s] and depth [mm] of an episode."""
+def moved(kind: str, rng: np.random.Generator, rate: float) -> tuple[Floats, Floats]:
+    """Time [s] and depth [mm] of an episode, at ``rate`` [Hz]."""
     way, t = [(0.0, AIR), (0.4, AIR)], 0.4
     if kind == "hold":
         deep = rng.uniform(0.6, 1.4)
@@ -34,7 +34,7 @@ def moved(kind: str, rng: np.random.Generator) -> tuple[Floats, Floats]:
             way += [(t + 0.1, deep), (t + 0.5, deep), (t + 0.6, AIR), (t + 0.9, AIR)]
             t += 0.9
     times, depths = zip(*way, strict=True)
-    t = np.arange(0.0, times[-1], 1.0 / RATE)
+    t = np.arange(0.0, times[-1], 1.0 / rate)
     return t, np.interp(t, times, depths)
 
 
@@ -65,26 +65,28 @@ def pressed(
     exponent: float = 1.5,
     pull: float = 0.0,
     late: tuple[str, float] = ("", 0.0),
+    rate: float = RATE,
 ) -> Recording:
     """A power law of the depth through exponential relaxation, cut off at zero.
 
     ``branches``: amplitude and rate [1/s]; ``zeros`` of displacement [mm] and force [N]; ``crack``: when [s]
     which share is added to the stiffness; ``second``: at which depth [mm] a spring [N/mm] is touched;
     ``pull``: force [N] with which the surfaces stick, on the way out over a neck of 0.1 mm;
-    ``late``: "lag", "delay" (of the force) or "displacement" (a lag of it), and by how many seconds.
+    ``late``: "lag", "delay" (of the force) or "displacement" (a lag of it), and by how many seconds;
+    ``rate`` [Hz] of the samples.
     """
     rng = np.random.default_rng(seed)
     rows, began = [], 0.0
     for episode, kind in enumerate(kinds):
-        t, depth = moved(kind, rng)
+        t, depth = moved(kind, rng, rate)
         elastic = 1.8 * np.maximum(depth, 0.0) ** exponent
         if second is not None:
             elastic += second[1] * np.maximum(depth - second[0], 0.0)
         if crack is not None:
             elastic *= np.where(t + began >= crack[0], 1.0 + crack[1], 1.0)
         force = (1.0 - sum(share for share, _ in branches)) * elastic
-        for share, rate in branches:
-            branch, keep = 0.0, np.exp(-rate / RATE)
+        for share, relaxes in branches:
+            branch, keep = 0.0, np.exp(-relaxes / rate)
             for i, step in enumerate(np.diff(elastic, prepend=elastic[0])):
                 branch = branch * keep + share * step * np.sqrt(keep)
                 force[i] += branch

@@ -2,6 +2,7 @@
 
 import functools
 import math
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -116,16 +117,25 @@ OPEN = {
     72: "friction 0.22, four fingers whose flags are dead: slides by 4.6 mm (3.0 mm without a channel)",
 }
 """Seeds with which the law is broken today."""
+
+
+def drawn(seed: int) -> Case:
+    return draw(np.random.default_rng([seed, 7]), world=WORLDS["old"])
+
+
+FIRST = {drawn(seed).fault: seed for seed in reversed(range(100))}
+"""The first seed that draws each fault; "frozen" and "flicker" are in none."""
 SPACE = [
     pytest.param(seed, marks=pytest.mark.xfail(reason=OPEN[seed], strict=True)) if seed in OPEN else seed
     for seed in range(100)
+    if "VEGRIP_WHOLE_SPACE" in os.environ or seed in OPEN or seed in FIRST.values()
 ]
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", SPACE)
 def test_the_law_holds_over_its_whole_space(seed: int) -> None:
-    case = draw(np.random.default_rng([seed, 7]), world=WORLDS["old"])
+    case = drawn(seed)
     told = run(case)
     assert excused(case, told, list(breaches(case, told)))[0] == [], (case, told)
 

@@ -1,6 +1,7 @@
 """Helpers of a node have a low priority from the start, end with it, and leave their output."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -13,7 +14,7 @@ from vegrip.runtime import background
 
 TOLD = """
 import os, sys
-print(os.sched_getscheduler(0) == os.SCHED_IDLE, *sys.argv[1:])
+print(os.nice(0), os.sched_getscheduler(0) == os.SCHED_OTHER, *sys.argv[1:])
 print('why', file=sys.stderr)
 sys.exit(3)
 """
@@ -31,20 +32,26 @@ def module(tmp_path, monkeypatch):
     return make
 
 
-def test_a_helper_gives_way_from_its_first_instruction_on_and_leaves_what_it_says(module):
-    done = background.run_behind(module(TOLD), ["a", "b c"])
-    assert (done.returncode, done.stdout, done.stderr) == (3, "True a b c\n", "why\n")
+def test_a_helper_that_is_waited_for_is_nice_and_leaves_what_it_says(module):
+    own = os.nice(0)  # of whoever runs the tests
+    done = background.run_behind(module(TOLD), ["a", "b c"], idle=False)
+    assert (done.returncode, done.stderr) == (3, "why\n")
+    assert done.stdout == f"{min(own + 10, 19)} True a b c\n"
+
+
+@pytest.mark.skipif(shutil.which("chrt") is None, reason="no chrt")
+def test_a_helper_gives_way_from_its_first_instruction_on(module, tmp_path, monkeypatch):
+    """A shell tells the policy, that of all it starts: an idle Python takes minutes beside others."""
+    shell = tmp_path / "python"
+    shell.write_text("#!/bin/sh\nread -r stat < /proc/self/stat; set -- $stat; echo ${41}\n")
+    shell.chmod(0o700)
+    monkeypatch.setattr(background.sys, "executable", str(shell))
+    assert int(background.run_behind(module(""), []).stdout) == os.SCHED_IDLE
 
 
 def test_a_helper_that_takes_too_long_is_ended(module):
     with pytest.raises(subprocess.TimeoutExpired):
         background.run_behind(module("import time; time.sleep(100)"), [], patience=0.3)
-
-
-def test_a_helper_that_is_waited_for_is_nice(module):
-    told = "import os; print(os.nice(0), os.sched_getscheduler(0) == os.SCHED_OTHER)"
-    own = os.nice(0)  # of whoever runs the tests
-    assert background.run_behind(module(told), [], idle=False).stdout == f"{min(own + 10, 19)} True\n"
 
 
 def test_without_the_program_that_lowers_it_all_the_way_a_helper_is_nice(module, monkeypatch):

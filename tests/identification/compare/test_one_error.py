@@ -11,7 +11,7 @@ from vegrip.identification.compare import compare
 from vegrip.identification.diagnosis import diagnose
 from vegrip.identification.diagnosis.error_ladder import add_effect
 from vegrip.identification.fit import fit
-from vegrip.identification.recording import Recording, read_recording, write_recording
+from vegrip.identification.recording import Recording, write_recording
 
 THREE_DIGITS = 5e-4
 TWO_TIMES = ((0.3, 3.0), (0.12, 0.25))
@@ -44,11 +44,6 @@ def test_fit_compare_and_add_say_the_same_of_one_model(tip) -> None:
 
 def test_they_do_of_the_sample() -> None:
     has_one_error(samples.recording(), "adhesion")
-
-
-@pytest.mark.long
-def test_they_do_of_the_recording_of_another_simulator(measured) -> None:
-    has_one_error(read_recording(measured("hidden-effects") / "second-relaxation"), "second_relaxation")
 
 
 def test_a_diagnosis_begins_and_ends_with_the_error_of_its_models(tip) -> None:

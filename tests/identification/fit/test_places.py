@@ -18,6 +18,7 @@ from vegrip.model import paper_model, read_model
 
 TAU = 0.04  # [s]
 SOFTER = 0.6
+KINDS = ("hold", "ramp", "hold", "ramp")
 
 
 def elsewhere(recording: Recording, softer: float) -> Recording:
@@ -30,7 +31,7 @@ def elsewhere(recording: Recording, softer: float) -> Recording:
 
 @pytest.fixture(scope="module")
 def two_places(tip):
-    return elsewhere(tip(21, kinds=("hold", "ramp", "hold", "ramp")), SOFTER)
+    return elsewhere(tip(21, kinds=KINDS, rate=100.0), SOFTER)
 
 
 def test_each_place_has_its_stiffness_and_the_others_their_own(two_places) -> None:
@@ -129,7 +130,7 @@ def test_one_law_for_all_is_the_model_without_places(tip) -> None:
 
 @pytest.fixture(scope="module")
 def late_places(tip):
-    return elsewhere(tip(23, kinds=("hold", "ramp", "hold", "ramp"), late=("lag", TAU)), SOFTER)
+    return elsewhere(tip(23, kinds=KINDS, late=("lag", TAU), rate=100.0), SOFTER)
 
 
 def test_a_lag_is_measured_beside_places_that_differ(late_places) -> None:

@@ -2,6 +2,7 @@
 
 import re
 import struct
+import subprocess
 import sys
 import zlib
 from pathlib import Path
@@ -183,6 +184,25 @@ def test_mdf_is_read_and_a_torn_one_is_refused_or_counted(part, tmp_path):
         return
     with pytest.raises(RecordingError, match="is not a CAN log that can be read"):
         read_log(tmp_path / "b.mf4")
+
+
+STARTED = """
+import sys
+from pathlib import Path
+from vegrip import cli
+sys.meta_path.insert(0, cli._LeanCan)
+import vegrip.nodes.grasp_force
+print("can" in sys.modules, "pandas" in sys.modules)
+from vegrip.identification.recording.can_frames import read_log
+print(len(read_log(Path(sys.argv[1])).frames))
+"""
+
+
+def test_a_program_starts_without_the_reader_of_mdf_and_has_it_where_it_reads_one(tmp_path):
+    pytest.importorskip("asammdf", reason="the extra mdf")
+    command = [sys.executable, "-c", STARTED, str(written(tmp_path / "a.mf4"))]
+    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert told.split() == ["True", "False", str(len(FRAMES))]
 
 
 @pytest.mark.parametrize("suffix", [".log", ".blf", ".asc"])

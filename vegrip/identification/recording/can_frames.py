@@ -5,6 +5,7 @@ times in an .asc. A line that cannot be read is left out and counted.
 """
 
 import contextlib
+import importlib
 import os
 import re
 import struct
@@ -16,7 +17,7 @@ from typing import Any, BinaryIO, Final, TextIO
 
 import can
 import numpy as np
-from can.io import blf
+from can.io import blf, mf4
 from can.io.blf import BLFParseError
 
 from vegrip.clock import NS
@@ -380,8 +381,10 @@ def _mf4(path: Path, report: LoadReport) -> Iterator[Stamped]:
             "pip install 'vegrip[mdf]', or have the logger export .asc or .blf"
         ) from None
     MDF4.__del__ = _close_quietly
+    if vars(mf4)["asammdf"] is None:  # the command line keeps it out of the start of its programs
+        importlib.reload(mf4)
     try:
-        for number, message in enumerate(can.MF4Reader(path)):
+        for number, message in enumerate(mf4.MF4Reader(path)):
             if (found := _stamped(message, report, number)) is not None:
                 yield found
     except Exception as error:  # noqa: BLE001 (asammdf raises whatever its parser meets in a damaged file)
