@@ -43,6 +43,8 @@ FOLDERS = [
 LEFT_OUT = {".git", ".venv", "build", "out", "recordings", "__pycache__", ".hypothesis", ".pytest_cache"}
 DRAWN = re.compile(r"vegrip/contact/paper/figures|:_?draw_")
 """How a figure looks is no behaviour: what it draws is computed elsewhere. In ``file:function``."""
+HELPERS = {"vegrip/grip/kernels": "tests.grip.stages"}
+"""With which tests, wherever they are, run the texts of a folder, which nothing imports."""
 RESULTS = WORK / "results.jsonl"
 SURVIVED, UNANSWERED = NOT_CAUGHT = "survived", "no answer"
 FAR = 5
@@ -164,13 +166,14 @@ def related(path: str) -> dict[str, int]:
     package, top = ".".join(Path(path).parts[:-1]), ROOT / "tests" / Path(path).parts[1]
     body = ast.parse((ROOT / path).read_text()).body
     names = {one.name for one in body if isinstance(one, ast.FunctionDef | ast.ClassDef)}
+    helper = HELPERS.get(str(Path(path).parent), "no helper")
     users, declares = users_of(path), DECLARES.search((ROOT / path).read_text()) is not None
 
     def distance(file: str) -> tuple[int, int]:
         shared = len(names & set(re.findall(r"\w+", texts("tests")[file])))
         if _is_named_after(file, path) or (file == DECLARED and declares):
             return 0, -shared
-        if _imports(path).search(texts("tests")[file]):
+        if _imports(path).search(texts("tests")[file]) or helper in texts("tests")[file]:
             return 1, -shared
         if (ROOT / file).parent == _mirror(path):
             return 2, -shared
@@ -525,13 +528,14 @@ def keep(file: Path, name: str, value: str) -> None:
         out.write(json.dumps([name, value]) + "\n")
 
 
-def sample(folders: list[str], count: int, seed: int) -> dict[str, list[Mutant]]:
-    """Return the mutants of each folder: ``count`` in all, without equivalent ones."""
+def sample(folders: list[str], count: int, seed: int, but: Iterable[str] = ()) -> dict[str, list[Mutant]]:
+    """Return the mutants of each folder: ``count`` in all, without equivalent ones and files left out."""
     no_change = tomllib.loads(EQUIVALENT.read_text())
     found: dict[str, list[Mutant]] = {}
     for folder in folders:
         place = ROOT / "vegrip" / folder
         files = sorted(place.rglob("*.py")) if place.is_dir() else [place]
+        files = [file for file in files if not any(file.match(f"vegrip/{pattern}") for pattern in but)]
         every = [one for file in files for one in _of_behaviour(file) if one.name not in no_change]
         found[folder] = sorted(every, key=lambda one: one.rank(seed))
     share = -(-count // len(folders))
@@ -566,10 +570,11 @@ def main() -> int:
     parser.add_argument(
         "--only", nargs="+", metavar="PATH", default=FOLDERS, help="folders or files below vegrip"
     )
+    parser.add_argument("--but", nargs="+", metavar="PATTERN", default=[], help="files to leave out")
     parser.add_argument("--again", action="store_true", help="run those that survived once more")
     options = parser.parse_args()
     (WORK / "records").mkdir(parents=True, exist_ok=True)
-    chosen = sample(options.only, options.count, options.seed)
+    chosen = sample(options.only, options.count, options.seed, options.but)
     results = dict(kept(RESULTS))
     left = [
         one

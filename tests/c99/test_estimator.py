@@ -6,7 +6,9 @@ model, so the effects come in groups.
 
 import ctypes
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +18,7 @@ from vegrip.effects import BUILT_IN, effect
 from vegrip.effects.contract import OUTSIDE
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.estimator.compiled import KINDS, Kernels, module_for, node_text_of
-from vegrip.estimator.layout import COUNTS, Layout
+from vegrip.estimator.layout import COUNTS, Layout, layout_of
 from vegrip.model import BASE, ContactModel, paper_model
 from vegrip.model.native import kernel_mode, run_by
 
@@ -98,6 +100,50 @@ def test_every_effect(names: list[str]) -> None:
     for name in names:
         model = model.with_effect(effect(name))
     assert not differing(model, 480)  # 30 samples after the last that happens
+
+
+class OneBitOff:
+    """Kernels of which one entry leaves one number a bit off, from its second call on."""
+
+    def __init__(self, right: Kernels, entry: str, place: int) -> None:
+        self.right, self.entry, self.place, self.calls = right, entry, place, 0
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        run: Callable[..., Any] = getattr(self.right, name)
+        return partial(self._spoilt, run) if name == self.entry else run
+
+    def _spoilt(self, run: Callable[..., Any], *given: Any) -> Any:
+        result, self.calls = run(*given), self.calls + 1
+        if self.calls < 2:
+            return result
+        if self.place < 0:
+            return np.nextafter(result, math.inf)
+        left = given[0] if self.entry == "update" else given[-1]
+        known = left[self.place]
+        left[self.place] = np.nextafter(known, math.inf) if math.isfinite(known) else 1.0
+        return result
+
+
+LAYOUT = layout_of(paper_model(8e-3))
+
+
+@pytest.mark.parametrize(
+    ("entry", "place", "told"),
+    [
+        *[("update", start, f"sample 1: {name}[0]") for name, (start, _) in LAYOUT.places().items()],
+        *[("update", end - 1, f"sample 1: {name}[") for name, (_, end) in LAYOUT.places().items()],
+        *[("margin_of", place, "sample 10: margins") for place in range(5)],
+        ("least_force", -1, "sample 10: margins"),
+    ],
+)
+def test_one_bit_of_one_number_is_a_difference(
+    entry: str, place: int, told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else it would prove nothing that there is none."""
+    right = module_for(paper_model(8e-3), LAYOUT, plain=True)
+    monkeypatch.setitem(globals(), "other_than_c", lambda _: right)
+    monkeypatch.setitem(globals(), "in_c", lambda *_: OneBitOff(right, entry, place))
+    assert differing(paper_model(8e-3), samples=2 if entry == "update" else 11).startswith(told)
 
 
 @needs_compiler

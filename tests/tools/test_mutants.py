@@ -77,6 +77,11 @@ def test_a_larger_sample_begins_with_the_smaller_one() -> None:
     assert small != mutants.sample(["effects"], 10, 1)["effects"]
 
 
+def test_files_that_are_left_out_have_no_mutants() -> None:
+    chosen = mutants.sample(["contact/creep.py", "contact/geometry.py"], 10, 0, ["contact/c*.py"])
+    assert [len(some) for some in chosen.values()] == [0, 5]
+
+
 def test_the_nearest_tests_come_first() -> None:
     assert mutants.related("vegrip/grip/safety/__init__.py")[mutants.DECLARED] == 0
     far = mutants.related("vegrip/contact/elastic.py")
@@ -89,6 +94,7 @@ def test_the_nearest_tests_come_first() -> None:
     ]
     assert [far[file] for file in near] == [0, 1, 2, 4]
     assert list(far.values()) == sorted(far.values())
+    assert mutants.related("vegrip/grip/kernels/choice.py")["tests/grip/policies/test_baselines.py"] == 1
 
 
 def test_each_mutant_that_is_left_out_exists_and_has_a_reason() -> None:

@@ -11,7 +11,7 @@ from numba.core.event import install_recorder
 
 import vegrip.estimator.kernels as estimator_kernels
 import vegrip.grip.kernels as grip_kernels
-from validation.compiled_finger import Log, Replay, bits_left, hostile
+from validation.compiled_finger import Answers, Log, Replay, bits_left, hostile
 from vegrip.c99 import BYTES, LONGS, MEMORY, host
 from vegrip.clock import NS
 from vegrip.contact.limit_surface import fast
@@ -48,6 +48,34 @@ def test_numba_leaves_the_bits_of_plain_python(false_log: Log) -> None:
 def test_c_and_plain_python_leave_the_same_bits_of_a_recorded_grasp(hand_log: Log) -> None:
     short = Log(hand_log.fingers, hand_log.sender_time, hand_log.events[: 2 * FRAMES])
     assert bits_left(Replay(short, "c")) == bits_left(Replay(short, "python"))
+
+
+class OneBitOff(Replay):
+    """A node in whose last finger one number changes by its last bit, or that sends one byte otherwise."""
+
+    def __init__(self, log: Log, mode: str, what: str) -> None:
+        super().__init__(log, mode)
+        self.what = what
+
+    def finish(self) -> Answers:
+        memory = list(self.node.compiled_fingers.values())[-1].memory
+        if self.what == "commands and reports":
+            name, data = self.answers.commands[-1]
+            self.answers.commands[-1] = name, bytes([data[0] ^ 1]) + data[1:]
+        else:
+            (memory.t if "whole" in self.what else memory.f.view(np.int64))[5] ^= 1
+        return super().finish()
+
+
+@pytest.mark.parametrize("what", ["commands and reports", "real numbers", "whole numbers"])
+def test_one_bit_in_what_a_node_leaves_is_a_difference(hand_log: Log, mode: str, what: str) -> None:
+    short = Log(hand_log.fingers, hand_log.sender_time, hand_log.events[:60])
+    (frames, left), (again, other) = (bits_left(one(short, mode, *more)) for one, more in (
+        (Replay, ()), (OneBitOff, (what,)),
+    ))  # fmt: skip
+    assert frames == again > 0
+    (unequal,) = (name for name in left if left[name] != other[name])
+    assert unequal.endswith(what)
 
 
 def test_a_frame_that_is_left_alone_has_changed_nothing(hand_log: Log, mode: str) -> None:

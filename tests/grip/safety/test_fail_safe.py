@@ -26,3 +26,14 @@ def test_a_second_fault_is_held_anew() -> None:
     fail_safe.recovered()
     assert not fail_safe.active
     assert fail_safe.command(2.0, 0.01, Reason.UNTRUSTED) == (2.0, Reason.UNTRUSTED)
+
+
+def test_what_is_held_is_held_for_its_time_and_then_rises_at_the_rate_up_to_the_fail_safe_grip() -> None:
+    """Hold for 0.25 s, then 8 N/s up to 5 N; a step lasts 0.125 s."""
+    fail_safe = FailSafe(FailSafeSettings(force=5.0, hold_time=0.25, ramp_rate=8.0))
+    held, told = 2.0, []
+    for _ in range(6):
+        held, reason = fail_safe.command(held, 0.125, Reason.INPUT_HOLD)
+        told.append((held, reason))
+    hold, ramp = Reason.INPUT_HOLD, Reason.FAIL_SAFE
+    assert told == [(2.0, hold), (2.0, hold), (3.0, ramp), (4.0, ramp), (5.0, ramp), (5.0, hold)]

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.grip.stages import StuckNoise
+from tests.grip.stages import KERNELS, StuckNoise
 
 CHANCE = 1e-7
 STEP = 0.002  # [N] on the wire
@@ -84,3 +84,41 @@ def test_missing_values_do_not_repeat_and_a_chance_of_nought_switches_it_off():
     values = sensor(np.full(600, 3.0), 0.01)
     assert not any(judged([*values, *[math.nan] * 100]))
     assert not any(judged([*values, *[3.0] * 100], chance=0.0))
+
+
+@pytest.mark.parametrize(
+    ("known", "longest"),
+    [
+        ({"WATCH_REPEATS": 0.05}, 9),
+        ({"WATCH_REPEATS": 0.25}, 31),
+        ({"WATCH_REPEATS": 0.0}, 4),
+        ({"WATCH_REPEATS": 0.4}, 159),
+        ({"WATCH_REPEATS": 0.25, "RULE_FROZEN_CHANCE": 1e-3}, 14),
+        ({"WATCH_REPEATS": 0.25, "WATCH_TURNS": 0.3, "INPUT_COUNT": 256}, 31),
+        ({"WATCH_REPEATS": 0.45}, math.inf),
+        ({"WATCH_REPEATS": 0.05, "WATCH_TURNS": 0.299}, math.inf),
+        ({"WATCH_REPEATS": 0.05, "INPUT_COUNT": 255}, math.inf),
+        ({"WATCH_REPEATS": 0.05, "RULE_FROZEN_CHANCE": 0.0}, math.inf),
+    ],
+)
+def test_so_many_repeats_have_a_chance_of_one_in_ten_million_and_are_judged_of_noise_alone(known, longest):
+    """n = ln(chance) / ln(2 p + 3 sqrt(p (1 - p) / 256) + 3 / 256), rounded up; none where that is 1."""
+    watch = StuckNoise()
+    for name, value in {
+        "RULE_FROZEN_CHANCE": CHANCE,
+        "WATCH_TURNS": 0.6,
+        "INPUT_COUNT": 1000,
+        **known,
+    }.items():
+        watch.memory[name] = value
+    assert KERNELS.longest_run(watch.f, watch.t) == longest
+
+
+def test_every_state_has_the_weight_of_all_that_came_before_it():
+    """The weights are 1, 1/2, 1/3, 1/4, then 1/5 for each of three repeats, and 1/8 of what ends them."""
+    watch = StuckNoise()
+    for value in (1.0, 2.0, 1.0, 2.0, 2.0, 2.0, 2.0, 1.0):
+        watch.vanished(value, CHANCE)
+    assert watch.memory["INPUT_COUNT"] == 8
+    assert watch.memory["WATCH_REPEATS"] == pytest.approx((1.0 - 0.8**3) * 7.0 / 8.0)
+    assert watch.memory["WATCH_TURNS"] == pytest.approx(0.5 * 0.8**3 * 7.0 / 8.0 + 1.0 / 8.0)

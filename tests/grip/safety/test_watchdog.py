@@ -88,6 +88,88 @@ def test_each_fault_is_named_at_once(
     assert watchdog.condition == condition
 
 
+RANGES = {
+    "normal_force": (-5.0, 60.0),
+    "tangential_force_x": (-60.0, 60.0),
+    "tangential_force_y": (-60.0, 60.0),
+    "torque_z": (-2.0, 2.0),
+    "displacement": (-0.05, 0.02),
+    "temperature": (-40.0, 150.0),
+    "slip": (0.0, 1.0),
+    "slip_speed": (-10.0, 10.0),
+    "contact_radius": (0.0, 0.05),
+}
+
+
+@pytest.mark.parametrize("name", RANGES)
+def test_both_ends_of_a_range_are_believed_and_nothing_beyond(name: str) -> None:
+    for end, beyond in zip(RANGES[name], (-math.inf, math.inf), strict=True):
+        for value, told in ((end, Condition.OK), (math.nextafter(end, beyond), Condition.OUT_OF_RANGE)):
+            dog, state = Watchdog(WatchdogSettings(recover_after=1)), edit(**{name: value})(next(healthy()))
+            assert dog.accept(state, state.stamp) == (told is Condition.OK)
+            assert dog.condition == told
+
+
+def test_silence_and_broken_frames_are_told_apart_to_the_nanosecond() -> None:
+    """Of 50 ms, with a broken frame 10 ms after the last good one."""
+    for broken, ms, late, told in [
+        (False, 50, 0, Condition.OK),
+        (False, 50, 1, Condition.STALE),
+        (True, 50, 0, Condition.OK),
+        (True, 50, 1, Condition.CORRUPT),
+        (True, 60, 0, Condition.CORRUPT),
+        (True, 60, 1, Condition.STALE),
+    ]:
+        dog, state = Watchdog(WatchdogSettings(time_out=0.05, recover_after=1)), next(healthy())
+        assert dog.accept(state, state.stamp)
+        if broken:
+            dog.corrupt(state.stamp + 10_000_000)
+        assert dog.tick(state.stamp + ms * 1_000_000 + late) == told
+        assert dog.faults == ({} if told is Condition.OK else {told: 1})
+
+
+@pytest.mark.parametrize(("late", "used"), [(0, True), (1, False)])
+def test_a_state_may_be_late_by_the_time_out_and_what_two_clocks_part_meanwhile(
+    watchdog: Watchdog, states: Iterator[FingertipState], late: int, used: bool
+) -> None:
+    """They part by a 5000th of 52.010402 ms, which are 10 402 ns."""
+    state = next(states)
+    assert watchdog.accept(state, state.stamp + 50_010_402 + late) == used
+    assert (watchdog.condition == Condition.STALE) != used
+
+
+@pytest.mark.parametrize(("beyond", "used"), [(0, True), (1, False)])
+def test_a_stamp_may_be_a_day_ahead_of_the_clock_as_it_was(watchdog, states, beyond: int, used: bool) -> None:
+    state = next(states)
+    ahead = dataclasses.replace(state, stamp=state.stamp + 86_400 * NS + beyond)
+    assert watchdog.accept(ahead, state.stamp) == used
+    assert (watchdog.condition == Condition.REPLAYED) != used
+
+
+@pytest.mark.parametrize(
+    ("still", "ns", "frozen", "doubtful"),
+    [
+        (True, 250_000_000, False, True),
+        (True, 250_000_001, True, True),
+        (False, 2_000_000_000, False, True),
+        (False, 2_000_000_001, True, True),
+        (False, 50_000_000, False, False),
+        (False, 50_000_001, False, True),
+    ],
+)
+def test_what_stands_still_is_frozen_or_doubted_to_the_nanosecond(
+    still: bool, ns: int, frozen: bool, doubtful: bool
+) -> None:
+    """All values for 0.25 s, the normal force alone for 2 s; doubted from 50 ms on."""
+    dog, first = Watchdog(WatchdogSettings(time_out=10.0, recover_after=1)), next(healthy())
+    dog.accept(first, first.stamp)
+    moved = {} if still else {"tangential_force_x": 0.7}
+    again = dataclasses.replace(first, seq=2, stamp=first.stamp + ns, **moved)
+    assert dog.accept(again, again.stamp) != frozen
+    assert dog.condition == (Condition.FROZEN if frozen else Condition.OK)
+    assert dog.doubtful == doubtful
+
+
 def test_a_channel_that_never_was_there_is_not_missed(watchdog: Watchdog) -> None:
     """The contact radius is not measured by this finger; the watchdog of the fixture says OK."""
     assert watchdog.condition == Condition.OK

@@ -292,6 +292,9 @@ def test_a_payload_too_long_or_too_short_is_named() -> None:
     for size in (0, 11, 12, 4097, 10_000_000):
         assert receiver.decode("/hand/index/force_command", bytes(size), 0) is None
     assert receiver.rejected == {"size": 5}
+    for size in (13, 4096):
+        assert receiver.decode("/hand/index/force_command", bytes(size), 0) is None
+    assert receiver.rejected == {"size": 5, "checksum": 2}
 
 
 def test_bytes_after_the_message_are_refused() -> None:

@@ -148,6 +148,33 @@ def test_what_was_overtaken_by_few_enough_is_taken_once_under_its_own_number(
     assert stream.lost == last + 1 - len(taken)
 
 
+@pytest.mark.parametrize("modulus", MODULI)
+def test_without_a_reach_what_was_overtaken_stays_lost(modulus: int) -> None:
+    stream = Sequence(modulus)
+    assert [stream.advance(counter, 0) for counter in (3, 5, 4, 6)] == [3, 5, None, 6]
+    assert stream.lost == 1
+
+
+def test_after_a_silence_nothing_was_overtaken_and_nothing_is_lost() -> None:
+    stream = Sequence(2**32, reach=2)
+    for counter in (3, 5):
+        stream.advance(counter, 0)
+    assert stream.advance(4, 500_000_000) == 4
+    assert stream.lost == 0
+    stream = Sequence(2**32, reach=2)
+    for counter in (3, 5):
+        stream.advance(counter, 0)
+    assert stream.advance(4, 500_000_001) == 5 + 2**32 - 1
+    assert stream.lost == 1
+
+
+def test_what_is_known_of_numbers_taken_does_not_grow() -> None:
+    stream = Sequence(2**32, reach=3)
+    for counter in range(1000):
+        stream.advance(counter, 0)
+    assert stream._seen < 2**8
+
+
 @given(kept=st.sets(st.integers(0, 39)))
 def test_lost_and_received_add_up(kept: set[int]) -> None:
     sender, receiver = MsgpackCodec(), MsgpackCodec()

@@ -110,7 +110,7 @@ class PressureMap:
         x, y = self.positions.T
         return np.stack([e_x @ self.shares, e_y @ self.shares, (x * e_y - y * e_x) @ self.shares], axis=-1)
 
-    def facet(self, index: int, spin: float = 1.0) -> Facet:
+    def facet(self, index: int, spin: float) -> Facet:
         """Loads carried while spinning (counter-clockwise for spin > 0) about the point of that index."""
         x, y = self.positions[index]
         omega = np.sign(spin)
