@@ -169,6 +169,26 @@ def test_a_load_that_changes_takes_all_back_and_what_has_held_is_learned() -> No
     assert believed_mean(g, 0) > before + 0.03
 
 
+@pytest.mark.parametrize(
+    ("sound", "load", "teaches"),
+    [(0.48, 1.2, True), (0.48, 0.8, False), (0.99, 1.2, True), (0.99, 0.8, True)],
+    ids=["rises", "falls", "proven, rises", "proven, falls"],
+)
+def test_a_load_that_falls_with_the_force_may_be_a_slide_until_a_channel_is_proven(
+    sound: float, load: float, *, teaches: bool
+) -> None:
+    g = grasp()
+    prove(g, sound)
+    held(g, 0.5)
+    before = believed_mean(g, 0)
+    for _ in range(20):
+        for i in range(2):
+            changed = watch_quiet(g, i, 0.002, load, 0.01, True)
+            decide(g, i, 0.002, 0.15, True, changed)
+    assert g.release.shift[0] == 0.0
+    assert (believed_mean(g, 0) > before + 0.01) is teaches
+
+
 def test_a_finger_that_lets_go_of_the_object_is_not_let_go_of() -> None:
     g = grasp()
     prove(g, 0.99)
