@@ -30,6 +30,26 @@ def test_a_slip_tells_the_friction_coefficient(
     assert e.friction_coefficient.std < 0.12
 
 
+@pytest.mark.parametrize("learns", [True, False])
+def test_while_a_finger_is_felt_to_slide_its_bound_is_not_above_zero(
+    model: ContactModel, press: Record, *, learns: bool
+) -> None:
+    """Whatever friction is believed, and whether it is learned: a finger that slides has no margin."""
+    fixed = model if learns else model.with_value("mu", 5.0, std=0.0)
+    e = ContactEstimator(fixed, SensorNoise())
+    for state in press(model, KNOTS, DEPTHS, share=0.2):
+        e.assimilate(state)
+    held = e.slip_margin()
+    e.assimilate(dataclasses.replace(state, stamp=state.stamp + 2_000_000, slip=1.0))
+    felt = e.slip_margin()
+    assert held.lower_bound > 0.0
+    assert held.earliest_slip > 0.0
+    assert felt.lower_bound <= 0.0
+    assert felt.earliest_slip == 0.0
+    e.assimilate(dataclasses.replace(state, stamp=state.stamp + 4_000_000, slip=0.0))
+    assert e.slip_margin().lower_bound > 0.0
+
+
 def test_sticking_at_a_high_load_excludes_small_coefficients_only(
     estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
 ) -> None:

@@ -20,7 +20,7 @@ LIFTED_S = 1.5
 
 def parameters(folder: Path, name: str) -> GraspParameters:
     base = learning_parameters(demo_parameters())
-    grip = replace(base.grip, wanted_margin=0.1)
+    grip = replace(base.grip, wanted_margin=0.25)
     return replace(base, grip=grip, friction=replace(base.friction, object=name), learned=str(folder))
 
 

@@ -1,14 +1,14 @@
 """Friction that a finger assumes, and how force is lowered to learn it: decisions by expected loss.
 
-**Counted on.** Let P be the probability that a slide would be noticed in time, as far as it was shown, F_b
-the distribution of ln mu as it is believed, and F_0 that before anything was felt. A slide that is not
-noticed loses the object; one that is noticed costs kappa of that. A channel that would not notice has taught
-nothing either. So x is assumed to be::
+**Assumed.** Let P be the probability that a slide would be noticed in time, as far as it was shown, F the
+distribution of ln mu as it is believed, and F_c that of friction that has changed, wider by ``CHANGE_STD``. A
+slide that is not noticed loses the object, and nor would be noticed that friction has changed; one that is
+noticed costs kappa of that. So x is assumed with::
 
-    (1 - P) max(F_0(x), F_b(x)) + P kappa F_b(x) = risk
+    (1 - P) ((1 - RARE) F(x) + RARE F_c(x)) + P kappa F(x) = risk
 
-which is the bound of the prior, or the belief where that is lower, for P = 0, and the bound of the belief at
-``risk / kappa`` for P = 1.
+What is believed without a channel comes from loads that held: a load never exceeds friction, whether the
+object holds or slides, so it teaches though no channel would notice a slide.
 
 **Lowered.** A finger that is asked to keep the margin m assumes ``x + b``, b >= 0. At the utilisation u
 with ``z = (ln u - m_b) / s_b`` the next slide comes after a rise of ln u whose mean is Mills' ratio times
@@ -21,7 +21,8 @@ what one slide costs. Where no channel is proven, the load alone is a witness (:
 sees a slide the sooner, the faster N falls: then b grows by ``QUICK``.
 
 b returns to 0 when a finger slides, which teaches, and when a load changes; what has held until then is
-evidence that friction is higher.
+evidence that friction is higher. Where no channel is proven that is so if the whole load has risen: one that
+falls with N may be a slide.
 
 Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
@@ -29,7 +30,7 @@ Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same 
 import math
 
 from vegrip.estimator.normal_law import upper_tail
-from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 from vegrip.grip.slip_witness import *
 
 
@@ -40,14 +41,11 @@ def set_risk(g: GraspMemory, risk: float, noticed_risk: float, releases: bool) -
 
 
 def begin_release(g: GraspMemory) -> None:
-    """Take what is believed now as the prior."""
-    n = int(g.belief.fingers)
-    g.release.exponent = g.belief.mean[n]
+    """Have lowered nothing."""
     g.release.pause = g.release.ends = 0.0
     for i in range(BELIEF_MOST):
-        g.release.prior[i], g.release.spread[i] = g.belief.mean[i], g.belief.p[i * BELIEF_ROW + i]
         g.release.shift[i] = g.release.steady[i] = g.release.smooth[i] = 0.0
-        g.release.still[i], g.release.counted[i] = -1.0, math.nan
+        g.release.still[i], g.release.counted[i], g.release.mean[i] = -1.0, math.nan, 0.0
 
 
 def chance_noticed(g: GraspMemory) -> float:
@@ -71,16 +69,15 @@ def reacts(g: GraspMemory, i: int) -> bool:
 
 def counted_on(g: GraspMemory, i: int) -> float:
     """Return the ln mu of finger ``i`` that is assumed, by halving."""
-    load = g.belief.load[i]
     p = shown_noticed(g)
     mean, std = believed_mean(g, i), math.sqrt(believed_variance(g, i) + NEARLY_NONE)
-    first = g.release.prior[i] - g.release.exponent * load
-    spread = math.sqrt(g.release.spread[i] + load * load * g.belief.exponent_var + NEARLY_NONE)
-    low, high = min(mean - 4.0 * std, first - 4.0 * spread), max(mean, first)
+    wider = math.hypot(std, CHANGE_STD)
+    low, high = mean - 4.0 * wider, mean
     for _ in range(16):
         x = 0.5 * (low + high)
-        believed, at_first = upper_tail((mean - x) / std), upper_tail((first - x) / spread)
-        loss = (1.0 - p) * max(believed, at_first) + p * g.release.kappa * believed
+        believed = upper_tail((mean - x) / std)
+        changed = (1.0 - RARE) * believed + RARE * upper_tail((mean - x) / wider)
+        loss = (1.0 - p) * changed + p * g.release.kappa * believed
         if loss < g.release.risk:
             low = x
         else:
@@ -95,11 +92,12 @@ def watch_quiet(g: GraspMemory, i: int, dt: float, load: float, noise: float, to
         g.release.shift[i] = 0.0
         return False
     if g.release.still[i] < 0.0:
-        g.release.smooth[i] = g.release.steady[i] = load
+        g.release.smooth[i] = g.release.steady[i] = g.release.mean[i] = load
         g.release.still[i] = 0.0
     g.release.smooth[i] += (1.0 - math.exp(-dt / LOOK)) * (load - g.release.smooth[i])
     g.release.still[i] += dt
     g.release.steady[i] += (1.0 - math.exp(-dt / PAUSE)) * (g.release.smooth[i] - g.release.steady[i])
+    g.release.mean[i] += (1.0 - math.exp(-dt / PAUSE)) * (g.release.smooth[i] - g.release.mean[i])
     change = abs(g.release.smooth[i] - g.release.steady[i])
     if change <= QUIET_CHANGE * g.release.steady[i] + 2.0 * noise:
         return False
@@ -115,14 +113,24 @@ def is_quiet(g: GraspMemory, n: int) -> bool:
     return g.release.pause <= 0.0
 
 
-def take_back(g: GraspMemory, slid: bool) -> None:
-    """Restore what was lowered; without a slide it has shown that friction is higher.
+def total_rises(g: GraspMemory) -> bool:
+    """Return whether the whole load is above its mean of late."""
+    now, before = 0.0, 0.0
+    for i in range(int(g.belief.fingers)):
+        if g.release.still[i] >= 0.0:
+            now += g.release.smooth[i]
+            before += g.release.mean[i]
+    return now > before
+
+
+def take_back(g: GraspMemory, held: bool) -> None:
+    """Restore what was lowered; where the object has surely ``held`` that shows that friction is higher.
 
     A load that would need more than ``CREDIBLE`` standard deviations above the mean may be wrong.
     """
     exponent = g.belief.mean[int(g.belief.fingers)]
     for i in range(int(g.belief.fingers)):
-        if g.release.shift[i] > RISE and not slid:
+        if g.release.shift[i] > RISE and held:
             ln_u = g.slip.shown[i] - exponent * g.belief.load[i]
             off = ln_u - believed_mean(g, i)
             if abs(off) < CREDIBLE * math.sqrt(believed_variance(g, i)):
@@ -195,10 +203,10 @@ def decide(g: GraspMemory, i: int, dt: float, margin: float, touching: bool, cha
     if g.slip.slides[i] >= 0.5 or sees_slide(g, dt, total):
         if total > SCATTER:
             g.release.ends = 2.0 * (g.slip.delay + LOOK)
-        take_back(g, True)
+        take_back(g, False)
         g.release.pause = PAUSE
     elif changed or (total > 0.0 and chance_noticed(g) < SURE and ends_slowly(g, dt)):
-        take_back(g, False)
+        take_back(g, chance_noticed(g) >= SURE or total_rises(g))
         g.release.pause = 0.0 if changed else PAUSE
     g.release.counted[i] = counted_on(g, i)
     let_go(g, i, dt, margin, touching)

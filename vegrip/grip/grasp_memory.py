@@ -140,15 +140,13 @@ class Release:
     releases: float  # 1 = force is lowered at all
     risk: float  # of a slide that is not noticed
     kappa: float  # loss of a slide that is noticed over that of one that is not
-    exponent: float  # of friction over the load before anything was felt
     pause: float  # [s] until force may be lowered again
     ends: float  # [s] in which a slide that lowering caused ends
-    prior: Each  # mean of ln mu at the reference load before anything was felt
-    spread: Each  # its variance
     shift: Each  # of ln mu, by which a finger assumes more
     counted: Each  # ln mu at the present load that is assumed
     steady: Each  # [N] load from which changes are counted
     smooth: Each  # [N] load without noise
+    mean: Each  # [N] of late
     still: Each  # [s] since the load last changed; negative: not in contact
 
 

@@ -105,7 +105,7 @@ def slip_times(m: Floats, tangential: float, torque: float, chance: float) -> tu
     elastic, origin, fresh = begin_hold(m, y)
     begun = (origin, fresh)
     slipped = slip_probability_after(m, y, elastic, 0.0, begun, load)[0]
-    slides = m.friction.sliding > 0.0
+    slides = m.friction.sliding > 0.0 or m.report.slides > 0.0
     likely = 0.0 if slides or slipped >= 0.5 else OPEN
     earliest = 0.0 if slides or slipped >= chance else OPEN
     t, dt = 0.0, FIRST

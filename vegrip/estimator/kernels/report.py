@@ -116,6 +116,12 @@ def upper_gauge(gauge_now: float, relative: float, absolute: float, quantile: fl
     return gauge_now + math.hypot(grown, quantile * absolute)
 
 
+def margin_gauge(m: Floats) -> float:
+    """The upper bound of the gauge behind the margin's: at least 1 while the finger is felt to slide."""
+    upper = upper_gauge(m.report.gauge, m.report.gauge_rel, m.report.gauge_abs, m.set.quantile)
+    return 1.0 if m.report.slides > 0.0 and upper < 1.0 else upper
+
+
 def utilisation(m: Floats) -> tuple[float, float]:
     """``u``, the friction coefficient at which the present load would slip, and its relative std.
 

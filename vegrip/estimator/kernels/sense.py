@@ -9,7 +9,7 @@ import math
 
 from vegrip.estimator.elapsed import bounded_time, elapsed_time
 from vegrip.estimator.kernels.generated import *
-from vegrip.estimator.kernels.report import upper_gauge
+from vegrip.estimator.kernels.report import margin_gauge
 from vegrip.estimator.kernels.update import update
 
 
@@ -56,6 +56,7 @@ def take_state(f: Floats, t: Wholes) -> None:
     f.taken.load = load if math.isfinite(load) else math.nan
     f.taken.torque = torque if math.isfinite(torque) else math.nan
     f.taken.slip = f.state.slip
+    f.report.slides = 1.0 if f.state.slip >= SLIDES else 0.0
     feel_outside(f)
     force, displacement = f.state.normal_force, f.state.displacement
     radius, slip = f.state.contact_radius, sensed_slip(f)
@@ -183,5 +184,5 @@ def is_force_known(f: Floats, t: Wholes) -> bool:
 
 def margin_bound(f: Floats, t: Wholes) -> float:
     """Return the lower bound of the present margin; NaN: not known."""
-    upper = upper_gauge(f.report.gauge, f.report.gauge_rel, f.report.gauge_abs, f.set.quantile)
+    upper = margin_gauge(f)
     return 1.0 - upper if is_sound(f, t) and touches(f, t) and math.isfinite(upper) else math.nan

@@ -13,7 +13,7 @@ from vegrip.estimator.kernels.load_loss import follow_load, is_load_doubted
 from vegrip.estimator.kernels.measure import expect_force, expect_force_alone, measure_radius
 from vegrip.estimator.kernels.motion import follow_motion, predict_motion, surprise_of
 from vegrip.estimator.kernels.predict import follow_extremes, predict
-from vegrip.estimator.kernels.report import report, upper_gauge, utilisation
+from vegrip.estimator.kernels.report import margin_gauge, report, utilisation
 from vegrip.estimator.kernels.scalar_update import *
 from vegrip.estimator.kernels.state import bound_state
 from vegrip.estimator.kernels.touch_detection import detect_touch
@@ -239,7 +239,7 @@ def plausible_value(value: float) -> float:
 def margin_of(m: Floats, tangential: float, torque: float, out: Floats) -> None:
     """Fill ``out`` with gauge, its upper bound, force reserve, time to slip and its earliest."""
     out[0] = m.report.gauge
-    out[1] = upper_gauge(m.report.gauge, m.report.gauge_rel, m.report.gauge_abs, m.set.quantile)
+    out[1] = margin_gauge(m)
     out[2] = force_reserve(m, tangential, torque)
     chance = 0.5 * math.erfc(m.set.quantile * 0.7071067811865476)
     likely, earliest = slip_times(m, tangential, torque, chance)

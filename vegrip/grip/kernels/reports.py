@@ -8,7 +8,7 @@ import math
 
 from vegrip.estimator.elapsed import bounded_time, elapsed_time
 from vegrip.estimator.kernels.forecast import force_reserve, slip_times
-from vegrip.estimator.kernels.report import upper_gauge
+from vegrip.estimator.kernels.report import margin_gauge
 from vegrip.estimator.kernels.sense import is_sound, touches
 from vegrip.grip.kernels.friction_shared import told_friction
 from vegrip.grip.kernels.generated import *
@@ -68,7 +68,7 @@ def is_spread(value: float) -> bool:
 def report_margin(f: Floats, t: Wholes, out: Bytes) -> float:
     """Pack the slip margin; return its lower bound, NaN: not known, inf: not to be carried."""
     gauge_now, relative, absolute = f.report.gauge, f.report.gauge_rel, f.report.gauge_abs
-    upper = upper_gauge(gauge_now, relative, absolute, f.set.quantile)
+    upper = margin_gauge(f)
     seq, stamp, confidence = t.turn.reports, t.sample.stamp, f.published.confidence
     if not (is_sound(f, t) and touches(f, t) and math.isfinite(upper)):
         none, endless = math.nan, math.inf
