@@ -136,6 +136,6 @@ def sentence(figures: dict[str, Any]) -> str:
     return (
         f"{one['force_over_least']:.2f} times the least, {one['largest_force']:.1f} N at most,"
         f" {one['slips']} slips, {one['drops']} drops of {one['trials']}, bound above zero in"
-        f" {one['bound_above_zero_while_sliding']} of {one['sliding_looks']} looks that slide, margin below it"
-        f" {one['margin_below_bound']:.1%}"
+        f" {one['bound_above_zero_while_sliding']} of {one['sliding_looks']} looks that slide,"
+        f" margin below it {one['margin_below_bound']:.1%}"
     )

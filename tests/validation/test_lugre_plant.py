@@ -58,7 +58,7 @@ def test_a_load_below_the_limit_stretches_the_bristles_and_no_more() -> None:
     hand = pressed(held(), 6.0, 3.0)
     mu = 0.5 * (6.0 / 5.0) ** -0.25
     expected = 0.5 * WEIGHT / (6.0 * (0.5 / 2e-4))
-    assert 0.5 * WEIGHT < mu * 6.0
+    assert mu * 6.0 > 0.5 * WEIGHT
     assert 0.9 * expected < hand.shift < 2e-4  # it was less pressed while it was lifted
 
 
