@@ -94,7 +94,7 @@ def read_log(
     """
     log = Log()
     try:
-        for message, name in _READERS.get(path.suffix.lower(), _candump)(path, log.report):
+        for message, name in _READERS.get(path.suffix.lower(), candump_frames)(path, log.report):
             log.report.rows_read += 1
             if extended or not message.arbitration_id & EXTENDED:
                 log.frames.append(message)
@@ -175,7 +175,7 @@ def _text(path: Path) -> Iterator[TextIO]:
         yield text
 
 
-def _candump(path: Path, report: LoadReport) -> Iterator[Stamped]:
+def candump_frames(path: Path, report: LoadReport) -> Iterator[Stamped]:
     with _text(path) as text:
         for number, line in enumerate(text, start=1):
             if number == 1 and CANDUMP_SHOWN.match(line[:200]):
