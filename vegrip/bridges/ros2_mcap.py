@@ -14,29 +14,29 @@ last of them.
 """
 
 import heapq
-import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from itertools import repeat
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO, Final, NamedTuple, Self
+from typing import BinaryIO, Final, Self
 
 import vegrip
 from vegrip.bridges import ros2_types as ros2
 from vegrip.bridges.node_topics import NodeTopics, node_parameters
 from vegrip.bridges.ros2_types import Row
 from vegrip.clock import NS
-from vegrip.errors import InputError
 from vegrip.identification.recording.data import Recording
 from vegrip.identification.recording.mcap import read_all, tables_of
 from vegrip.identification.recording.report import LoadReport
 from vegrip.identification.recording.rosbag import bag_library
 from vegrip.messages import FingertipState, ForceCommand, Message, ModelHealth
-from vegrip.whole_file import reading, whole_file
+from vegrip.whole_file import whole_file
 
 EVENTS: Final = "/vegrip/events"
+Event = tuple[str, str, str]
+"""Level of a log, finger or recording, and text."""
 CHUNK_BYTES: Final = (
     8192  # of messages that a kill may cost: 0.1 s of a finger at 200 Hz with all that is said
 )
@@ -139,41 +139,7 @@ def about(hand: str, pads: Mapping[str, str], date: str) -> dict[str, str]:
     return told | {f"pad.{finger}": pad for finger, pad in pads.items()}
 
 
-class Verdict(NamedTuple):
-    """What ``vegrip diagnose`` found of a recording."""
-
-    recording: str
-    level: str  # of the log
-    text: str
-
-
-def read_verdict(path: Path) -> Verdict:
-    """Read ``diagnosis.json``, or the folder that `vegrip diagnose -o` wrote it to.
-
-    Raises:
-        InputError: it is none.
-
-    """
-    file = path / "diagnosis.json" if path.is_dir() else path
-    with reading(file):
-        try:
-            found = json.loads(file.read_bytes())
-            verdict, named, close = found["verdict"], found["named"], found["indistinguishable"]
-            said = {
-                "adequate": "the model lacks nothing that shows",
-                "named": f"the model lacks {', '.join(named)}",
-                "ambiguous": f"the model lacks one of {', '.join(close[0] if close else ['?'])}",
-                "unexplained": "the model lacks what no effect of the catalogue explains",
-            }
-            level = "info" if verdict == "adequate" else "warning"
-            return Verdict(str(found["recording"]), level, f"diagnosis, {verdict}: {said[verdict]}")
-        except (ValueError, LookupError, TypeError) as error:
-            raise InputError(f"{file}: is no diagnosis.json of `vegrip diagnose` ({error})") from None
-
-
-def write_ros2_mcap(
-    folder: Path, path: Path, verdicts: Sequence[Verdict] = ()
-) -> tuple[int, list[LoadReport]]:
+def write_ros2_mcap(folder: Path, path: Path, verdicts: Sequence[Event] = ()) -> tuple[int, list[LoadReport]]:
     """Write a recording or session to ``path``; return how many messages, and what could not be read.
 
     ``verdicts`` become events at the last message, when all that they are of has come.
@@ -191,20 +157,21 @@ def write_ros2_mcap(
     rows = heapq.merge(
         *(zip(one.stamps, repeat(one), one.rows, strict=False) for one in tables), key=lambda row: row[0]
     )
-    told = {f"verdict.{one.recording}": one.text for one in verdicts}
+    told = {f"verdict.{name}": text for _, name, text in verdicts}
     with whole_file(path) as part, part.open("wb") as file:
         with Ros2Mcap(file, _about(folder, recordings) | told) as mcap:
             for stamp, table, cells in rows:
                 row = dict(zip(table.columns, cells, strict=True))
                 mcap.add(table.topic, table.kind, row, stamp + earlier)
-            for one in verdicts:
-                mcap.event(stamp + earlier, one.level, one.recording, one.text)
+            for verdict in verdicts:
+                mcap.event(stamp + earlier, *verdict)
         return mcap.messages, [one.report for one in recordings.values()]
 
 
 def running_hands() -> dict[str, str]:
     """Return hands and pads of the nodes that run, as their parameters say."""
-    hands, pads = [], {}
+    hands: list[str] = []
+    pads: dict[str, str] = {}
     for entry, said in node_parameters():
         if "tip.radius" in said:
             hands.append(entry.name)

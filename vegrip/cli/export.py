@@ -1,6 +1,7 @@
 """``vegrip export``: the estimator for firmware and what it learned there, a model for MuJoCo."""
 
 import dataclasses
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +12,7 @@ from vegrip.cli._outputs import FORCE, claim_file, claim_folder
 from vegrip.cli._terminal import answer, complain, print_json, printer
 from vegrip.config import build, read_toml
 from vegrip.errors import InputError, UsageError
-from vegrip.whole_file import write_whole, writing
+from vegrip.whole_file import reading, write_whole, writing
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -129,11 +130,11 @@ def mcap_(
 
     Example: vegrip sample press && vegrip export mcap press -o press.mcap
     """
-    from vegrip.bridges.ros2_mcap import read_verdict, write_ros2_mcap
+    from vegrip.bridges.ros2_mcap import write_ros2_mcap
     from vegrip.identification.recording.report import account
 
     claim_file(output, force=force)
-    verdicts = [read_verdict(one) for one in verdict or []]
+    verdicts = [_verdict(one) for one in verdict or []]
     with writing(output):
         count, reports = write_ros2_mcap(recording, output, verdicts)
     _warn(recording, reports)
@@ -142,6 +143,25 @@ def mcap_(
         lambda: typer.echo(f"{output}: {count} messages"),
         as_json=as_json,
     )
+
+
+def _verdict(path: Path) -> tuple[str, str, str]:
+    """Return what ``diagnosis.json``, or the folder with it, says: level of a log, recording, sentence."""
+    file = path / "diagnosis.json" if path.is_dir() else path
+    with reading(file):
+        try:
+            found = json.loads(file.read_bytes())
+            verdict, named, close = found["verdict"], found["named"], found["indistinguishable"]
+            said = {
+                "adequate": "the model lacks nothing that shows",
+                "named": f"the model lacks {', '.join(named)}",
+                "ambiguous": f"the model lacks one of {', '.join(close[0] if close else ['?'])}",
+                "unexplained": "the model lacks what no effect of the catalogue explains",
+            }
+            level = "info" if verdict == "adequate" else "warning"
+            return level, str(found["recording"]), f"diagnosis, {verdict}: {said[verdict]}"
+        except (ValueError, LookupError, TypeError) as error:
+            raise InputError(f"{file}: is no diagnosis.json of `vegrip diagnose` ({error})") from None
 
 
 @app.command("lerobot")

@@ -234,7 +234,7 @@ def _mapped(
     from vegrip.identification.recording.data import join_recordings
     from vegrip.identification.recording.import_file import BAGS, read_file
 
-    recordings = []
+    recordings: list[Recording] = []
     for path in src:
         if path.is_dir() and not any(path.iterdir()):
             raise InputError(f"{path}: is an empty folder; give a table, a CAN log or a rosbag")

@@ -385,7 +385,8 @@ def _mf4(path: Path, report: LoadReport) -> Iterator[Stamped]:
             if (found := _stamped(message, report, number)) is not None:
                 yield found
     except Exception as error:  # noqa: BLE001 (asammdf raises whatever its parser meets in a damaged file)
-        raise ValueError(f"asammdf cannot read it: {error}") from None
+        why = re.sub(r"'<mmap[^>]*>'", "it", str(error))
+        raise ValueError(f"asammdf cannot read it: {why}") from None
 
 
 def _close_quietly(measurement: Any) -> None:
