@@ -222,9 +222,9 @@ def test_what_is_not_read_is_said_in_a_sentence(tmp_path: Path, capsys, monkeypa
     (tmp_path / "x.h5").write_bytes(b"\x89HDF\r\n\x1a\n cut")
     assert imported(tmp_path / "x.h5") == 3
     assert "no HDF5 file that can be read" in capsys.readouterr().err
-    (tmp_path / "x.zarr").mkdir()
-    (tmp_path / "x.zarr/zarr.json").write_text("{}")
-    assert imported(tmp_path / "x.zarr") == 3
+    (tmp_path / "arrays").mkdir()
+    (tmp_path / "arrays/zarr.json").write_text("{}")
+    assert imported(tmp_path / "arrays") == 3
     assert "is Zarr, which is not read" in capsys.readouterr().err
     monkeypatch.setitem(__import__("sys").modules, "h5py", None)
     assert imported(tmp_path / "x.h5") == 2

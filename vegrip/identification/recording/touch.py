@@ -74,8 +74,12 @@ class Frames:
 def is_touch(path: Path) -> bool:
     """Return whether it is one by its name, or a folder that is laid out as a data set."""
     if path.is_dir():
-        return path.suffix.lower() == ".zarr" or all((path / one).is_dir() for one in ("meta", "data"))
+        return _is_zarr(path) or all((path / one).is_dir() for one in ("meta", "data"))
     return path.suffix.lower() in (".npz", *HDF5)
+
+
+def _is_zarr(path: Path) -> bool:
+    return path.suffix.lower() == ".zarr" or any((path / one).is_file() for one in ("zarr.json", ".zgroup"))
 
 
 def library(module: str, what: str, extra: str) -> Any:
@@ -147,7 +151,7 @@ def _named(name: str) -> str:
 
 
 def _read(path: Path, wanted: Wanted) -> Frames:
-    if path.suffix.lower() == ".zarr":
+    if _is_zarr(path):
         raise RecordingError(
             f"{path}: is Zarr, which is not read; write its arrays with numpy.savez, or as HDF5"
         )
