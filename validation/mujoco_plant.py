@@ -1,4 +1,4 @@
-"""Five objects in a gripper of MuJoCo: force over the least possible, slips, and the bound while it slides.
+"""Six objects in a gripper of MuJoCo: force over the least possible, slips, and the bound while it slides.
 
 A world that is not ours, under the controller of the node: soft round pads that do not relax, an elliptic
 cone. ``python -m validation.mujoco_plant --seeds 8 --json``; exit code 1 where an object is lost or pressed
@@ -68,6 +68,7 @@ def _cylinder(radius: float, half_height: float) -> Shape:
 
 
 EGG = Shape("ellipsoid", (0.022, 0.03, 0.022))
+SOAP = (0.03, 0.045, 0.015)  # [m] half axes
 FILLED, WET = Filling(3.0, NEVER_S, 0.2, 4.0), Wetting(4.0, 5.0, 0.6)
 OBJECTS: Mapping[str, Held] = {
     "box": Held("100 g, pushed twice", Shape(), 0.1, 0.6, events=_pushes()),
@@ -75,6 +76,7 @@ OBJECTS: Mapping[str, Held] = {
     "egg": Held("60 g, bears 4 N", EGG, 0.06, 0.5, offset_y=0.0, bears=4.0),
     "bottle": Held("150 g, 5 mm off its centre", _cylinder(0.03, 0.1), 0.15, 0.6, offset_x=5e-3),
     "can": Held("250 g, wet from 4 s: 0.6 of the friction", _cylinder(0.033, 0.06), 0.25, 0.6, events=(WET,)),
+    "soap": Held("120 g, slippery, wet from 4 s", Shape("ellipsoid", SOAP), 0.12, 0.35, events=(WET,)),
 }
 
 
