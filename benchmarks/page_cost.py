@@ -4,7 +4,7 @@
 with and without the page, and the processor time of both processes. With and without take turns, so that
 other work on the machine falls on both. The watcher reads the events as a browser does and draws nothing.
 ``--priority`` gives node, hand and bus a real-time priority, as on a hand. ``--beside bridges`` measures the
-bridges to ROS 2 and to MCAP instead of the page, both of which take every topic.
+bridges to ROS 2, MCAP and Foxglove instead of the page, each of which takes every topic.
 """
 
 import argparse
@@ -19,7 +19,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -101,20 +101,50 @@ def page() -> Iterator[Sequence[int]]:
 
 @contextmanager
 def bridges() -> Iterator[Sequence[int]]:
-    """Run the bridges that take every topic, and yield their process numbers."""
+    """Run all bridges, each of which takes every topic, and yield their process numbers."""
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        words = ["ros2", "--domain", ROS_DOMAIN], ["mcap", "-o", f"{folder}/all.mcap"]
+        words = (
+            ["ros2", "--domain", ROS_DOMAIN],
+            ["mcap", "-o", f"{folder}/all.mcap"],
+            ["foxglove", "--port", "0"],
+        )
         started = [
             stack.enter_context(
-                subprocess.Popen([sys.executable, "-m", "vegrip", "bridge", *one], stdout=subprocess.DEVNULL)
+                subprocess.Popen(
+                    [sys.executable, "-m", "vegrip", "bridge", *one], stdout=subprocess.PIPE, text=True
+                )
             )
             for one in words
         ]
+        assert started[-1].stdout is not None
+        found = re.search(r"ws://127\.0\.0\.1:(\d+)", started[-1].stdout.readline())
+        if found is None:
+            raise VegripError("the bridge to Foxglove does not open; pip install 'vegrip[foxglove]'")
+        client = threading.Thread(target=_subscribe_to_all, args=(int(found[1]),), daemon=True)
+        client.start()
         try:
             yield [process.pid for process in started]
         finally:
             for process in started:
                 process.terminate()
+            client.join()
+
+
+def _subscribe_to_all(port: int) -> None:
+    """Read every channel, as a client that shows all, until there is no more."""
+    from websockets.exceptions import ConnectionClosed  # noqa: PLC0415 (an extra)
+    from websockets.sync.client import connect  # noqa: PLC0415
+    from websockets.typing import Subprotocol  # noqa: PLC0415
+
+    with (
+        suppress(ConnectionClosed),
+        connect(f"ws://127.0.0.1:{port}", subprotocols=[Subprotocol("foxglove.sdk.v1")]) as socket,
+    ):
+        for said in socket:
+            told = json.loads(said) if isinstance(said, str) else {}
+            new = [{"id": one["id"], "channelId": one["id"]} for one in told.get("channels", ())]
+            if new:
+                socket.send(json.dumps({"op": "subscribe", "subscriptions": new}))
 
 
 BESIDE: dict[str, Callable[[], AbstractContextManager[Sequence[int]]]] = {"page": page, "bridges": bridges}

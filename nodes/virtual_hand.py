@@ -62,6 +62,8 @@ class AskedForce(NamedTuple):
 class VirtualHandNode(NodeBase):
     """Steps the hand by the time that has passed, and drops commands that have expired."""
 
+    plant: Any = VirtualHand
+    """What is stepped, or a stand-in with its ``fingers``, ``time``, ``asked``, ``epoch`` and ``advance``."""
     wakes_on_messages = False
     exclusive_messages: tuple[type[Message], ...] = (FingertipState,)
     received_messages: tuple[type[Message], ...] = (
@@ -92,7 +94,8 @@ class VirtualHandNode(NodeBase):
 
     def configure(self) -> None:
         """Compile the simulation."""
-        self.new_hand().step(0.02, {})
+        hand = self.new_hand()
+        hand.advance(0.02, np.full(len(hand.fingers), math.nan))
 
     def activate(self) -> None:
         """Begin with an open hand around an object on its stand."""
@@ -133,7 +136,8 @@ class VirtualHandNode(NodeBase):
         p = self.parameters
         plate = p.hand.plate
         events = disturbances(p.disturbance_seed, p.duration or 3600.0, weight=plate.mass * plate.gravity)
-        return VirtualHand(p.hand, p.seed, events if p.disturbed else ())
+        hand: VirtualHand = self.plant(p.hand, p.seed, events if p.disturbed else ())
+        return hand
 
 
 def build(settings: Mapping[str, Any], context: NodeContext) -> VirtualHandNode | VirtualBenchNode:

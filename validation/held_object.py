@@ -80,9 +80,7 @@ class Outcome:
     moved: float  # [m] of the object
 
 
-def run(
-    hand: MovingPlant, controller: str, friction: float, bears: float, least: LeastForce
-) -> Outcome:
+def run(hand: MovingPlant, controller: str, friction: float, bears: float, least: LeastForce) -> Outcome:
     """Hold an object for :data:`DURATION_S`, or until it is lost; ``friction`` is for who is told of it."""
     believed = parameters(controller, KNOBS["pinch"][controller], friction)
     believed = replace(believed, limits=replace(believed.limits, max_force=bears))

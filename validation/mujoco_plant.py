@@ -1,4 +1,4 @@
-"""Five objects in a gripper of MuJoCo: force over the least possible, slips, and the bound while it slides.
+"""Six objects in a gripper of MuJoCo: force over the least possible, slips, and the bound while it slides.
 
 A world that is not ours, under the controller of the node: soft round pads that do not relax, an elliptic
 cone. ``python -m validation.mujoco_plant --seeds 8 --json``; exit code 1 where an object is lost or pressed
@@ -10,7 +10,7 @@ import json
 import sys
 from collections.abc import Mapping
 
-from validation.held_object import NEVER_S, Filling, Held, Outcome, summed, sentence, two_pushes
+from validation.held_object import NEVER_S, Filling, Held, Outcome, sentence, summed, two_pushes
 from validation.held_object import run as run_plant
 from vegrip.bridges.mujoco_plant import MujocoHand, Shape, elliptic_least_force, simulator_creep
 from vegrip.trials.candidates import KNOBS

@@ -8,7 +8,7 @@ import pytest
 
 from vegrip.bridges.mujoco_plant import MujocoHand, elliptic_least_force
 from vegrip.cli import main
-from vegrip.errors import UsageError
+from vegrip.errors import UsageError, VegripError
 from vegrip.trials.closed_loop import FORCE, FORCE_X, FORCE_Y, GRASPS, TORQUE
 from vegrip.virtual.hand import TRUTHS
 
@@ -81,3 +81,43 @@ def test_the_table_of_controllers_has_the_creep_of_the_simulator_beside(capsys) 
     without, with_noslip = said["creep"][1], said["creep"][-1]
     assert without["noslip_iterations"] == 0 < with_noslip["noslip_iterations"]
     assert with_noslip["creep"] < 1e-5 < without["creep"]
+
+
+def test_on_a_bus_the_plant_senses_and_obeys_as_the_virtual_hand_does() -> None:
+    """Its frames go through the codec; held by 8 N, both pads say so, and without commands they keep it."""
+    from vegrip.bridges.mujoco_node import build
+    from vegrip.messages import FingertipState, ForceCommand, Reason
+    from vegrip.runtime import NodeContext
+    from vegrip.transport.codec import CanCodec
+
+    fingers = ("thumb", "index")
+    node = build({"disturbed": False}, NodeContext("/plant", fingers=fingers))
+    node.configure()
+    node.activate()
+    hand, host = (CanCodec(fingers, fd=True, use_sender_time=True) for _ in range(2))
+    felt: dict[str, list[float]] = {finger: [] for finger in fingers}
+    for tick in range(1500):
+        now = 10**9 + 2_000_000 * tick
+        for finger in fingers if tick < 1250 else ():
+            command = ForceCommand(now, finger, tick + 1, 8.0, 0.0, Reason.HOLD, expires=now + 20_000_000)
+            for frame in host.encode(command):
+                node.on_message(hand.decode(frame), now)
+        for state in node.on_tick(now):
+            for frame in hand.encode(state):
+                heard = host.decode(frame)
+                assert isinstance(heard, FingertipState)
+                felt[heard.finger].append(heard.normal_force)
+    for finger in fingers:
+        assert len(felt[finger]) == pytest.approx(1500, abs=2)
+        assert np.mean(felt[finger][1000:1250]) == pytest.approx(8.0, abs=0.2)  # bias and drift
+        assert np.mean(felt[finger][1400:]) == pytest.approx(8.0, abs=0.2)
+    assert node.hand.slips == 0
+    assert not node.hand.dropped
+
+
+def test_a_protocol_of_a_bench_is_refused(tmp_path) -> None:
+    from vegrip.bridges.mujoco_node import build
+    from vegrip.runtime import NodeContext
+
+    with pytest.raises(VegripError):
+        build({"protocol": str(tmp_path / "none.toml")}, NodeContext("/plant", fingers=("thumb", "index")))

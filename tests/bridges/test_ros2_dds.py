@@ -212,3 +212,19 @@ def test_an_interface_that_is_not_there_is_one_sentence(capsys) -> None:
         Link(230, "none9")
     assert main(["bridge", "ros2", "--domain", "229", "--interface", "none9"]) == DeviceError.exit_code
     assert len([line for line in capsys.readouterr().err.splitlines() if "domain 229" in line]) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (["--states", "nonsense"], 3, "'nonsense' is no address"),
+        (["--interface", "none9"], 4, "there is no interface none9"),
+        (["--fingers", " , "], 2, "--fingers is ' , '"),
+    ],
+)
+def test_what_is_refused_is_refused_before_anything_is_promised(capsys, words, code: int, said: str) -> None:
+    assert main(["bridge", "ros2", "--domain", "228", *words]) == code
+    out = capsys.readouterr()
+    assert said in out.err
+    assert len(out.err.splitlines()) == 1
+    assert not out.out

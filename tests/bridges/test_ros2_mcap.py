@@ -1,6 +1,7 @@
 """MCAP of ROS 2 types is read by readers that did not write it, whole or cut off."""
 
 import contextlib
+import json
 import math
 import signal
 import subprocess
@@ -69,6 +70,64 @@ def test_the_decoder_of_mcap_reads_the_same_and_the_metadata(file: Path) -> None
     assert [m.wrench.force.z for m in decoded] == [1.0 + n / 100.0 for n in range(100)]
     said = about.metadata
     assert (said["hand"], said["pad.thumb"], said["date"]) == ("pull", "radius 0.008 m", "2026-03-01")
+
+
+@pytest.mark.parametrize(
+    ("found", "level", "said"),
+    [
+        (
+            {"verdict": "named", "named": ["adhesion", "rolling"]},
+            3,
+            "named: the model lacks adhesion, rolling",
+        ),
+        (
+            {"verdict": "ambiguous", "indistinguishable": [["inertia", "sensor_lag"]]},
+            3,
+            "one of inertia, sensor_lag",
+        ),
+        ({"verdict": "unexplained"}, 3, "what no effect of the catalogue explains"),
+        ({"verdict": "adequate"}, 2, "adequate: the model lacks nothing that shows"),
+    ],
+)
+def test_the_verdict_of_a_diagnosis_is_an_event_and_metadata(recorded, tmp_path, found, level, said) -> None:
+    from mcap.reader import make_reader
+
+    whole = {"recording": "pull", "named": [], "indistinguishable": []} | found
+    (tmp_path / "found").mkdir()
+    (tmp_path / "found/diagnosis.json").write_text(json.dumps(whole))
+    path = tmp_path / "told.mcap"
+    words = ["export", "mcap", str(recorded), "-o", str(path), "--verdict", str(tmp_path / "found")]
+    assert main(words) == 0
+    event = read(path)["/vegrip/events"][-1]
+    assert (event.level, event.name) == (level, "pull")
+    assert said in event.message
+    with path.open("rb") as stream:
+        (about,) = list(make_reader(stream).iter_metadata())
+    assert about.metadata["verdict.pull"] == event.message
+
+
+@pytest.mark.parametrize(
+    "text", ["{", "[]", '{"verdict": "sure", "named": [], "indistinguishable": []}', "{}"]
+)
+def test_what_is_no_verdict_is_refused_before_anything_is_written(
+    recorded, tmp_path, capsys, text: str
+) -> None:
+    (tmp_path / "x.json").write_text(text)
+    path = tmp_path / "told.mcap"
+    words = ["export", "mcap", str(recorded), "-o", str(path), "--verdict", str(tmp_path / "x.json")]
+    assert main(words) == 3
+    assert "is no diagnosis.json of `vegrip diagnose`" in capsys.readouterr().err
+    assert not path.exists()
+
+
+def test_rows_of_a_damaged_recording_are_counted_in_the_file(recorded, tmp_path, capsys) -> None:
+    lines = (recorded / "recording.csv").read_text().splitlines()
+    lines[10] = lines[20] = "nothing"
+    (recorded / "recording.csv").write_text("\n".join(lines) + "\n")
+    assert main(["export", "mcap", str(recorded), "-o", str(tmp_path / "x.mcap"), "--json"]) == 0
+    out = capsys.readouterr()
+    assert json.loads(out.out)["rows"]["used"] == 98
+    assert "2 of 100 rows are left out" in out.err
 
 
 def test_it_comes_back_as_a_recording_by_a_map_of_one_topic(
@@ -145,19 +204,56 @@ def test_what_is_no_recording_is_refused(tmp_path: Path, capsys) -> None:
     assert math.inf > len(capsys.readouterr().err.splitlines()) == 1
 
 
-def test_running_hands_are_written_as_they_speak(tmp_path: Path) -> None:
-    from vegrip.bridges.ros2_mcap import record_ros2_mcap
+def test_running_hands_are_written_as_they_speak_with_hand_and_pad(tmp_path: Path) -> None:
+    """The hand is heard from the second look on; a file that is cut off has its metadata all the same."""
+    from mcap.exceptions import EndOfFile, McapError
+    from mcap.records import Metadata
+    from mcap.stream_reader import StreamReader
+
+    from vegrip.bridges.ros2_mcap import about, record_ros2_mcap
 
     class Source:
+        looks = 0
+
         def look(self):
-            return {"/hand/thumb/state": messages.FingertipState}
+            self.looks += 1
+            return {"/hand/thumb/state": messages.FingertipState} if self.looks > 1 else {}
 
         def read(self, topics):
             assert set(topics) == {"/hand/thumb/state"}
             return [("/hand/thumb/state", messages.FingertipState(10, "thumb", 1, normal_force=2.0))]
 
-    writing = record_ros2_mcap(tmp_path / "live.mcap", Source(), math.inf)
+    source = Source()
+
+    def hands() -> dict[str, str]:
+        pads = {"thumb": "radius 0.009 m"} if source.looks > 1 else {}
+        return about("/left" if pads else "", pads, "2026-03-01T00:00:00+00:00")
+
+    writing = record_ros2_mcap(tmp_path / "live.mcap", source, math.inf, hands)
     counts = [next(writing) for _ in range(5)]
+    there = (tmp_path / "live.mcap").read_bytes()
     writing.close()
     assert counts == [2, 4, 6, 8, 10]  # a state and its wrench
     assert [m.wrench.force.z for m in read(tmp_path / "live.mcap")["/hand/thumb/wrench"]] == [2.0] * 5
+    (tmp_path / "cut.mcap").write_bytes(there)
+    said = []
+    with (tmp_path / "cut.mcap").open("rb") as stream, contextlib.suppress(EndOfFile, McapError):
+        for record in StreamReader(stream).records:
+            if isinstance(record, Metadata):
+                said.append(record.metadata)  # noqa: PERF401 (what came before the end counts)
+    assert (said[-1]["hand"], said[-1]["pad.thumb"]) == ("/left", "radius 0.009 m")
+    assert said[-1]["date"].startswith("2026")
+
+
+def test_the_hands_that_run_are_known_by_their_parameters(monkeypatch) -> None:
+    from vegrip.bridges import node_topics, ros2_mcap
+    from vegrip.runtime.registry import Entry
+
+    rows = {"/right/grasp_force": {"tip.radius": 9e-3, "tip.model": "pad.toml"}, "/record": {"radius": 0.0}}
+    entries = [Entry(name, "x", fingers=["thumb", "index"]) for name in rows]
+    monkeypatch.setattr(node_topics, "running_nodes", lambda: entries)
+    asked = lambda entry, *_: [{"name": n, "value": v} for n, v in rows[entry.name].items()]  # noqa: E731
+    monkeypatch.setattr(node_topics, "ask", asked)
+    said = ros2_mcap.running_hands()
+    assert said["hand"] == "/right/grasp_force"
+    assert said["pad.index"] == "radius 0.009 m, model pad.toml"

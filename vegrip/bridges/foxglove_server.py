@@ -23,11 +23,10 @@ from websockets.typing import Subprotocol
 
 from vegrip.bridges.foxglove_alarms import AlarmSource, LogLine
 from vegrip.bridges.foxglove_channels import ALARMS, Channel, Encoding, frame
-from vegrip.bridges.node_topics import ANSWER_PATIENCE, NodeTopics
+from vegrip.bridges.node_topics import NodeTopics, node_parameters
 from vegrip.clock import NS
-from vegrip.errors import DeviceError, VegripError
+from vegrip.errors import DeviceError
 from vegrip.jsonable import jsonable
-from vegrip.runtime.registry import ask, running_nodes
 
 SUBPROTOCOLS: Final = (Subprotocol("foxglove.sdk.v1"), Subprotocol("foxglove.websocket.v1"))
 MOST_CLIENTS: Final = 16
@@ -277,14 +276,7 @@ async def _say(client: Client, reported: Mapping[str, Any]) -> None:
 
 def _parameters(names: frozenset[str]) -> list[dict[str, Any]]:
     """Return the parameters of all nodes that run, as ``node.parameter``; ``names`` empty: all."""
-    found = []
-    for entry in running_nodes():
-        try:
-            rows = ask(entry, "parameters", ANSWER_PATIENCE)
-        except VegripError:
-            continue  # it is starting, or has just ended
-        for row in rows:
-            name = f"{entry.name}.{row['name']}"
-            if not names or name in names:
-                found.append({"name": name, "value": jsonable(row["value"])})
-    return found
+    all_of_them = (
+        (f"{entry.name}.{name}", value) for entry, said in node_parameters() for name, value in said.items()
+    )
+    return [{"name": n, "value": jsonable(value)} for n, value in all_of_them if not names or n in names]

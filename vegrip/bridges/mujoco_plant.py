@@ -115,8 +115,8 @@ class MujocoHand:
         for pad, tip in zip(self._pads, self._tips, strict=True):
             self._soften(pad, tip)
         self.model.actuator_gainprm[0, 0] = 1.0
-        self._ticks = self._samples = 0
-        self._asked = self._target = self._pressed = 0.0
+        self._ticks = self._samples = self.epoch = 0  # [ns] stamp of time zero
+        self.asked = self._target = self._pressed = 0.0
         self._used, self._jacobians = np.zeros(2), np.zeros((2, 3, self.model.nv))
         self.dropped = False
 
@@ -148,13 +148,13 @@ class MujocoHand:
         return float(tip["force"]), float(tip["mu"]), float(tip["a"]), float(tip["k"])
 
     def advance(self, dt: float, commands: Floats) -> list[HandSample]:
-        samples: list[HandSample] = []
-        self._asked += dt
-        while (self._ticks + 0.5) * self.settings.step < self._asked:
+        samples, warmth = list[HandSample](), self.settings.thermal.start
+        self.asked += dt
+        while (self._ticks + 0.5) * self.settings.step < self.asked:
             self._step(float(np.nanmax(commands)) if np.isfinite(commands).any() else math.nan)
             if self.time * self.settings.sensor.rate >= self._samples + 1.0 - 1e-9:
                 self._samples += 1
-                samples.append(self._sensors.sample(self._records, self.settings.thermal.start, self.time))
+                samples.append(self._sensors.sample(self._records, warmth, self.time, self.epoch))
         return samples
 
     def truths(self) -> Floats:

@@ -1,7 +1,8 @@
 """The topics of running nodes, each received at one place: at its sender, else at one of its receivers."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from vegrip.errors import VegripError
 from vegrip.messages import Message
@@ -75,3 +76,12 @@ def _counts(entry: Entry) -> dict[str, dict[str, int]]:
     except VegripError:
         return {}
     return counts
+
+
+def node_parameters() -> Iterator[tuple[Entry, dict[str, Any]]]:
+    """Yield every node with its parameters, but those that are starting or have just ended."""
+    for entry in running_nodes():
+        try:
+            yield entry, {row["name"]: row["value"] for row in ask(entry, "parameters", ANSWER_PATIENCE)}
+        except VegripError:
+            continue

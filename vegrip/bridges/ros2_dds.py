@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
+from socket import if_nameindex
 from typing import Any, Final
 
 from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
@@ -84,6 +85,10 @@ class Link:
     _received: dict[str, int] = field(default_factory=dict)  # the publisher that is received, by topic
 
     def __post_init__(self) -> None:
+        there = [name for _, name in if_nameindex()]
+        if self.interface.isalnum() and self.interface not in there:  # else it is an address
+            where = f"domain {self.domain}: there is no interface {self.interface}"
+            raise DeviceError(f"{where}; give one with --interface: {', '.join(there)}")
         named = f'name="{self.interface}"' if self.interface else 'autodetermine="true"'
         peers = "" if self.multicast else '<Peers><Peer address="127.0.0.1"/></Peers>'
         allowed = "true" if self.multicast else "false"
@@ -91,10 +96,8 @@ class Link:
             self._domain = Domain(self.domain, CONFIG.format(interface=named, multicast=allowed, peers=peers))
             self._participant = DomainParticipant(self.domain)
         except DDSException as error:
-            why = (
-                f"domain {self.domain} cannot be joined on {self.interface or 'any interface'} ({error.msg})"
-            )
-            raise DeviceError(f"{why}; give another with --domain or --interface") from None
+            where = f"domain {self.domain} cannot be joined on {self.interface or 'any interface'}"
+            raise DeviceError(f"{where} ({error.msg}); give another with --domain or --interface") from None
         history = Policy.History.KeepLast(DEPTH)
         reliable = Policy.Reliability.Reliable(duration(milliseconds=BLOCKED_MS))
         self._qos = Qos(reliable, history, Policy.Durability.Volatile, Policy.IgnoreLocal.Participant)

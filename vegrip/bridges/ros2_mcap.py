@@ -5,8 +5,9 @@
     /hand/thumb/state           vegrip_msgs/msg/FingertipState, and so on: every topic, the columns as fields
     /hand/thumb/wrench          geometry_msgs/msg/WrenchStamped, what the fingertip feels, frame ``thumb``
     /hand/thumb/wrench_command  geometry_msgs/msg/WrenchStamped, the commanded normal force along z
-    /vegrip/events              foxglove_msgs/msg/Log: slip begins and ends, what the model fails to explain
-    metadata ``vegrip``         hand, pad, date, version
+    /vegrip/events              foxglove_msgs/msg/Log: slip begins and ends, what the model fails to explain,
+                                verdicts of `vegrip diagnose`
+    metadata ``vegrip``         hand, pad, date, version, verdicts; again when another hand is heard
 
 Chunks are a few hundred messages and are not compressed, so a file whose writer was killed is whole up to the
 last of them.
@@ -14,7 +15,7 @@ last of them.
 
 import heapq
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from itertools import repeat
 from pathlib import Path
@@ -23,16 +24,19 @@ from typing import BinaryIO, Final, Self
 
 import vegrip
 from vegrip.bridges import ros2_types as ros2
-from vegrip.bridges.node_topics import NodeTopics
+from vegrip.bridges.node_topics import NodeTopics, node_parameters
 from vegrip.bridges.ros2_types import Row
 from vegrip.clock import NS
 from vegrip.identification.recording.data import Recording
 from vegrip.identification.recording.mcap import read_all, tables_of
+from vegrip.identification.recording.report import LoadReport
 from vegrip.identification.recording.rosbag import bag_library
 from vegrip.messages import FingertipState, ForceCommand, Message, ModelHealth
 from vegrip.whole_file import whole_file
 
 EVENTS: Final = "/vegrip/events"
+Event = tuple[str, str, str]
+"""Level of a log, finger or recording, and text."""
 CHUNK_BYTES: Final = (
     8192  # of messages that a kill may cost: 0.1 s of a finger at 200 Hz with all that is said
 )
@@ -57,7 +61,7 @@ class Ros2Mcap:
         none = library.CompressionType.NONE
         self._writer = library.Writer(file, chunk_size=CHUNK_BYTES, compression=none, enable_data_crcs=True)
         self._writer.start(profile="ros2", library="vegrip")
-        self._writer.add_metadata("vegrip", dict(about))
+        self.describe(about)
         self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
         self._before: dict[str, str] = {}  # what the last events said, by topic
@@ -65,6 +69,10 @@ class Ros2Mcap:
         self._flush_due = 0.0
         self.messages = 0
         """Written so far."""
+
+    def describe(self, about: Mapping[str, str]) -> None:
+        """Write a record of metadata, which holds from here on."""
+        self._writer.add_metadata("vegrip", dict(about))
 
     def __enter__(self) -> Self:
         return self
@@ -86,7 +94,10 @@ class Ros2Mcap:
             data = ros2.wrench_message(stamp, finger, force, (0.0, 0.0, 0.0))
             self._standard(f"{hand}/wrench_command", ros2.WRENCH, data, stamp)
         for level, text in self._events(topic, kind, row):
-            self._standard(EVENTS, ros2.LOG, ros2.log_message(stamp, level, finger, text), stamp)
+            self.event(stamp, level, finger, text)
+
+    def event(self, stamp: int, level: str, finger: str, text: str) -> None:
+        self._standard(EVENTS, ros2.LOG, ros2.log_message(stamp, level, finger, text), stamp)
 
     def flush(self) -> None:
         """Hand what is written to the system, now and then."""
@@ -128,8 +139,10 @@ def about(hand: str, pads: Mapping[str, str], date: str) -> dict[str, str]:
     return header | {f"pad.{finger}": pad for finger, pad in pads.items()}
 
 
-def write_ros2_mcap(folder: Path, path: Path) -> int:
-    """Write the recording or session in ``folder`` to ``path``; return how many messages were written.
+def write_ros2_mcap(folder: Path, path: Path, verdicts: Sequence[Event] = ()) -> tuple[int, list[LoadReport]]:
+    """Write a recording or session to ``path``; return how many messages, and what could not be read.
+
+    ``verdicts`` become events at the last message, when all that they are of has come.
 
     Raises:
         RecordingError: no recording, or a damaged table.
@@ -139,34 +152,51 @@ def write_ros2_mcap(folder: Path, path: Path) -> int:
     bag_library("mcap.writer")
     recordings = read_all(folder)
     tables = list(tables_of(folder, recordings))
-    first = min((table.stamps[0] for table in tables if table.stamps), default=0)
-    earlier = max(NS - first, 0)  # in ROS a stamp of zero is none
+    stamp = min((table.stamps[0] for table in tables if table.stamps), default=0)
+    earlier = max(NS - stamp, 0)  # in ROS a stamp of zero is none
     rows = heapq.merge(
         *(zip(one.stamps, repeat(one), one.rows, strict=False) for one in tables), key=lambda row: row[0]
     )
+    told = {f"verdict.{name}": text for _, name, text in verdicts}
     with whole_file(path) as part, part.open("wb") as file:
-        with Ros2Mcap(file, _about(folder, recordings)) as mcap:
+        with Ros2Mcap(file, _about(folder, recordings) | told) as mcap:
             for stamp, table, cells in rows:
-                mcap.add(
-                    table.topic, table.kind, dict(zip(table.columns, cells, strict=True)), stamp + earlier
-                )
-        return mcap.messages
+                row = dict(zip(table.columns, cells, strict=True))
+                mcap.add(table.topic, table.kind, row, stamp + earlier)
+            for verdict in verdicts:
+                mcap.event(stamp + earlier, *verdict)
+        return mcap.messages, [one.report for one in recordings.values()]
 
 
-def record_ros2_mcap(path: Path, source: NodeTopics, ends: float) -> Iterator[int]:
+def running_hands() -> dict[str, str]:
+    """Return hands and pads of the nodes that run, as their parameters say."""
+    hands: list[str] = []
+    pads: dict[str, str] = {}
+    for entry, said in node_parameters():
+        if "tip.radius" in said:
+            hands.append(entry.name)
+            model = f", model {said['tip.model']}" if said.get("tip.model") else ""
+            pads |= dict.fromkeys(entry.fingers, f"radius {said['tip.radius']:g} m{model}")
+    return about(" ".join(hands), pads, datetime.now(UTC).isoformat(timespec="seconds"))
+
+
+def record_ros2_mcap(
+    path: Path, source: NodeTopics, ends: float, hands: Callable[[], dict[str, str]] = running_hands
+) -> Iterator[int]:
     """Write what running nodes say to ``path``, until ``ends`` [s] of the monotonic clock; yield the count.
 
     Stamps are those of the clock of the day. The file grows in place: what was written stays readable.
     """
     start = time.monotonic_ns()
     since_1970 = time.time_ns() - start
-    now = datetime.now(UTC).isoformat(timespec="seconds")
-    with path.open("wb") as file, Ros2Mcap(file, about("", {}, now)) as mcap:
-        topics: dict[str, type[Message]] = {}
+    topics = source.look()
+    with path.open("wb") as file, Ros2Mcap(file, hands()) as mcap:
         look_due = 0.0
         while time.monotonic() < ends:
             if time.monotonic() >= look_due:
-                topics, look_due = source.look(), time.monotonic() + LOOK_PERIOD_S
+                known, topics, look_due = topics, source.look(), time.monotonic() + LOOK_PERIOD_S
+                if topics.keys() != known.keys():
+                    mcap.describe(hands())
             for topic, message in source.read(topics):
                 stamp = max(message.stamp + since_1970, 0)
                 mcap.add(topic, type(message), ros2.row_of(message, start), stamp)

@@ -93,7 +93,7 @@ GROUPS = {  # heading -> command -> one line of help
         "node": "Run one node in this process.",
         "monitor": "Watch slip margins live.",
         "topic": "Look at topics: list, echo, hz.",
-        "bridge": "Show running hands in Foxglove and PlotJuggler.",
+        "bridge": "Show running hands to others: foxglove (also PlotJuggler), ros2, mcap.",
         "param": "Read and set parameters of running nodes.",
         "lifecycle": "Read and change the state of running nodes.",
         "grasp": "Close around an object, and say whether it is held.",
@@ -105,7 +105,7 @@ GROUPS = {  # heading -> command -> one line of help
     "Recordings": {
         "record": "Record the bus to a folder.",
         "replay": "Play a recording on the bus, or run the node over it.",
-        "import": "Turn a CSV, CAN log, MCAP file or rosbag into a recording.",
+        "import": "Turn a table, CAN log, MCAP, rosbag, LeRobot set, HDF5 or npz into a recording.",
         "simulate": "Simulate a recording with a model.",
     },
     "The contact model": {
@@ -120,7 +120,7 @@ GROUPS = {  # heading -> command -> one line of help
         "report": "Write a recording, a run or a check as one file of HTML.",
         "experiment": "Find the experiment that separates candidate effects.",
         "calibrate": "Guide a new fingertip through its trials to a model with errors.",
-        "export": "Write the estimator as C99 for firmware: c, learned.",
+        "export": "Write for others: c and learned (firmware), mujoco, mcap, lerobot.",
         "fleet": "Diagnose a folder of many recordings, on all cores.",
         "new-effect": "Write a package that adds an effect of your own.",
         "test-effect": "Test whether an effect of your own holds to the laws of every effect.",

@@ -13,6 +13,7 @@ import typer
 from vegrip.cli._options import group
 from vegrip.cli._outputs import FORCE, claim_file
 from vegrip.cli._terminal import complain
+from vegrip.errors import UsageError
 
 app = group(
     "Show running hands in the programs of others.\n\nExample: vegrip bridge foxglove --layout hand.json"
@@ -48,11 +49,11 @@ def foxglove(
     from vegrip.bridges.foxglove_server import FoxgloveServer
     from vegrip.bridges.node_topics import NodeTopics
 
-    if not _is_loopback(host):
-        complain(f"every program that reaches {host} may read all topics and parameters, without a key")
     server = FoxgloveServer(NodeTopics(newest=newest), Cdr() if cdr else Json())
 
     def announce(found: int) -> None:
+        if not _is_loopback(host):
+            complain(f"every program that reaches {host} may read all topics and parameters, without a key")
         typer.echo(f"open ws://{host}:{found} in Foxglove or PlotJuggler; Ctrl-C ends")
 
     try:
@@ -91,18 +92,25 @@ def ros2(
     from vegrip.bridges.ros2_dds import Incoming, Link, relay
     from vegrip.transport.open import Hand, open_endpoint
 
-    if interface != "lo":
-        complain(f"every program that reaches {interface or 'this machine'} may read and send, without a key")
     names = tuple(name.strip() for name in fingers.split(",") if name.strip())
-    link = Link(domain, interface, multicast, complain)
-    typer.echo(f"domain {domain} on {interface or 'any interface'}; Ctrl-C ends")
-    source = NodeTopics()
+    if not names:
+        raise UsageError(f"--fingers is {fingers!r}; give names by commas, such as thumb,index")
+    link, source = Link(domain, interface, multicast, complain), NodeTopics()
+
+    def announce() -> None:
+        if interface != "lo":
+            where = interface or "this machine"
+            complain(f"every program that reaches {where} may read and send, without a key")
+        typer.echo(f"domain {domain} on {interface or 'any interface'}; Ctrl-C ends")
+
     try:
         if not states:
+            announce()
             relay(link, source)
         else:
             hand = Hand(names, namespace=namespace)
             with open_endpoint({"kind": "zmq", "publish": states}, hand, "--states") as endpoint:
+                announce()
                 relay(link, source, Incoming(link, names, namespace), endpoint.send)
     finally:
         source.rest()

@@ -1,6 +1,7 @@
 """``vegrip export``: the estimator for firmware and what it learned there, a model for MuJoCo."""
 
 import dataclasses
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -8,13 +9,16 @@ import typer
 
 from vegrip.cli._options import JSON, group
 from vegrip.cli._outputs import FORCE, claim_file, claim_folder
-from vegrip.cli._terminal import answer, print_json, printer
+from vegrip.cli._terminal import answer, complain, print_json, printer
 from vegrip.config import build, read_toml
 from vegrip.errors import InputError, UsageError
-from vegrip.whole_file import write_whole, writing
+from vegrip.whole_file import reading, write_whole, writing
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from vegrip.export import Exported, Request
+    from vegrip.identification.recording.report import LoadReport
 
 app = group(
     "Write the estimator for firmware, or a model for other programs; read what firmware has learned.\n\n"
@@ -116,6 +120,9 @@ def mujoco_(
 def mcap_(
     recording: Annotated[Path, typer.Argument(help="Recording or session.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="MCAP file to write.")],
+    verdict: Annotated[
+        list[Path] | None, typer.Option(help="What vegrip diagnose -o wrote, to be an event; repeatable.")
+    ] = None,
     force: FORCE = False,
     as_json: JSON = False,
 ) -> None:
@@ -124,15 +131,37 @@ def mcap_(
     Example: vegrip sample press && vegrip export mcap press -o press.mcap
     """
     from vegrip.bridges.ros2_mcap import write_ros2_mcap
+    from vegrip.identification.recording.report import account
 
     claim_file(output, force=force)
+    verdicts = [_verdict(one) for one in verdict or []]
     with writing(output):
-        count = write_ros2_mcap(recording, output)
+        count, reports = write_ros2_mcap(recording, output, verdicts)
+    _warn(recording, reports)
     answer(
-        {"file": str(output), "messages": count},
+        {"file": str(output), "messages": count, "rows": account(reports)},
         lambda: typer.echo(f"{output}: {count} messages"),
         as_json=as_json,
     )
+
+
+def _verdict(path: Path) -> tuple[str, str, str]:
+    """Return what ``diagnosis.json``, or the folder with it, says: level of a log, recording, sentence."""
+    file = path / "diagnosis.json" if path.is_dir() else path
+    with reading(file):
+        try:
+            found = json.loads(file.read_bytes())
+            verdict, named, close = found["verdict"], found["named"], found["indistinguishable"]
+            said = {
+                "adequate": "the model lacks nothing that shows",
+                "named": f"the model lacks {', '.join(named)}",
+                "ambiguous": f"the model lacks one of {', '.join(close[0] if close else ['?'])}",
+                "unexplained": "the model lacks what no effect of the catalogue explains",
+            }
+            level = "info" if verdict == "adequate" else "warning"
+            return level, str(found["recording"]), f"diagnosis, {verdict}: {said[verdict]}"
+        except (ValueError, LookupError, TypeError) as error:
+            raise InputError(f"{file}: is no diagnosis.json of `vegrip diagnose` ({error})") from None
 
 
 @app.command("lerobot")
@@ -151,15 +180,29 @@ def lerobot_(
     Example: vegrip sample press && vegrip export lerobot press -o touch
     """
     from vegrip.identification.recording.lerobot import SET_LAYOUT, write_lerobot
+    from vegrip.identification.recording.report import account
 
     claim_folder(output, force=force)
-    info = write_lerobot(recording, output, fps=fps, task=task)
+    written = write_lerobot(recording, output, fps=fps, task=task)
+    _warn(recording, written.reports)
+    for finger, count in written.gaps.items():
+        complain(f"{recording}: {count} frames lie in gaps of {finger}, from which nothing came: NaN there")
+    info = written.info
     counts = {name: info[name] for name in ("total_episodes", "total_frames", "fps")}
-    figures = {"folder": str(output), "layout": SET_LAYOUT, **counts, "features": sorted(info["features"])}
+    told = {"folder": str(output), "layout": SET_LAYOUT, **counts, "features": sorted(info["features"])}
+    told |= {"rows": account(written.reports), "rows_between": written.between, "gap_frames": written.gaps}
     words = (
         f"{output}: {counts['total_frames']} frames, {counts['total_episodes']} episodes, layout {SET_LAYOUT}"
     )
-    answer(figures, lambda: typer.echo(words), as_json=as_json)
+    words += f"; {written.between} rows lie between frames and are in none" if written.between else ""
+    answer(told, lambda: typer.echo(words), as_json=as_json)
+
+
+def _warn(recording: Path, reports: "Iterable[LoadReport]") -> None:
+    """Say what of a recording could not be read."""
+    for report in reports:
+        for sentence in report.warnings():
+            complain(f"{recording}: {sentence}")
 
 
 @app.command("learned")

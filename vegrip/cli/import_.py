@@ -1,4 +1,4 @@
-"""``vegrip import``: a table of numbers, a CAN log, an MCAP file or a rosbag becomes a recording."""
+"""``vegrip import``: a table, a CAN log, an MCAP file, a rosbag or touch data become a recording."""
 
 import dataclasses
 import math
@@ -24,7 +24,7 @@ SRC = Annotated[
     list[Path],
     typer.Argument(
         help="Table (CSV, also .gz), CAN log (.asc, .blf, .trc, .mf4, candump), .mcap, rosbag, or a "
-        "recording to go to .mcap; a data set of LeRobot, or .npz of the Open-Tactile-Schema. "
+        "recording to go to .mcap; touch data: a data set of LeRobot, HDF5 or .npz. "
         "Several tables or bags become the episodes of one recording."
     ),
 ]
@@ -59,9 +59,7 @@ ACCEPT = Annotated[
     bool, typer.Option("--accept-losses", help="Go on where a tenth of the rows or more cannot be used.")
 ]
 FINGERS = Annotated[str, typer.Option(help="CAN logs: fingers in the order of the bus, by commas.")]
-LOGS = (".asc", ".blf", ".trc", ".mf4", ".mdf")
 CANDUMP = re.compile(r"\s*\(-?\d+(\.\d+)?\) \S+ [0-9A-Fa-f]+#| *(\(.*\) +)?\w+  +[0-9A-F]{3,8} +\[\d+\]")
-BAGS = (".bag", ".db3", ".mcap")  # and a folder, of rosbag 2
 ALL = "thumb,index,middle,ring,little"
 
 
@@ -87,72 +85,65 @@ def import_(
     fingers: FINGERS = ALL,
     as_json: JSON = False,
 ) -> None:
-    """Turn a table, CAN log, MCAP file or rosbag into a recording: SI units, checked, every bad row reported.
+    """Turn a table, log, bag or touch data into a recording: SI units, checked, every bad row reported.
 
     Example: vegrip sample press.csv && vegrip import press.csv -o rig --map t=time_s --map episode=trial
     --map displacement=depth_mm --unit displacement=mm --map normal_force=force_mN --unit normal_force=mN
     --radius 8mm
 
     A CAN log needs no map: vegrip sample press.blf && vegrip import press.blf -o log --fingers thumb
+
+    Of a data set of LeRobot by others: --map normal_force=observation.state[6] --unit normal_force=mN
     """
     from vegrip.identification.recording import column_map
     from vegrip.identification.recording.channels import STEP_QUANTITIES, STRETCHES
+    from vegrip.identification.recording.import_file import BAGS
+    from vegrip.identification.recording.touch import is_touch
     from vegrip.identification.recording.units import parse_length
 
     metres = parse_length(radius, "--radius") if radius else math.nan
-    mapped = map_file is not None or bool(columns)
     one = src[0]
-    table_options: dict[str, object] = {
-        "--map": columns,
-        "--unit": units,
-        "--negate": negated,
-        "--map-file": map_file,
-    }
-    table_options |= {"--zero": zeros, "--baseline": baseline, "--step": step, "--decimal": decimal}
-    table_options |= {"--thousands": thousands, "--delimiter": delimiter}
+    of_logs: dict[str, object] = {"--channel": channel}
+    of_frames: dict[str, object] = {"--frame": frame}
+    form: dict[str, object] = {"--decimal": decimal, "--thousands": thousands, "--delimiter": delimiter}
+    of_tables = {"--step": step} | form
+    of_maps: dict[str, object] = {"--map": columns, "--unit": units, "--negate": negated}
+    of_maps |= {"--map-file": map_file, "--zero": zeros, "--baseline": baseline}
+    mapped = map_file is not None or bool(columns)
     is_mcap = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
-    is_alone = is_mcap or _is_touch(one)
-    if len(src) > 1 and (is_alone or any(map(_is_can_log, src))):
+    if len(src) > 1 and (is_mcap or any(_is_can_log(each) or is_touch(each) for each in src)):
         raise UsageError("only tables and mapped bags can be joined; import all else one by one")
-    if is_alone:
-        table_options |= {"--spread": spread, "--channel": channel, "--frame": frame}
-        table_options |= {"--radius": radius} if is_mcap else {}
-        _refuse_options(
-            table_options,
-            "a recording in MCAP, which describes itself"
-            if is_mcap
-            else "touch data, which describe themselves",
-        )
+    if is_mcap:
+        alone = of_maps | of_tables | {"--spread": spread} | of_logs | of_frames | {"--radius": radius}
+        _refuse_options(alone, "a recording in MCAP, which describes itself")
+    elif is_touch(one):
+        _refuse_options(of_tables | of_logs | of_frames, "touch data")
     elif _is_can_log(one):
-        table_options["--frame"] = frame
-        _refuse_options(table_options, "a CAN log, which is read by the message set of vegrip")
+        _refuse_options(
+            of_maps | of_tables | of_frames, "a CAN log, which is read by the message set of vegrip"
+        )
     elif one.is_dir() or one.suffix.lower() in BAGS:
-        _refuse_options({"--channel": channel}, "a bag")
+        _refuse_options(of_logs, "a bag")
     else:
-        _refuse_options({"--channel": channel, "--frame": frame}, "a table")
+        _refuse_options(of_logs | of_frames, "a table")
     _claim(output, one, fingers, force=force)
     has_own_zeros = False
-    if is_alone:
-        found = _mcap(one, output) if is_mcap else _touch(one, output, metres, force=force)
+    if is_mcap:
+        found = _mcap(one, output)
     elif _is_can_log(one):
         found = _can_log(one, output, fingers, metres, channel, spread=spread, accepted=accept)
     else:
         if decimal not in ("", ".", ","):
             raise UsageError(f"--decimal is {decimal!r}; it is . or ,")
-        read = column_map.read_column_map(map_file) if map_file else column_map.ColumnMap()
-        chart = column_map.with_columns(read, columns or [], units or [], negated or [], zeros or [])
-        said = {
-            "delimiter": {"tab": "\t"}.get(delimiter, delimiter),
-            "decimal": decimal,
-            "thousands": thousands,
-        }
-        times = {} if baseline is None else {"duration": baseline}
+        chart = column_map.read_column_map(map_file) if map_file else column_map.ColumnMap()
+        chart = column_map.with_columns(chart, columns or [], units or [], negated or [], zeros or [])
+        form["--delimiter"] = {"tab": "\t"}.get(delimiter, delimiter)
         chart = dataclasses.replace(
             chart,
-            table=_with(chart.table, said),
+            table=_with(chart.table, {name[2:]: value for name, value in form.items()}),
             bag=_with(chart.bag, {"frame": frame}),
             time=_with(chart.time, {"spread": spread}),
-            baseline=dataclasses.replace(chart.baseline, **times),
+            baseline=_with(chart.baseline, {"duration": baseline}),
         )
         has_own_zeros = any(entry.zero == "contact" for entry in chart.channels.values())
         is_step = step or bool(STEP_QUANTITIES.keys() & chart.channels.keys())
@@ -160,7 +151,7 @@ def import_(
             raise UsageError("--radius does not apply to a material without a contact")
         if zeros and is_step:
             raise UsageError("--zero does not apply to a step, whose zeros are known")
-        found = _mapped(src, output, chart, metres, is_step=is_step, accepted=accept)
+        found = _mapped(src, output, chart, metres, is_step=is_step, accepted=accept, force=force)
     _print_result(found, has_own_zeros=has_own_zeros, as_json=as_json)
 
 
@@ -169,12 +160,15 @@ T = TypeVar("T")
 
 def _with(section: T, said: Mapping[str, Any]) -> T:
     """Return a section of the map with what was said as an option."""
-    changed: T = dataclasses.replace(section, **{key: value for key, value in said.items() if value})  # type: ignore[type-var]
+    given = {key: value for key, value in said.items() if value not in (None, "", False)}
+    changed: T = dataclasses.replace(section, **given)  # type: ignore[type-var]
     return changed
 
 
 def _is_can_log(path: Path) -> bool:
     """Return whether it is one by its name, or one of candump by its first line."""
+    from vegrip.identification.recording.import_file import LOGS
+
     if path.suffix.lower() in LOGS:
         return True
     if path.suffix.lower() == ".gz" and Path(path.stem).suffix.lower() in (*LOGS, ".log"):
@@ -206,21 +200,6 @@ def _mcap(src: Path, output: Path) -> "Mapping[Path, Recording]":
         return read_mcap(src, output)
 
 
-def _is_touch(path: Path) -> bool:
-    return path.suffix.lower() == ".npz" or (path / "meta" / "info.json").is_file()
-
-
-def _touch(src: Path, output: Path, radius: float, *, force: bool) -> "Mapping[Path, Recording]":
-    from vegrip.identification.recording.lerobot import read_touch
-
-    found = read_touch(src, radius)
-    if len(found) == 1:
-        return _written({output: next(iter(found.values()))})
-    for finger in found:
-        claim_recording(output / finger, force=force)
-    return _written({output / finger: recording for finger, recording in found.items()})
-
-
 def _can_log(
     src: Path,
     output: Path,
@@ -243,28 +222,36 @@ def _can_log(
 
 
 def _mapped(
-    src: list[Path], output: Path, chart: "ColumnMap", radius: float, *, is_step: bool, accepted: bool
+    src: list[Path],
+    output: Path,
+    chart: "ColumnMap",
+    radius: float,
+    *,
+    is_step: bool,
+    accepted: bool,
+    force: bool,
 ) -> "Mapping[Path, Recording]":
     from vegrip.identification.recording.data import join_recordings
-    from vegrip.identification.recording.import_csv import import_csv
-    from vegrip.identification.recording.rosbag import import_rosbag
+    from vegrip.identification.recording.import_file import BAGS, read_file
 
-    recordings = []
+    recordings: list[Recording] = []
     for path in src:
         if path.is_dir() and not any(path.iterdir()):
             raise InputError(f"{path}: is an empty folder; give a table, a CAN log or a rosbag")
-        if path.is_dir() or path.suffix.lower() in BAGS:
-            if is_step:
-                raise UsageError(f"{path}: --step does not apply to a rosbag; give a table")
-            recordings.append(import_rosbag(path, chart, radius=radius))
-        else:
-            with progress("import") as report:
-                read = import_csv(path, chart, radius=radius, is_step=is_step, progress=counted(report))
-                recordings.append(read)
-        recordings[-1].report.refuse(path, accepted=accepted)
-    return _written(
-        {output: recordings[0] if len(recordings) == 1 else join_recordings(recordings, output.name)}
-    )
+        if is_step and (path.is_dir() or path.suffix.lower() in BAGS):
+            raise UsageError(f"{path}: --step does not apply to a rosbag; give a table")
+        with progress("import") as report:
+            found = read_file(path, chart, radius, is_step=is_step, progress=counted(report))
+        for one in found.values():
+            one.report.refuse(path, accepted=accepted)
+        recordings += found.values()
+    if len(src) > 1:
+        recordings = [join_recordings(recordings, output.name)]
+    if len(recordings) == 1:
+        return _written({output: recordings[0]})
+    for finger in found:
+        claim_recording(output / finger, force=force)
+    return _written({output / finger: recording for finger, recording in found.items()})
 
 
 def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":

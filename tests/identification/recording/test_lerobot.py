@@ -110,6 +110,70 @@ def test_more_frames_than_memory_holds_are_refused_before_any_work(recorded: Pat
     assert not (tmp_path / "set").exists()
 
 
+def test_a_gap_is_not_filled_with_what_was_before(tmp_path: Path, capsys) -> None:
+    """100 Hz, nothing from 0.5 to 2.5 s: a state is held for ten steps, not for two seconds."""
+    t = np.concatenate([np.arange(50), np.arange(250, 300)]) / 100.0
+    force = {"normal_force": 1.0 + t}
+    gapped = Recording("gap", t, np.zeros(100), force, Fingertip(8e-3, name="thumb"))
+    write_recording(gapped, tmp_path / "gap")
+    assert main(["export", "lerobot", str(tmp_path / "gap"), "-o", str(tmp_path / "set"), "--json"]) == 0
+    out = capsys.readouterr()
+    normal = np.array(pq.read_table(tmp_path / "set" / DATA)["observation.tactile.thumb.wrench"].to_pylist())
+    assert np.isnan(normal[60:250, 2]).all()
+    assert np.isfinite(normal[:60, 2]).all()
+    assert np.isfinite(normal[250:, 2]).all()
+    assert json.loads(out.out)["gap_frames"] == {"thumb": int(np.isnan(normal[:, 2]).sum())}
+    assert "frames lie in gaps of thumb" in out.err
+    assert "nothing came from 0.49 to 2.5 s" in out.err
+
+
+def test_rows_of_a_damaged_recording_are_counted_in_the_set(recorded: Path, tmp_path: Path, capsys) -> None:
+    lines = (recorded / "recording.csv").read_text().splitlines()
+    lines[10], lines[-1] = "nothing", lines[-1][:8]
+    (recorded / "recording.csv").write_text("\n".join(lines))
+    assert main(["export", "lerobot", str(recorded), "-o", str(tmp_path / "set"), "--json"]) == 0
+    out = capsys.readouterr()
+    rows = json.loads(out.out)["rows"]
+    assert (rows["in"], rows["used"]) == (80, 78)
+    assert "2 of 80 rows are left out" in out.err
+
+
+def test_rows_between_fewer_frames_are_counted(recorded: Path, tmp_path: Path, capsys) -> None:
+    words = ["export", "lerobot", str(recorded), "-o", str(tmp_path / "slow"), "--fps", "25"]
+    assert main([*words, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["rows_between"] == 80 - told["total_frames"]
+
+
+def test_a_set_replaces_one_of_ours_alone_and_whole(
+    made: Path, recorded: Path, tmp_path: Path, capsys
+) -> None:
+    words = ["export", "lerobot", str(recorded), "-o"]
+    stale = made / "data/chunk-000/file-001.parquet"
+    stale.write_bytes((made / DATA).read_bytes())
+    assert main([*words, str(made)]) == 3
+    assert main([*words, str(made), "--force"]) == 0
+    assert not stale.exists()
+    before = sorted(recorded.iterdir())
+    (tmp_path / "other/data").mkdir(parents=True)
+    (tmp_path / "other/data/theirs.bin").write_bytes(b"x")
+    for taken in (recorded, tmp_path / "other"):
+        capsys.readouterr()
+        assert main([*words, str(taken), "--force"]) == 3
+        assert "something else than a data set that vegrip wrote" in capsys.readouterr().err
+    assert sorted(recorded.iterdir()) == before
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["other", "pull", "set"]
+
+
+def test_frames_of_a_clock_that_jumped_for_years_are_refused(tmp_path: Path, capsys) -> None:
+    t = np.concatenate([np.arange(50) / 100.0, [1e9]])
+    jumped = Recording("jump", t, np.zeros(51), {"normal_force": 1.0 + 0.0 * t})
+    write_recording(jumped, tmp_path / "jump")
+    assert main(["export", "lerobot", str(tmp_path / "jump"), "-o", str(tmp_path / "set")]) == 2
+    assert "frames at 100 a second are too many" in capsys.readouterr().err
+    assert not (tmp_path / "set").exists()
+
+
 def test_open_tactile_data_are_summed_over_their_elements(tmp_path: Path) -> None:
     normal, shear = np.full((20, 4), 0.5), np.tile([0.1, -0.2], (20, 4, 1))
     names = {"timestamps": np.arange(20) / 30.0, "/observation/tactile/normal_force": normal}
@@ -144,12 +208,13 @@ def test_a_set_of_the_open_schema_in_the_layout_of_lerobot_is_read(tmp_path: Pat
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [
-        (lambda s: (s / "meta/info.json").write_text('{"codebase_version": "v2.1"}'), "layout v2.1"),
+        (lambda s: (s / "meta/info.json").write_text('{"codebase_version": "v1.6"}'), "layout v1.6"),
         (lambda s: (s / "meta/info.json").write_text("{"), "damaged"),
         (lambda s: (s / DATA).write_bytes(b"PAR1 no parquet"), "cannot be read"),
         (lambda s: (s / DATA).unlink(), "there is no data"),
         (lambda s: pq.write_table(pa.table({"timestamp": [0.0, 0.1]}), s / DATA), "there is no touch"),
-        (lambda s: pq.write_table(pa.table({"action": [0.0]}), s / DATA), "there are no times"),
+        (lambda s: pq.write_table(pa.table({"action": [0.0]}), s / DATA), "there is no touch"),
+        (lambda s: (s / "meta/info.json").unlink(), "lacks meta/info.json"),
     ],
 )
 def test_a_set_that_is_not_one_is_refused_in_a_sentence(made: Path, tmp_path, capsys, spoil, said) -> None:
@@ -167,7 +232,7 @@ def test_a_file_that_is_no_npz_is_refused(tmp_path: Path, capsys, beginning: byt
     (tmp_path / "x.npz").write_bytes(beginning)
     assert main(["import", str(tmp_path / "x.npz"), "-o", str(tmp_path / "back")]) == 3
     assert "no .npz file" in capsys.readouterr().err
-    assert main(["import", str(tmp_path / "x.npz"), "-o", str(tmp_path / "back"), "--map", "t=time"]) == 2
+    assert main(["import", str(tmp_path / "x.npz"), "-o", str(tmp_path / "back"), "--step"]) == 2
 
 
 def test_objects_in_a_file_are_not_made(tmp_path: Path, capsys) -> None:

@@ -95,7 +95,7 @@ def read_log(
     """
     log = Log()
     try:
-        for message, name in _READERS.get(path.suffix.lower(), _candump)(path, log.report):
+        for message, name in _READERS.get(path.suffix.lower(), candump_frames)(path, log.report):
             log.report.rows_read += 1
             if extended or not message.arbitration_id & EXTENDED:
                 log.frames.append(message)
@@ -176,7 +176,7 @@ def _text(path: Path) -> Iterator[TextIO]:
         yield text
 
 
-def _candump(path: Path, report: LoadReport) -> Iterator[Stamped]:
+def candump_frames(path: Path, report: LoadReport) -> Iterator[Stamped]:
     with _text(path) as text:
         for number, line in enumerate(text, start=1):
             if number == 1 and CANDUMP_SHOWN.match(line[:200]):
@@ -388,7 +388,8 @@ def _mf4(path: Path, report: LoadReport) -> Iterator[Stamped]:
             if (found := _stamped(message, report, number)) is not None:
                 yield found
     except Exception as error:  # noqa: BLE001 (asammdf raises whatever its parser meets in a damaged file)
-        raise ValueError(f"asammdf cannot read it: {error}") from None
+        why = re.sub(r"'<mmap[^>]*>'", "it", str(error))
+        raise ValueError(f"asammdf cannot read it: {why}") from None
 
 
 def _close_quietly(measurement: Any) -> None:

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.compiled import njit
+from vegrip.identification.recording.can_frames import candump_frames
+from vegrip.identification.recording.report import LoadReport
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.frame import FrameBlock
 
@@ -106,9 +108,7 @@ class FrameLog:
 
     def frames(self) -> Iterator[Frame]:
         """Yield what was written, oldest first."""
-        with self.path.open(encoding="ascii") as file:
-            for line in file:
-                yield _frame(line)
+        yield from (frame for frame, _ in candump_frames(self.path, LoadReport()))
 
     def _text(self, kept: Frame | FrameBlock) -> bytes:
         return lines_of(kept, self._channel) if isinstance(kept, FrameBlock) else self._line(kept).encode()
@@ -118,12 +118,3 @@ class FrameLog:
         mark = FD_WITH_RATE_SWITCH if frame.fd else "#"
         data = f"{mark}{frame.data.hex().upper()}"
         return f"({second}.{rest // MICROSECOND:06d}) {self._channel} {frame.arbitration_id:03X}{data}\n"
-
-
-def _frame(line: str) -> Frame:
-    time, _, text = line.split()
-    second, _, rest = time[1:-1].partition(".")
-    identifier, _, data = text.partition("#")
-    fd = data.startswith("#")
-    stamp = int(second) * NS + int(rest) * MICROSECOND
-    return Frame(int(identifier, 16), bytes.fromhex(data[2:] if fd else data), fd, stamp)

@@ -168,8 +168,7 @@ def import_csv(
     """
     path, report = Path(path), LoadReport()
     chart = column_map or ColumnMap()
-    form = chart.table
-    layout, unusual = find_layout(path, form.delimiter, form.decimal, form.skip, form.section, form.thousands)
+    layout, unusual = find_layout(path, chart.table)
     if unusual:
         report.add(Kind.NOTE, f"found by itself: {unusual}")
     header = read_header(path, layout)

@@ -13,6 +13,8 @@ from vegrip.identification.recording.column_map import BaselineMap, ColumnMap, r
 from vegrip.identification.recording.data import Recording, join_recordings
 from vegrip.identification.recording.folder import TOML
 from vegrip.identification.recording.import_csv import import_csv
+from vegrip.identification.recording.table import Progress
+from vegrip.identification.recording.touch import is_touch, read_touch
 from vegrip.identification.recording.units import parse_length
 
 LOGS: Final = (".asc", ".blf", ".trc", ".mf4", ".mdf")
@@ -43,7 +45,7 @@ def import_recording(
     map_file: Path | str | None = None,
     allow_losses: bool = False,
 ) -> Recording:
-    """Read a table (CSV and the like, also ``.gz``) or a rosbag; several become episodes of one recording.
+    """Read a table (CSV and the like), touch data or a rosbag; several become episodes of one recording.
 
     Args:
         paths: the files.
@@ -122,9 +124,31 @@ def _checked(path: object) -> Path:
 
 
 def _one(path: Path, chart: ColumnMap, metres: float) -> Recording:
+    found = read_file(path, chart, metres)
+    if len(found) > 1:
+        raise UsageError(
+            f"{path}: is of the fingers {', '.join(found)}; `vegrip import {path} -o FOLDER` makes a "
+            "recording of each, for vegrip.read_recording"
+        )
+    return next(iter(found.values()))
+
+
+def read_file(
+    path: Path,
+    chart: ColumnMap,
+    metres: float,
+    *,
+    is_step: bool = False,
+    progress: Progress = lambda _: None,
+) -> dict[str, Recording]:
+    """Return the recordings in a table, bag or touch data, by finger; ``metres`` is the tips' radius."""
+    if is_touch(path):
+        return read_touch(path, chart, radius=metres)
     if path.is_dir() or path.suffix.lower() in BAGS:
         from vegrip.identification.recording.rosbag import import_rosbag  # noqa: PLC0415 (an extra)
 
-        return import_rosbag(path, chart, radius=metres)
-    is_step = bool(STEP_QUANTITIES.keys() & chart.channels.keys())
-    return import_csv(path, chart, radius=metres, is_step=is_step)
+        found = import_rosbag(path, chart, radius=metres)
+    else:
+        is_step = is_step or bool(STEP_QUANTITIES.keys() & chart.channels.keys())
+        found = import_csv(path, chart, radius=metres, is_step=is_step, progress=progress)
+    return {found.fingertip.name: found}

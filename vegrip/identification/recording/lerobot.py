@@ -1,4 +1,4 @@
-"""Recordings as a data set of LeRobot (layout v3.0) and back, and touch in the Open-Tactile-Schema.
+"""A recording or session as a data set of LeRobot, layout v3.0; :mod:`.touch` reads it back.
 
 ::
 
@@ -10,17 +10,13 @@ Features of a finger: ``observation.tactile.thumb.wrench`` (6) as fx, fy, fz [N]
 contact frame, compression positive along z; ``.displacement``, ``.slip`` and so on as measured; ``.margin``,
 ``.lower_bound``, ``.friction``, ``.friction_std`` and ``.command`` [N] as the nodes said. LeRobot has no
 names for touch yet; ``observation.tactile.*`` is what lerobot#4469 proposes, which is open. Frames are evenly
-spaced, and each has what was known last.
-
-The Open-Tactile-Schema (EltonChang1/tactile-data-toolkit at 153048f) has ``normal_force`` (T, N) and
-``shear_force`` (T, N, 2) of N elements, whose sums are the forces of the fingertip, or ``wrench`` (T, 6).
+spaced, and each has what was known last, NaN where nothing came for so long that it is a gap.
 """
 
-import importlib
 import json
 import math
-import re
-import zipfile
+import tempfile
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,16 +29,16 @@ import vegrip
 from vegrip.clock import NS
 from vegrip.errors import RecordingError, UsageError
 from vegrip.identification.recording.channels import CHANNELS
-from vegrip.identification.recording.data import Fingertip, Recording
+from vegrip.identification.recording.data import Recording
 from vegrip.identification.recording.mcap import TextTable, read_all, tables_of
+from vegrip.identification.recording.report import GAP_STEPS, LEAST_GAP_S, LoadReport
+from vegrip.identification.recording.touch import TOUCH, WRENCH, library
 from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, SlipMargin
 from vegrip.types import Floats
-from vegrip.whole_file import filled_folder, reading
+from vegrip.whole_file import writing
 
 SET_LAYOUT: Final = "v3.0"
 SCHEMA: Final = "observation.tactile.*, version 1"
-TOUCH: Final = "observation.tactile."
-WRENCH: Final = ("tangential_force_x", "tangential_force_y", "normal_force", "", "", "torque_z")
 SAID: Final = {
     SlipMargin: {"margin": "margin", "lower_bound": "lower_bound"},
     ContactEstimate: {"friction": "friction_coefficient", "friction_std": "friction_coefficient_std"},
@@ -52,16 +48,9 @@ SAID: Final = {
 COUNTERS: Final = ("frame_index", "episode_index", "index", "task_index")
 DATA: Final = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 EPISODES: Final = "meta/episodes/chunk-000/file-000.parquet"
-PAUSE_S: Final = 1.0  # [s] between two episodes that are joined
+OURS: Final = "meta/vegrip.json"
 ROUNDING_NS: Final = 1000  # [ns] by which a row may be later than its frame: times are written in decimals
-OPEN_KEYS: Final = ("normal_force", "shear_force", "wrench", "timestamps")
-
-
-def _arrow(module: str) -> Any:
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError:
-        raise UsageError("a data set of LeRobot needs pyarrow: pip install 'vegrip[lerobot]'") from None
+MOST_FRAMES: Final = 10_000_000  # a day at 100 a second; some gigabytes of five fingers
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,10 +62,18 @@ class Frames:
     number: NDArray[np.int64]  # within its episode
 
 
-def write_lerobot(
-    folder: Path, output: Path, *, fps: int = 0, task: str = "hold an object"
-) -> dict[str, Any]:
-    """Write the recording or session in ``folder`` as a data set to ``output``; return its ``info.json``.
+@dataclass(frozen=True, slots=True)
+class Written:
+    """What went into a data set: its ``info.json``, and what of the recordings did not."""
+
+    info: dict[str, Any]
+    reports: list[LoadReport]  # of the recordings that were read
+    between: int  # rows of states that no frame has, because frames are fewer
+    gaps: Mapping[str, int]  # finger -> frames at which nothing had come from it for too long: NaN
+
+
+def write_lerobot(folder: Path, output: Path, *, fps: int = 0, task: str = "hold an object") -> Written:
+    """Write the recording or session in ``folder`` as a data set to ``output``; replace one written before.
 
     Args:
         folder: of the recording or session.
@@ -85,17 +82,18 @@ def write_lerobot(
         task: what is done, in words.
 
     Raises:
-        RecordingError: no recording, or a damaged table.
-        UsageError: pyarrow is not installed.
+        RecordingError: no recording, a damaged table, or something else in ``output``.
+        UsageError: pyarrow is not installed, or there are too many frames.
 
     """
-    pa, pq = _arrow("pyarrow"), _arrow("pyarrow.parquet")
+    pa = library("pyarrow", "a data set of LeRobot", "lerobot")
+    _refuse_others(output)
     recordings = read_all(folder)
     tables = list(tables_of(folder, recordings))
     first = next(iter(recordings.values()))
     rate = fps or max(round(1.0 / float(np.median(np.diff(first.t)))) if len(first) > 1 else 1, 1)
     frames = _frames(first, tables[0], rate)
-    touch = _features(tables, frames)
+    touch, between, gaps = _features(tables, frames)
     length, total = np.bincount(frames.episode), len(frames.stamps)
     counters = (frames.number, frames.episode, np.arange(total), np.zeros(total, np.int64))
     columns: dict[str, Any] = touch | {"timestamp": (frames.number / rate).astype(np.float32)}
@@ -125,13 +123,31 @@ def write_lerobot(
         EPISODES: pa.table(episodes),
         DATA.format(chunk_index=0, file_index=0): pa.table({n: _column(pa, v) for n, v in columns.items()}),
     }
-    with filled_folder(output):
-        for name, part in parts.items():
-            (output / name).parent.mkdir(parents=True, exist_ok=True)
-            pq.write_table(part, output / name)
-        for name, text in texts.items():
-            (output / "meta" / f"{name}.json").write_text(json.dumps(text, indent=2) + "\n", encoding="utf-8")
-    return info
+    _write(output, parts, texts)
+    return Written(info, [one.report for one in recordings.values()], between, gaps)
+
+
+def _refuse_others(output: Path) -> None:
+    there = {one.name for one in output.iterdir()} if output.is_dir() else set()
+    if there and not (there <= {"meta", "data"} and (output / OURS).is_file()):
+        raise RecordingError(f"{output}: holds something else than a data set that vegrip wrote")
+
+
+def _write(output: Path, parts: Mapping[str, Any], texts: Mapping[str, Any]) -> None:
+    pq = library("pyarrow.parquet", "a data set of LeRobot", "lerobot")
+    with writing(output, RecordingError):
+        output.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{output.name}-", dir=output.parent) as scratch:
+            made, aside = Path(scratch) / "made", Path(scratch) / "before"
+            for name, part in parts.items():
+                (made / name).parent.mkdir(parents=True, exist_ok=True)
+                pq.write_table(part, made / name)
+            for name, text in texts.items():
+                path = made / "meta" / f"{name}.json"
+                path.write_text(json.dumps(text, indent=2) + "\n", encoding="utf-8")
+            if output.exists():
+                output.rename(aside)
+            made.rename(output)
 
 
 _PANDAS: Final[Any] = {
@@ -149,18 +165,24 @@ _PANDAS: Final[Any] = {
 def _frames(first: Recording, table: TextTable, rate: int) -> Frames:
     stamps = np.array(table.stamps, np.int64)
     of_episode = [stamps[first.episode == episode] for episode in np.unique(first.episode)]
-    counts = [int((one[-1] - one[0] + ROUNDING_NS) * rate // NS) + 1 for one in of_episode]
+    counts = [int((int(one[-1] - one[0]) + ROUNDING_NS) * rate // NS) + 1 for one in of_episode]
+    if sum(counts) > MOST_FRAMES:
+        raise UsageError(f"{sum(counts)} frames at {rate} a second are too many; give a lower --fps")
     numbers = [np.arange(count, dtype=np.int64) for count in counts]
     at = [one[0] + number * NS // rate for one, number in zip(of_episode, numbers, strict=True)]
     return Frames(np.concatenate(at), np.repeat(np.arange(len(at)), counts), np.concatenate(numbers))
 
 
-def _features(tables: Sequence[TextTable], frames: Frames) -> dict[str, Floats]:
+def _features(
+    tables: Sequence[TextTable], frames: Frames
+) -> tuple[dict[str, Floats], int, Mapping[str, int]]:
+    """Return the features, how many rows of states no frame has, and how many frames lie in gaps of whom."""
     found: dict[str, Floats] = {}
+    between, gaps = 0, Counter[str]()
     for table in tables:
         finger = table.topic.rsplit("/", 2)[-2]
         names = {table.columns[i]: i for i in range(len(table.columns))}
-        last = np.searchsorted(np.array(table.stamps, np.int64), frames.stamps + ROUNDING_NS, "right") - 1
+        last, is_gap = _last_rows(np.array(table.stamps, np.int64), frames.stamps)
 
         def sampled(column: str, table: TextTable = table, names: Any = names, last: Any = last) -> Floats:
             cells = [float(row[names[column]] or "nan") for row in table.rows] if column in names else []
@@ -168,6 +190,8 @@ def _features(tables: Sequence[TextTable], frames: Frames) -> dict[str, Floats]:
             return values[np.where((last >= 0) & bool(cells), last, len(cells))].astype(np.float32)
 
         if table.kind is FingertipState:
+            between += len(table.rows) - len(np.unique(last[last >= 0]))
+            gaps[finger] += int(is_gap.sum())
             none = np.zeros(len(frames.stamps), np.float32)
             wrench = [sampled(name) if name else none for name in WRENCH]
             found[f"{TOUCH}{finger}.wrench"] = np.stack(wrench, axis=1)
@@ -175,7 +199,18 @@ def _features(tables: Sequence[TextTable], frames: Frames) -> dict[str, Floats]:
                 found[f"{TOUCH}{finger}.{name}"] = sampled(name)
         for feature, column in SAID.get(table.kind, {}).items():
             found[f"{TOUCH}{finger}.{feature}"] = sampled(column)
-    return dict(sorted(found.items()))
+    return dict(sorted(found.items())), between, {finger: count for finger, count in gaps.items() if count}
+
+
+def _last_rows(
+    stamps: NDArray[np.int64], at: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Return the last row at each instant [ns], -1 where there is none, and whether because of a gap."""
+    last = np.searchsorted(stamps, at + ROUNDING_NS, "right") - 1
+    step = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
+    oldest = max(LEAST_GAP_S * NS, GAP_STEPS * step)
+    is_gap = (last >= 0) & (at - stamps[np.maximum(last, 0)] > oldest) if len(stamps) else last >= 0
+    return np.where(is_gap, -1, last), is_gap
 
 
 def _feature(name: str, values: Any) -> dict[str, Any]:
@@ -194,111 +229,3 @@ def _column(pa: Any, values: Any) -> Any:
     if values.ndim == 1:
         return pa.array(values)
     return pa.FixedSizeListArray.from_arrays(pa.array(values.ravel()), values.shape[1])
-
-
-def read_touch(path: Path, radius: float = math.nan) -> dict[str, Recording]:
-    """Return the recordings of all fingers of a data set of LeRobot, or of the one in a ``.npz`` file.
-
-    Args:
-        path: folder of the data set, or a ``.npz`` with the names of the Open-Tactile-Schema.
-        radius: of the fingertips [m], where the data set does not say it.
-
-    Raises:
-        RecordingError: another layout, damaged, or without touch; names what was looked for.
-        UsageError: pyarrow is not installed.
-
-    """
-    columns, radii = _read_npz(path) if path.suffix.lower() == ".npz" else _read_set(path)
-    t, episode = _times(path, columns)
-    fingers = _by_finger(path, columns)
-    found = {}
-    for finger, channels in fingers.items():
-        tip = Fingertip(radius if math.isfinite(radius) else radii.get(finger, math.nan), name=finger)
-        source: dict[str, str | bool] = {"file": path.name, "recovered": True}
-        found[finger] = Recording(f"{path.stem}-{finger}", t, episode, channels, tip, source=source)
-        report = found[finger].report
-        report.rows_read = report.rows_kept = len(t)
-    return found
-
-
-def _read_npz(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
-    with reading(path, RecordingError):
-        try:
-            with path.open("rb") as stream, np.load(stream) as file:
-                named = {re.split(r"[/.]", name)[-1]: file[name] for name in file.files}
-        except (ValueError, EOFError, zipfile.BadZipFile) as error:
-            raise RecordingError(f"{path}: is no .npz file of plain numbers ({error})") from None
-    columns = {TOUCH + name: named[name] for name in OPEN_KEYS if name in named}
-    return columns | {"timestamp": columns.pop(f"{TOUCH}timestamps", np.zeros(0))}, {}
-
-
-def _read_set(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
-    pa, pq = _arrow("pyarrow"), _arrow("pyarrow.parquet")
-    with reading(path, RecordingError):
-        try:
-            info = json.loads((path / "meta" / "info.json").read_text(encoding="utf-8"))
-            version = str(info["codebase_version"])
-            about = path / "meta" / "vegrip.json"
-            radii = json.loads(about.read_text(encoding="utf-8"))["radius_m"] if about.exists() else {}
-        except (ValueError, LookupError, TypeError) as error:
-            raise RecordingError(f"{path}: meta/info.json is damaged ({error})") from None
-        if not version.startswith("v3."):
-            raise RecordingError(
-                f"{path}: has layout {version}; convert it to {SET_LAYOUT} with LeRobot's program"
-            )
-        files = sorted((path / "data").glob("chunk-*/file-*.parquet"))
-        if not files:
-            raise RecordingError(f"{path}: there is no data/chunk-*/file-*.parquet")
-        try:
-            table = pa.concat_tables([pq.read_table(file) for file in files])
-            names = [n for n in table.column_names if n.startswith((TOUCH, "observation.wrench"))]
-            names += {"timestamp", "episode_index"} & set(table.column_names)
-            columns = {name: np.array(table[name].to_pylist()) for name in names}
-        except (pa.ArrowException, ValueError) as error:
-            raise RecordingError(f"{path}: data cannot be read ({str(error).splitlines()[0]})") from None
-    return columns, radii
-
-
-def _times(path: Path, columns: Mapping[str, Any]) -> tuple[Floats, NDArray[np.int64]]:
-    """Return the time of every row [s], which increases over the episodes, and its episode."""
-    t = np.asarray(columns.get("timestamp", ()), dtype=np.float64)
-    episode = np.asarray(columns.get("episode_index", np.zeros(len(t))), dtype=np.int64)
-    if not len(t) or len(episode) != len(t) or t.ndim != 1:
-        raise RecordingError(f"{path}: there are no times; timestamp (or timestamps) is needed, in s")
-    begins = np.flatnonzero(np.diff(episode, prepend=episode[:1] - 1))
-    offset, at = np.zeros(len(t)), 0.0
-    for begin, end in zip(begins, [*begins[1:], len(t)], strict=True):
-        offset[begin:end] = at - t[begin]
-        at += t[end - 1] - t[begin] + PAUSE_S
-    return np.round(t + offset, 6), episode  # LeRobot's times are float32
-
-
-def _by_finger(path: Path, columns: Mapping[str, Any]) -> dict[str, dict[str, Floats]]:
-    found: dict[str, dict[str, Floats]] = {}
-    for key, values in columns.items():
-        finger, _, name = key.removeprefix(TOUCH).partition(".")
-        if key.startswith(TOUCH) and name == "wrench" and np.ndim(values) == 2 and values.shape[1] == 6:
-            found[finger] = _of_wrench(values)
-    for key, values in columns.items():
-        finger, _, name = key.removeprefix(TOUCH).partition(".")
-        if finger in found and name in CHANNELS:
-            found[finger][name] = np.asarray(values, dtype=np.float64)
-    if found:
-        return found
-    normal, shear = (columns.get(f"{TOUCH}{name}") for name in ("normal_force", "shear_force"))
-    wrench = columns.get(f"{TOUCH}wrench", columns.get("observation.wrench"))
-    if normal is not None and np.ndim(normal) == 2:
-        channels = {"normal_force": normal.sum(axis=1, dtype=np.float64)}
-        if shear is not None and np.ndim(shear) == 3 and shear.shape[2] == 2:
-            x, y = shear.sum(axis=1, dtype=np.float64).T
-            channels |= {"tangential_force_x": x, "tangential_force_y": y}
-        return {"finger": channels}
-    if wrench is not None and np.ndim(wrench) == 2 and wrench.shape[1] == 6:
-        return {"finger": _of_wrench(wrench)}
-    sought = f"{TOUCH}FINGER.wrench (T, 6), {TOUCH}normal_force (T, N) or observation.wrench (T, 6)"
-    raise RecordingError(f"{path}: there is no touch; looked for {sought}")
-
-
-def _of_wrench(values: Any) -> dict[str, Floats]:
-    columns = zip(WRENCH, np.asarray(values, dtype=np.float64).T, strict=True)
-    return {name: column for name, column in columns if name and np.isfinite(column).any()}

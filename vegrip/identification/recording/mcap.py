@@ -17,7 +17,6 @@ JSON's grammar and which Python and JavaScript read as infinity.
 
 import heapq
 import json
-import logging
 import re
 import struct
 import tempfile
@@ -34,10 +33,9 @@ from vegrip.errors import RecordingError
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.data import Recording
 from vegrip.identification.recording.folder import TOML, read_recording, toml_text
-from vegrip.identification.recording.report import MISSING, LoadReport
+from vegrip.identification.recording.report import MISSING
 from vegrip.identification.recording.rosbag import bag_library
-from vegrip.identification.recording.session import finger_folders
-from vegrip.identification.recording.table import Layout, read_header, read_table
+from vegrip.identification.recording.session import finger_folders, read_cells
 from vegrip.identification.recording.writer import FILE_OF_MESSAGE, SESSION, exact_cell
 from vegrip.messages import OF_NODES, FingertipState, Message
 from vegrip.transport.codec.schema import PLACE, Field, message_set
@@ -50,7 +48,6 @@ WORDS: Final = re.compile(r'[^,"\r\n]*')
 """What a cell of text may hold, as the recorder writes it."""
 LIMIT: Final = 2**62
 """[ns] Stamps beyond this (146 years) are refused: they do not fit the format together with a start."""
-log = logging.getLogger(__name__)
 METADATA = f"vegrip.{MISSING}"
 """Name of the metadata record."""
 FILES_OF_OURS: Final = (*FILE_OF_MESSAGE.values(), TOML, SESSION)
@@ -184,15 +181,11 @@ def _measured(folder: Path, place: Path, recording: Recording) -> TextTable:
 
 
 def _said(folder: Path, path: Path, kind: type[Message], finger: str, start: int) -> TextTable:
-    layout, report = Layout(sealed=True), LoadReport()
-    columns = tuple(read_header(path, layout))
+    words = read_cells(path)
+    columns = tuple(words)
     unknown = sorted(set(columns) - set(properties(kind)))
     if unknown or "t" not in columns:
         raise RecordingError(f"{path}: " + (f"unknown column {unknown[0]!r}" if unknown else "no column 't'"))
-    words = read_table(path, [], columns, layout, report).words
-    report.rows_kept = len(words["t"])
-    if report.rows_lost:
-        log.warning("%s: %s", path, report.summary())
     stamps = [_stamp(_seconds(path, t), start, str(path)) for t in words["t"]]
     rows: list[Sequence[str]] = list(zip(*(words[name] for name in columns), strict=True))
     return TextTable(path.relative_to(folder).as_posix(), _topic(kind, finger), kind, columns, stamps, rows)

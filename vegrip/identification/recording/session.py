@@ -2,6 +2,7 @@
 
 import contextlib
 import heapq
+import logging
 import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -19,6 +20,7 @@ from vegrip.identification.recording.table import Layout, read_header, read_tabl
 from vegrip.identification.recording.writer import FILE_OF_MESSAGE, SESSION
 from vegrip.messages import FingertipState
 
+log = logging.getLogger(__name__)
 COLUMNS = 420  # of the traces
 FAULTS = ("input_hold", "fail_safe", "untrusted", "inactive")
 Table = dict[str, NDArray[Any]]
@@ -50,12 +52,17 @@ def merge_states(fingers: Mapping[str, Recording], start: int = 0) -> Iterator[F
 
 def read_output(path: Path | str) -> dict[str, NDArray[Any]]:
     """Read a table of outputs, such as ``slip_margin.csv``, by column: float64, or text where it is text."""
-    path = Path(path)
-    layout = Layout(sealed=True)
-    report = LoadReport()
-    names = read_header(path, layout)
-    words = read_table(path, [], names, layout, report).words
-    return {name: _array(cells) for name, cells in words.items()}
+    return {name: _array(cells) for name, cells in read_cells(Path(path)).items()}
+
+
+def read_cells(path: Path) -> dict[str, list[str]]:
+    """Read a table of outputs by column, each cell as written; rows left out are logged as a warning."""
+    layout, report = Layout(sealed=True), LoadReport()
+    words = read_table(path, [], read_header(path, layout), layout, report).words
+    report.rows_kept = len(next(iter(words.values())))
+    if report.rows_lost:
+        log.warning("%s: %s", path, report.summary())
+    return words
 
 
 def _array(cells: list[str]) -> NDArray[Any]:

@@ -18,6 +18,7 @@ from typing import Final
 
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.cell_numbers import MINUS, SPACES
+from vegrip.identification.recording.column_map import TableMap
 from vegrip.identification.recording.table import Layout, split_line
 from vegrip.identification.recording.units import is_unit
 from vegrip.text_encoding import MARKS, encoding_of
@@ -32,7 +33,7 @@ OTHER_KINDS: Final = {
     b"PK\x03\x04": ("a workbook or archive", "save the sheet as .csv"),
     b"\xd0\xcf\x11\xe0": ("a workbook", "save the sheet as .csv"),
     b"MDF ": ("a measurement in MDF", "name it .mf4 to read its frames, or export its channels as .csv"),
-    b"\x89HDF": ("HDF5", "export the measurements as .csv"),
+    b"\x89HDF": ("HDF5", "name it .h5 to read its arrays by --map, or export them as .csv"),
     b"MATLAB": ("MATLAB's", "export the measurements with writetable"),
     b"PAR1": ("Parquet", "export it as .csv"),
     b"LOGG": ("a CAN log of Vector's", "name it .blf"),
@@ -53,24 +54,10 @@ GROUPED: Final = re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:[.,{SPACES}]\d{{3}})+(?:([.
 UNIT_CELL: Final = re.compile(r"[\[(<{]\s*[^\]\[)(]{0,20}\s*[\])>}]|[-/]?")
 
 
-def find_layout(
-    path: Path,
-    delimiter: str = "",
-    decimal: str = "",
-    skip: int = -1,
-    section: str = "",
-    thousands: str = "",
-) -> tuple[Layout, str]:
-    """Return how the table ``path`` is written, and in words what of that is not usual.
+def find_layout(path: Path, said: TableMap) -> tuple[Layout, str]:
+    """Return how the table ``path``, plain or ``.gz``, is written, and in words what of that is not usual.
 
-    Args:
-        path: plain or ``.gz``.
-        delimiter: between fields; empty: found.
-        decimal: decimal sign; empty: found.
-        skip: lines before the header; below 0: found.
-        section: the line above each table, in a file of several; empty: it is one.
-        thousands: what stands between thousands; empty: what can be nothing else.
-
+    What ``said`` leaves open is found.
     """
     head = _head(path)
     _refuse_other_kinds(path, head)
@@ -80,25 +67,34 @@ def find_layout(
     lines = io.StringIO(text, newline="").readlines()[:SEEN_LINES]
     if len(head) == SEEN_BYTES and len(lines) < SEEN_LINES:
         del lines[-1:]  # it is cut
-    begin = max(skip, 0)
-    forms = [_Form.of(lines[begin:], each, decimal) for each in ([delimiter] if delimiter else DELIMITERS)]
+    begin = max(said.skip, 0)
+    forms = [
+        _Form.of(lines[begin:], each, said.decimal)
+        for each in ([said.delimiter] if said.delimiter else DELIMITERS)
+    ]
     best = max(forms, key=lambda form: form.numbers)
     if best.first is None:  # no numbers: what stands most in the first line that could be a header
         top = next((line for line in lines[begin:] if line.strip()), "")
         best = max(forms, key=lambda form: top.count(form.delimiter))
-    before = begin if skip >= 0 or section else best.header
-    _refuse_commas(path, lines, best, delimiter)
-    sign = best.decimal if thousands != best.decimal or decimal else {".": ",", ",": "."}[best.decimal]
-    found = Layout(best.delimiter, sign, before, encoding=encoding, section=section, thousands=thousands)
+    before = begin if said.skip >= 0 or said.section else best.header
+    _refuse_commas(path, lines, best, said.delimiter)
+    is_mark = said.thousands == best.decimal and not said.decimal
+    sign = best.decimal if not is_mark else {".": ",", ",": "."}[best.decimal]
+    found = Layout(
+        best.delimiter, sign, before, encoding=encoding, section=said.section, thousands=said.thousands
+    )
     found = replace(found, units=_units(lines, found, best.first))
     _check_sections(path, lines, found)
-    said = [
-        (f"fields separated by {DELIMITERS.get(found.delimiter)}", not delimiter and found.delimiter != ","),
-        ("decimal commas", not decimal and found.decimal == ","),
-        (f"{found.skip} line{'s' * (found.skip > 1)} before the header", skip < 0 < found.skip),
+    unusual = [
+        (
+            f"fields separated by {DELIMITERS.get(found.delimiter)}",
+            not said.delimiter and found.delimiter != ",",
+        ),
+        ("decimal commas", not said.decimal and found.decimal == ","),
+        (f"{found.skip} line{'s' * (found.skip > 1)} before the header", said.skip < 0 < found.skip),
         (f"text in {ENCODINGS.get(encoding, 'Windows-1252')}{mark}", bool(mark) or encoding != "utf-8-sig"),
     ]
-    return found, ", ".join(words for words, is_so in said if is_so)
+    return found, ", ".join(words for words, is_so in unusual if is_so)
 
 
 def _refuse_other_kinds(path: Path, head: bytes) -> None:

@@ -198,7 +198,7 @@ class RecordingWriter:
                 return
             self._files[name] = self._new(name, message)
         if isinstance(message, messages.FingertipState):
-            self.missing[_name(message.finger)].take(message)
+            self.missing[folder_name(message.finger)].take(message)
         self._files[name].add(csv_row(message, self._start))
         self.rows[name] += 1
 
@@ -348,10 +348,10 @@ def _overwrite(path: Path, data: bytes) -> None:
 def _file(message: messages.Message) -> str:
     if isinstance(message, messages.OF_NODES):
         return FILE_OF_MESSAGE[type(message)]
-    return f"{_name(message.finger)}/{FILE_OF_MESSAGE[type(message)]}"
+    return f"{folder_name(message.finger)}/{FILE_OF_MESSAGE[type(message)]}"
 
 
-def _name(finger: str) -> str:
+def folder_name(finger: str) -> str:
     """Return the folder of a finger, whose name may come from the wire and must not lead out of it."""
     return "".join(c if c.isalnum() or c in "-_" else "_" for c in finger) or "_"
 
