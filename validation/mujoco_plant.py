@@ -27,6 +27,7 @@ SHAPES: Mapping[str, Shape] = {
     "egg": Shape("ellipsoid", (0.022, 0.03, 0.022)),
     "bottle": _cylinder(0.03, 0.1),
     "can": _cylinder(0.033, 0.06),
+    "soap": Shape("ellipsoid", (0.03, 0.045, 0.015)),
 }
 FILLED, WET = Filling(3.0, NEVER_S, 0.2, 4.0), Wetting(4.0, 5.0, 0.6)
 OBJECTS: Mapping[str, Held] = {
@@ -35,6 +36,7 @@ OBJECTS: Mapping[str, Held] = {
     "egg": Held("60 g, bears 4 N", 0.06, 0.5, offset_y=0.0, bears=4.0),
     "bottle": Held("150 g, 5 mm off its centre", 0.15, 0.6, offset_x=5e-3),
     "can": Held("250 g, wet from 4 s: 0.6 of the friction", 0.25, 0.6, events=(WET,)),
+    "soap": Held("120 g, slippery, wet from 4 s", 0.12, 0.35, events=(WET,)),
 }
 
 

@@ -189,13 +189,13 @@ def lerobot_(
         complain(f"{recording}: {count} frames lie in gaps of {finger}, from which nothing came: NaN there")
     info = written.info
     counts = {name: info[name] for name in ("total_episodes", "total_frames", "fps")}
-    told = {"folder": str(output), "layout": SET_LAYOUT, **counts, "features": sorted(info["features"])}
-    told |= {"rows": account(written.reports), "rows_between": written.between, "gap_frames": written.gaps}
+    figures = {"folder": str(output), "layout": SET_LAYOUT, **counts, "features": sorted(info["features"])}
+    figures |= {"rows": account(written.reports), "rows_between": written.between, "gap_frames": written.gaps}
     words = (
         f"{output}: {counts['total_frames']} frames, {counts['total_episodes']} episodes, layout {SET_LAYOUT}"
     )
     words += f"; {written.between} rows lie between frames and are in none" if written.between else ""
-    answer(told, lambda: typer.echo(words), as_json=as_json)
+    answer(figures, lambda: typer.echo(words), as_json=as_json)
 
 
 def _warn(recording: Path, reports: "Iterable[LoadReport]") -> None:
