@@ -228,7 +228,7 @@ class LugreHand:
         command = float(np.nanmax(commands)) if np.isfinite(commands).any() else math.nan
         every = round(1.0 / (self.settings.sensor.rate * STEP_S))
         while steps := min(round(self._asked / STEP_S), (self._samples + 1) * every) - self._ticks:
-            times: Floats = (self._ticks + 1.0 + np.arange(steps)) * STEP_S
+            times = np.arange(self._ticks + 1, self._ticks + steps + 1, dtype=np.float64) * STEP_S
             burdens = burden_rows(self._events, times)
             advance_hand(
                 self._records, self._body, self._bristles, self._drive, self._makes,
