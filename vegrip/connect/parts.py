@@ -81,7 +81,7 @@ def _tried(name: str, source: Source, seconds: float, *, is_drive: bool) -> Find
         with closing(source.open(source.text)) as endpoint:
             heard = listen(endpoint, seconds, 0 if is_drive else ENOUGH)
     except VegripError as error:
-        return fail(name, str(error), "see `ls /dev/serial/by-id`, and the [transport] of its map")
+        return fail(name, str(error), "see the [transport] of its map")
     return _of_drive(name, source, heard) if is_drive else _of_sensor(name, source, heard)
 
 

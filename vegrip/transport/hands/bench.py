@@ -27,6 +27,7 @@ from vegrip.transport.hands.wrist_load import LoadSettings, WristLoad, without_s
 from vegrip.transport.mapped.largest_force import largest_felt, largest_force
 from vegrip.transport.mapped.plan import Plan, open_plan
 from vegrip.transport.mapped.price import price, price_of_drive, price_of_sensors, settings
+from vegrip.transport.maps import products
 from vegrip.transport.maps.products import map_of
 from vegrip.transport.open import Hand, open_alone
 
@@ -170,6 +171,7 @@ def read_bench(given: BenchSettings, where: str) -> Bench:
     load = build(LoadSettings, without_source(given.load), f"{where} [load]") if given.load else None
     wrist = read_source(load.source, where) if load is not None else None
     _check_names(sensors, where)
+    _check_ports([*sensors, *(one for one in (drive, wrist) if one is not None)], where)
     felt = [ours for source in sensors for ours in source.names.values()]
     serves = (given.serves or tuple(felt) or JAWS) if drive is not None else ()
     for finger in serves if sensors else ():
@@ -178,8 +180,13 @@ def read_bench(given: BenchSettings, where: str) -> Bench:
                 f"{where}: 'serves' has {finger!r}, which no sensor feels; "
                 f"{suggestion(finger, felt, 'there are')}"
             )
-    if drive is None and (given.serves or wrist is not None or not sensors):
-        raise ConfigError(f"{where}: name the 'drive' that presses, or the 'sensors' of a hand of one map")
+    if drive is None and (given.serves or wrist is not None):
+        for_what = f"'serves' names {', '.join(given.serves)}" if given.serves else "[load] is of a gripper"
+        raise ConfigError(
+            f"{where}: {for_what}, and no 'drive' presses; add drive = 'PRODUCT@PORT', {_drives()}"
+        )
+    if len(set(serves)) < len(serves):
+        raise ConfigError(f"{where}: 'serves' names a finger twice: {', '.join(serves)}")
     if drive is not None and not drive.commanded:
         raise ConfigError(f"{where}: {drive.text} maps no command, so it is no drive; {_drives()}")
     if drive is not None and not sensors and wrist is None:
@@ -207,6 +214,8 @@ def read_source(text: str, where: str) -> Source:
     head, at, port = text.partition("@")
     finger, equals, product = head.rpartition("=")
     path = map_of(product) if at else Path(text)
+    if not port and (at or text in products.names()):
+        raise ConfigError(f"{where}: {text!r} does not say at which port it is, as {head}@/dev/ttyUSB0")
     if not at and not path.is_file():
         raise ConfigError(f"{where}: there is no map {text!r}; give a file, or PRODUCT@PORT")
     plan = open_plan(path)
@@ -284,7 +293,6 @@ def _bounded(drive: DriveLimits, largest: float) -> DriveLimits:
 
 def _check_names(sensors: Iterable[Source], where: str) -> None:
     owner: dict[str, Source] = {}
-    ports: dict[str, str] = {}
     for source in sensors:
         for ours in source.names.values():
             if ours in owner:
@@ -293,12 +301,17 @@ def _check_names(sensors: Iterable[Source], where: str) -> None:
                     f"which, as in 'left={source.text.rpartition('=')[2]}', or rename one in its file"
                 )
             owner[ours] = source
+
+
+def _check_ports(sources: Iterable[Source], where: str) -> None:
+    at: dict[str, Source] = {}
+    for source in sources:
         port = str(source.transport.get("address", ""))
-        if port and port in ports:
+        other = at.setdefault(port, source)
+        if port and (other.path, other.transport) != (source.path, source.transport):
             raise ConfigError(
-                f"{where}: {ports[port]} and {source.text} are both at {port}; each has its own port"
+                f"{where}: {other.text} and {source.text} are both at {port}; each has its own port"
             )
-        ports[port] = source.text
 
 
 def _drives() -> str:

@@ -40,6 +40,7 @@ class Part:
     role: str = "sensor"  # or drive, or wrist
     heard: int = 0  # [ns] when it last said something
     lost: int = 0  # of its counts
+    lost_at: int = 0  # [ns] 0: it is there
 
 
 @dataclass(slots=True)
@@ -86,9 +87,10 @@ class Drive:
 class BenchEndpoint(Endpoint):
     """All parts of a hand as one.
 
-    Besides what the parts count, ``rejected`` has ``lost_NAME`` of a part that has gone, ``uneven_jaws`` of
-    states in which two opposed fingers felt too different forces, and ``more_than_needed`` of looks at a
-    drive whose least force is far above what is needed; :attr:`hints` says which, in its own words.
+    Besides what the parts count, ``rejected`` has ``lost_NAME`` of a part that has gone, ``back_NAME`` of a
+    sensor that has come back, ``uneven_jaws`` of states in which two opposed fingers felt too different forces,
+    ``impossible_force`` of looks at a pad that feels twice what the drive can, and ``more_than_needed`` of
+    looks at a drive whose least force is far above what is needed; :attr:`hints` says which, in its words.
 
     Args:
         parts: of the hand.
@@ -256,28 +258,44 @@ class BenchEndpoint(Endpoint):
             last = part.heard + SILENT_NS if part.heard else self._opened + FIRST_WORD_NS
             is_mute = part.role != "drive" and now > last
             if is_mute or lost > part.lost:
+                part.lost_at = part.lost_at or now
                 self._counts[f"lost_{part.name}"] += 1
                 self._hints[f"lost_{part.name}"] = self._of_loss(part)
+            elif part.heard > part.lost_at > 0:
+                part.lost_at = 0
+                self._counts[f"back_{part.name}"] += 1
+                self._hints[f"back_{part.name}"] = f"{part.where} is heard again"
             part.lost = lost
-        if self._balance is not None and self._counts["uneven_jaws"]:
-            told = ", ".join(f"{name} {force:.1f} N" for name, force in self._balance.means.items())
-            self._hints["uneven_jaws"] = (
-                f"the jaws feel different forces ({told}), more than noise and gains allow: one touches "
-                "something else, or carries weight along the closing direction, or has lost its zero "
-                "(`vegrip zero`)"
-            )
+        if self._balance is not None and self._drive is not None:
+            self._look_at_jaws(self._balance, self._drive.limits.maximum)
         for drive in self._drives.values():
             if drive.told.force > 0.0 and (said := least_force_sentence(drive.limits, drive.need)):
                 self._counts["more_than_needed"] += 1
                 self._hints["more_than_needed"] = f"{said} ({drive.need:.1f} N)"
 
+    def _look_at_jaws(self, balance: JawBalance, most: float) -> None:
+        felt = balance.means
+        if beyond := [f"{name} {force:.0f} N" for name, force in felt.items() if abs(force) > 2.0 * most]:
+            self._counts["impossible_force"] += 1
+            self._hints["impossible_force"] = (
+                f"{', '.join(beyond)} is felt, and the gripper is told {most:g} N at most: 'unit' or "
+                "'scale' in the map of that pad is wrong"
+            )
+            return
+        told = ", ".join(f"{name} {force:.1f} N" for name, force in felt.items())
+        self._hints["uneven_jaws"] = (
+            f"the jaws feel different forces ({told}), more than noise and gains allow: one touches "
+            "something else, or carries weight along the closing direction, or has lost its zero "
+            "(`vegrip zero`)"
+        )
+
     def _of_loss(self, part: Part) -> str:
         """Return which part has gone, and what is left."""
         if part.role == "drive" and self._drive is not None:
+            held = f"{told:.1f} N" if (told := self._drive.told.force) else "what it was told before"
             return (
-                f"the drive {part.where} does not answer, so the force cannot change: it holds "
-                f"{self._drive.told.force:.1f} N if it holds by itself; it is opened again each second, and "
-                "margins are still estimated"
+                f"the drive {part.where} does not answer, so the force cannot change: it holds {held}, if it "
+                "holds by itself; it is opened again each second, and margins are still estimated"
             )
         fingers = self._blind if part.role == "wrist" else tuple(part.names.values())
         rest = ", ".join(name for name in self._of if name not in fingers)
