@@ -181,7 +181,7 @@ def test_each_end_of_a_node_that_had_worked_is_said_and_each_start(stage, code, 
 def test_a_sentence_of_a_row_of_failures_is_new_once_and_another_one_is_new():
     sayings = Sayings()
     found = []
-    for again, line in ((False, "no file"), (True, "no file"), (True, "busy"), (True, "busy"), (False, "busy")):
+    for again, line in ((False, "gone"), (True, "gone"), (True, "busy"), (True, "busy"), (False, "busy")):
         sayings.begin(again=again)
         found.append(sayings.is_new(line))
     assert found == [True, False, True, False, True]

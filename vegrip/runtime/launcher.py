@@ -40,7 +40,7 @@ class RestartPolicy:
 
 
 class Sayings:
-    """What a node says, without what it said before in a row of failures: why it cannot start is said once."""
+    """What a node says, but for what it has said in a row of failures: why it cannot start is said once."""
 
     def __init__(self) -> None:
         self._before: set[str] = set()

@@ -12,7 +12,9 @@ from vegrip.errors import ConfigError, DeviceError
 from vegrip.messages import FingertipState
 from vegrip.runtime.launch_file import read_launch_file
 from vegrip.transport.hands import bench_endpoint
+from vegrip.transport.hands.bench import read_source
 from vegrip.transport.maps.conditions import ConditionMap
+from vegrip.transport.maps.products import map_of
 from vegrip.transport.open import Hand, open_endpoint
 
 PATIENCE = 5.0  # [s]
@@ -183,6 +185,14 @@ def test_parts_that_do_not_belong_together_are_refused_in_a_sentence(tmp_path, b
     with pytest.raises(ConfigError, match=re.escape(said.format(left=port))) as refused:
         read_launch_file(path)
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("axes", ["", 'axes = ["y", "z", "x"]', 'axes = ["-z", "y", "x"]'])
+def test_a_sensor_at_the_wrist_tells_the_torque_of_its_closing_direction_in_whatever_axes(tmp_path, axes):
+    text = map_of("bota-sensone").read_text().replace("[fingers.tip]", f"[fingers.tip]\n{axes}")
+    (tmp_path / "wrist.toml").write_text(text.replace('address = ""', 'address = "/dev/ttyUSB1"'))
+    wrist = read_source(str(tmp_path / "wrist.toml"), "")
+    assert wrist.plan.fingers[0].measured >= {"normal_force", "torque_z"}
 
 
 @pytest.mark.parametrize("missing", ["left", "gripper"])

@@ -88,7 +88,7 @@ class BenchEndpoint(Endpoint):
     """All parts of a hand as one.
 
     Besides what the parts count, ``rejected`` has ``lost_NAME`` of a part that has gone, ``back_NAME`` of a
-    sensor that has come back, ``uneven_jaws`` of states in which two opposed fingers felt too different forces,
+    sensor that has come back, ``uneven_jaws`` of states in which two opposed fingers felt too unlike forces,
     ``impossible_force`` of looks at a pad that feels twice what the drive can, and ``more_than_needed`` of
     looks at a drive whose least force is far above what is needed; :attr:`hints` says which, in its words.
 
@@ -222,9 +222,9 @@ class BenchEndpoint(Endpoint):
             return ()
         self._wrist.note(message)
         self._seq += 1
-        force, share = self._drive.pressing(message.stamp), self._wrist.share(message.stamp)
+        force, (share, torque) = self._drive.pressing(message.stamp), self._wrist.share(message.stamp)
         return [
-            FingertipState(message.stamp, finger, self._seq, force, share, share * 0.0)
+            FingertipState(message.stamp, finger, self._seq, force, share, share * 0.0, torque)
             for finger in self._blind
         ]
 
@@ -236,8 +236,9 @@ class BenchEndpoint(Endpoint):
         changes: dict[str, Any] = {"finger": ours} if ours != finger else {}
         if isinstance(message, FingertipState):
             if self._wrist is not None and ours in self._shared and math.isnan(message.tangential_force_x):
-                share = self._wrist.share(message.stamp)
+                share, torque = self._wrist.share(message.stamp)
                 changes |= {"tangential_force_x": share, "tangential_force_y": share * 0.0}
+                changes |= {"torque_z": torque} if math.isnan(message.torque_z) else {}
             if self._balance is not None and self._balance.note(ours, message.normal_force, message.stamp):
                 self._counts["uneven_jaws"] += 1
             return replace(message, **changes) if changes else message

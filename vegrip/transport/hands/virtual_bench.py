@@ -91,8 +91,10 @@ class VirtualBench(Endpoint):
         return (part.names[command.finger],)
 
     def _at_wrist(self, last: FingertipState, finger: str) -> FingertipState:
-        """Return what is felt there: x of the first finger, which faces the others, points the other way."""
+        """Return what is felt there; x and z of the first finger, which faces the others, are reversed."""
         felt = [self._felt[name] for name in self._serves if name in self._felt]
-        x = sum((1.0 if one is not felt[0] else -1.0) * one.tangential_force_x for one in felt)
+        turned = [(1.0 if one is not felt[0] else -1.0, one) for one in felt]
+        x = sum(sign * one.tangential_force_x for sign, one in turned)
+        torque = sum(sign * one.torque_z for sign, one in turned)
         y = sum(one.tangential_force_y for one in felt) - self._mass * GRAVITY
-        return FingertipState(last.stamp, finger, last.seq, 0.0, x, y, torque_z=0.0)
+        return FingertipState(last.stamp, finger, last.seq, 0.0, x, y, torque_z=torque)
