@@ -145,7 +145,7 @@ def open_bench_product(text: str, folder: Path) -> BenchProduct:
     presses = _product(drive, is_drive=True)
     lines = [f"drive = {toml_value(_at(presses, 'drive', folder))}", f"serves = {toml_value(JAWS)}"]
     if is_at_wrist:
-        load = {"from": _at(feels, "wrist", folder), "mass": GRIPPER_KG, "reach": [0.0, 0.0]}
+        load = {"from": _at(feels, "wrist", folder), "mass": GRIPPER_KG}
         lines.append(f"load = {toml_value(load)}")
     else:
         pads = [f"{side}={_at(feels, side, folder)}" for side in JAWS]
