@@ -21,7 +21,7 @@ from vegrip.transport.hands.jaw_balance import JawBalance
 from vegrip.transport.hands.wrist_load import WristLoad
 from vegrip.transport.sender_clock import ClockEstimate
 
-NAP: Final = 1e-3  # [s] after which each part is asked again: it may have something to say
+ROUND_NS: Final = 2 * NS // 1000  # [ns] after which each part is asked again: it may have something to say
 LOOK_NS: Final = NS // 5  # [ns] between two looks at how the parts are
 SILENT_NS: Final = NS  # [ns] without a word of a part that had spoken
 FIRST_WORD_NS: Final = 3 * NS  # [ns] for its first: an opening takes its time
@@ -84,7 +84,26 @@ class Drive:
         return max(self.told.force - self.limits.hysteresis, 0.0) if is_there else 0.0
 
 
-class BenchEndpoint(Endpoint):
+class Joined(Endpoint):
+    """Several endpoints as one; they are closed with it."""
+
+    def __init__(self, parts: Sequence[Part]) -> None:
+        self._parts = tuple(parts)
+        self._counts: Counter[str] = Counter()
+
+    @property
+    def rejected(self) -> Mapping[str, int]:
+        found = Counter(self._counts)
+        for part in self._parts:
+            found.update(part.endpoint.rejected)
+        return dict(found)
+
+    def close(self) -> None:
+        for part in self._parts:
+            part.endpoint.close()
+
+
+class BenchEndpoint(Joined):
     """All parts of a hand as one.
 
     Besides what the parts count, ``rejected`` has ``lost_NAME`` of a part that has gone, ``back_NAME`` of a
@@ -107,7 +126,8 @@ class BenchEndpoint(Endpoint):
         wrist: WristLoad | None = None,
         sentences: Callable[[], Sequence[str]] = tuple,
     ) -> None:
-        self._parts, self._wrist, self._sentences = tuple(parts), wrist, sentences
+        super().__init__(parts)
+        self._wrist, self._sentences = wrist, sentences
         self._drives = {finger: drive for drive in drives for finger in drive.serves}
         self._drive = drive = next(iter(drives), None)
         self._of = {ours: part for part in parts if part.role == "sensor" for ours in part.names.values()}
@@ -116,9 +136,9 @@ class BenchEndpoint(Endpoint):
         self._blind = tuple(finger for finger in self._shared if finger not in self._of)
         is_pair = len(served) == 2 and not self._blind
         self._balance = JawBalance(served[0], served[1]) if is_pair else None
-        self._counts: Counter[str] = Counter()
         self._hints: dict[str, str] = {}
         self._looked, self._seq = time.monotonic_ns(), 0
+        self._round_at = 0  # [ns] when each part is asked
         self._opened = self._looked
         self.broken: dict[str, int] = {}
 
@@ -129,12 +149,11 @@ class BenchEndpoint(Endpoint):
         arrivals: list[int] = []
         is_alone = len(self._parts) == 1
         while True:
-            for part in self._parts:
+            for part in self._parts if is_alone else self._ready(deadline):
                 self._take(part, timeout if is_alone else 0.0, messages, arrivals)
             now = time.monotonic_ns()
             if messages or is_alone or now >= deadline:
                 break
-            self._wait(min((deadline - now) / NS, NAP))
         if now - self._looked >= LOOK_NS:
             self._look(now)
         self.arrivals = arrivals
@@ -148,13 +167,6 @@ class BenchEndpoint(Endpoint):
             drive.take(message)
         elif (part := self._of.get(message.finger)) is not None:
             part.endpoint.send(message)
-
-    @property
-    def rejected(self) -> Mapping[str, int]:
-        found = Counter(self._counts)
-        for part in self._parts:
-            found.update(part.endpoint.rejected)
-        return dict(found)
 
     @property
     def conditions(self) -> Set[str]:
@@ -193,10 +205,6 @@ class BenchEndpoint(Endpoint):
         if self._wrist is not None:
             self._wrist.take_tare()
         return any(asked) or self._wrist is not None
-
-    def close(self) -> None:
-        for part in self._parts:
-            part.endpoint.close()
 
     def _take(self, part: Part, timeout: float, messages: list[Message], arrivals: list[int]) -> None:
         heard = part.endpoint.receive(timeout)
@@ -244,12 +252,16 @@ class BenchEndpoint(Endpoint):
             return replace(message, **changes) if changes else message
         return message
 
-    def _wait(self, seconds: float) -> None:
-        ready = [one for part in self._parts for one in part.endpoint.descriptors]
-        if ready:
-            select.select(ready, [], [], seconds)
-        else:
-            time.sleep(seconds)
+    def _ready(self, deadline: int) -> Sequence[Part]:
+        """Wait up to ``deadline`` [ns]; return the parts to which something has come, all of them in turn."""
+        now = time.monotonic_ns()
+        if now >= self._round_at:
+            self._round_at = now + ROUND_NS
+            return self._parts
+        seconds = max(min(deadline, self._round_at) - now, 0) / NS
+        of = {number: part for part in self._parts for number in part.endpoint.descriptors}
+        found = select.select(list(of), [], [], seconds)[0]
+        return [part for part in self._parts if any(of[number] is part for number in found)]
 
     def _look(self, now: int) -> None:
         """See which part has gone, and put what is wrong into words."""
