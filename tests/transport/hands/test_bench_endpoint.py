@@ -120,7 +120,7 @@ def test_a_unit_that_cannot_be_is_named_by_what_the_drive_can(rig, monkeypatch):
     rig.until(lambda: "impossible_force" in rig.endpoint.hints, left=25.0e3, right=25.0)
     said = rig.endpoint.hints["impossible_force"]
     assert said.startswith("left ")
-    assert "the gripper is told 60 N at most: 'unit' or 'scale'" in said
+    assert "the gripper is commanded 60 N at most: 'unit' or 'scale'" in said
 
 
 def test_a_drive_that_dies_before_it_was_told_anything_is_not_said_to_hold_nothing(rig, monkeypatch):
@@ -128,7 +128,7 @@ def test_a_drive_that_dies_before_it_was_told_anything_is_not_said_to_hold_nothi
     rig.until(lambda: bool(rig.heard), left=25.0, right=25.0)
     rig.devices.unplug("gripper")
     rig.until(lambda: "lost_drive" in rig.endpoint.hints, left=25.0, right=25.0)
-    assert "it holds what it was told before" in rig.endpoint.hints["lost_drive"]
+    assert "it holds what it was commanded before" in rig.endpoint.hints["lost_drive"]
 
 
 def test_jaws_that_feel_the_same_but_for_their_gains_are_not(rig):

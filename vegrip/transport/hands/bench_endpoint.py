@@ -291,7 +291,7 @@ class BenchEndpoint(Joined):
         if beyond := [f"{name} {force:.0f} N" for name, force in felt.items() if abs(force) > 2.0 * most]:
             self._counts["impossible_force"] += 1
             self._hints["impossible_force"] = (
-                f"{', '.join(beyond)} is felt, and the gripper is told {most:g} N at most: 'unit' or "
+                f"{', '.join(beyond)} is felt, and the gripper is commanded {most:g} N at most: 'unit' or "
                 "'scale' in the map of that pad is wrong"
             )
             return
@@ -305,7 +305,7 @@ class BenchEndpoint(Joined):
     def _of_loss(self, part: Part) -> str:
         """Return which part has gone, and what is left."""
         if part.role == "drive" and self._drive is not None:
-            held = f"{told:.1f} N" if (told := self._drive.told.force) else "what it was told before"
+            held = f"{told:.1f} N" if (told := self._drive.told.force) else "what it was commanded before"
             return (
                 f"the drive {part.where} does not answer, so the force cannot change: it holds {held}, if it "
                 "holds by itself; it is opened again each second, and margins are still estimated"
