@@ -215,7 +215,8 @@ def test_a_gripper_that_loses_its_activation_is_not_moved_by_itself(small, monke
         small.device.told = dict.fromkeys(small.device.told, 0)
         until(endpoint, lambda: "activation_lost" in endpoint.conditions)
         for force in (60.0, 80.0, 100.0):  # a command says "activated", too, which would open and close it
-            press(endpoint, force, lambda end=time.monotonic() + 0.15: time.monotonic() > end)
+            end = time.monotonic() + 0.15
+            press(endpoint, force, partial(lambda end: time.monotonic() > end, end))
         assert endpoint.rejected["activation_lost"] == 1
         assert small.device.told["ACT"] == 0
         small.device.told["ACT"] = 1  # by its owner

@@ -248,7 +248,7 @@ class Device:
         self._is_ready = False
         self._reopen_at = 0
         self.missed_when_ready = -1
-        """Of its dialogue, when the device last said that it is ready: after another one it may be another."""
+        """Answers, up to when it last said whether it is ready: since another it may have been reset."""
         self._arrived_at = time.monotonic_ns()
 
     def read(self, now: int) -> list[tuple[Frame, int]]:
