@@ -19,6 +19,8 @@ And as cores, on the wall clock, so that what else the machine does counts (with
 wanted a core meanwhile):
 
 * ``demo_cores``: all programs of ``vegrip demo --grasp hand``, together and each;
+* ``bench_cores``: the same of ``vegrip demo --bench papillarray+robotiq``, two pads and a gripper on lines of
+  their own, and how late the node's commands were;
 * ``twenty_fingers_core``: a node that answers twenty fingers at 1 kHz over the batch link, and beside it an
   echo (``echo_cores``, ``echo_p50_us``, ``echo_p99_us``), half of its time before and half after.
 """
@@ -102,25 +104,16 @@ def run() -> dict[str, Timed]:
     if WITH_NUMBA and host.compiler() is not None:
         require_equal(log)
         results["c_vs_numba"] = row(step, finger_step(log, "numba"))
-    results["demo_cores"] = demo_cores()
+    results["demo_cores"] = demo_cores("--grasp", "hand")
+    results["bench_cores"] = demo_cores("--bench", "papillarray+robotiq")
     results["twenty_fingers_core"] = measure(TWENTY_SECONDS) | {"load": os.getloadavg()[0]}
     return results
 
 
-def demo_cores() -> Timed:
-    """Return what the demonstration took of the processor, and how late its commands were [us]."""
+def demo_cores(*which: str) -> Timed:
+    """Return what a demonstration took of the processor, and how late its commands were [us]."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [
-            sys.executable,
-            "-m",
-            "vegrip",
-            "demo",
-            "--grasp",
-            "hand",
-            "--headless",
-            "--json",
-            "--no-plot",
-        ]
+        command = [sys.executable, "-m", "vegrip", "demo", *which, "--headless", "--json", "--no-plot"]
         command += ["--duration", str(DEMO_SECONDS), "-o", str(Path(folder) / "demo")]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:

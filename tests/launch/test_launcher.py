@@ -14,6 +14,7 @@ from vegrip.runtime.launcher import (
     ChildProcess,
     Launcher,
     RestartPolicy,
+    Sayings,
 )
 
 
@@ -143,6 +144,47 @@ def test_a_failed_node_is_started_again_with_a_growing_delay(stage):
             stage.pass_time(launcher, 0.1)
         starts.append((stage.clock.now() - stopped) / NS)
     assert starts == pytest.approx([1.0, 2.0, 4.0, 8.0], abs=0.3)
+
+
+def said_of_failures(stage, codes, ran=0.1):
+    """Let a node end again and again; return what the launcher says of it."""
+    said = []
+    stage.child("a", restart="always")
+    launcher = Launcher(stage.children, stage.clock, lambda _, sentence: said.append(sentence))
+    launcher._start(stage.children[0])
+    for code in codes:
+        process = stage.running["a"]
+        stage.pass_time(launcher, ran)
+        process.code = code
+        while stage.running["a"] is process:
+            stage.pass_time(launcher, 0.1)
+    return said
+
+
+def test_a_node_that_cannot_start_is_said_once_and_then_with_how_often_and_ever_less(stage):
+    said = said_of_failures(stage, [4] * 9)
+    assert said == [
+        "started",
+        "ended with exit code 4; starts again in 1 s",
+        "ended with exit code 4, 2 times in a row; starts again in 2 s",
+        "ended with exit code 4, 4 times in a row; starts again in 8 s",
+        "ended with exit code 4, 8 times in a row; starts again in 30 s",
+    ]
+
+
+@pytest.mark.parametrize(("code", "ran"), [(-9, 0.1), (0, 0.1), (4, STEADY_RUN_S + 1.0)])
+def test_each_end_of_a_node_that_had_worked_is_said_and_each_start(stage, code, ran):
+    said = said_of_failures(stage, [code] * 3, ran)
+    assert [one.split()[0] for one in said] == ["started", "ended"] * 3 + ["started"]
+
+
+def test_a_sentence_of_a_row_of_failures_is_new_once_and_another_one_is_new():
+    sayings = Sayings()
+    found = []
+    for again, line in ((False, "gone"), (True, "gone"), (True, "busy"), (True, "busy"), (False, "busy")):
+        sayings.begin(again=again)
+        found.append(sayings.is_new(line))
+    assert found == [True, False, True, False, True]
 
 
 def test_a_node_waiting_for_its_restart_is_not_started_by_the_stop(stage):

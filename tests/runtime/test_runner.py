@@ -498,6 +498,21 @@ def test_a_machine_that_cannot_keep_up_lowers_the_rate_of_reports_never_of_comma
     assert told(rig, 100) == (100, 100)
 
 
+def test_troubles_that_begin_together_are_all_said_in_one_record_since_one_passes_a_second(
+    monkeypatch, caplog
+):
+    rig = Rig(status_period=0.1)
+    hints = {"lost_left": "left is silent", "lost_right": "right is silent"}
+    monkeypatch.setattr(PairEndpoint, "hints", hints, raising=False)
+    monkeypatch.setattr(PairEndpoint, "rejected", dict.fromkeys(hints, 1), raising=False)
+    rig.runner.start()
+    end = rig.clock.now() + NS // 2
+    while rig.clock.now() < end:
+        rig.runner.step()
+    said = [each.getMessage() for each in caplog.records if "silent" in each.message]
+    assert said == ["left is silent\nright is silent"]
+
+
 def test_a_fault_of_a_device_is_said_once_as_it_begins_and_once_as_it_ends(monkeypatch, caplog):
     rig = Rig(status_period=0.1)
     said, told = set(), [("gripper", "object_lost"), ("gripper", "too_hot")]

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -18,6 +18,9 @@ from vegrip.cli._terminal import show, table
 from vegrip.clock import WallClock
 from vegrip.errors import VegripError
 from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission, switched
+
+if TYPE_CHECKING:
+    from vegrip.runtime.launcher import Sayings
 
 COLOURS = ("cyan", "green", "magenta", "yellow", "blue", "bright_red")
 
@@ -69,7 +72,7 @@ def _is_permitted() -> bool:
 
 
 def _run(path: Path, nodes: list[Any]) -> int:
-    from vegrip.runtime.launcher import ChildProcess, Launcher
+    from vegrip.runtime.launcher import ChildProcess, Launcher, Sayings
 
     width = max(len(node.full_name) for node in nodes)
     readers: list[threading.Thread] = []
@@ -77,9 +80,10 @@ def _run(path: Path, nodes: list[Any]) -> int:
     consoles = {}
     for index, node in enumerate(nodes):
         say = consoles[node.full_name] = _Prefix(node.full_name, width, COLOURS[index % len(COLOURS)])
-        start = _starter(path, node.full_name, say, readers)
+        sayings = Sayings()
+        start = _starter(path, node.full_name, partial(_say_new, sayings, say), readers)
         ready = partial(_is_active, node.full_name) if node.wait else None
-        children.append(ChildProcess(node.full_name, start, node.restart, node.required, ready))
+        children.append(ChildProcess(node.full_name, start, node.restart, node.required, ready, sayings))
     launcher = Launcher(children, WallClock(), lambda name, sentence: consoles[name](f"-- {sentence}"))
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: launcher.stop())
@@ -108,8 +112,13 @@ class _Prefix:
         self._console.print(self._prefix + Text(line))
 
 
+def _say_new(sayings: "Sayings", say: _Prefix, line: str) -> None:
+    if sayings.is_new(line):
+        say(line)
+
+
 def _starter(
-    path: Path, name: str, say: _Prefix, readers: list[threading.Thread]
+    path: Path, name: str, say: Callable[[str], None], readers: list[threading.Thread]
 ) -> Callable[[], subprocess.Popen[str]]:
     command = [sys.executable, "-m", "vegrip", "node", name, "--config", str(path)]
     command += ["--with-parent", str(os.getpid())]
@@ -133,7 +142,7 @@ def _starter(
     return start
 
 
-def _forward(process: subprocess.Popen[str], say: _Prefix) -> None:
+def _forward(process: subprocess.Popen[str], say: Callable[[str], None]) -> None:
     if process.stdout is not None:
         with process.stdout as lines:
             for line in lines:

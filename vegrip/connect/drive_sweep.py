@@ -14,14 +14,13 @@ from typing import Final
 import numpy as np
 
 from vegrip.clock import NS, Clock
-from vegrip.config import build
 from vegrip.connect.drive_response import Change, DriveRun, Stage
+from vegrip.connect.parts import benches
 from vegrip.errors import DeviceError, InputError, UsageError
 from vegrip.grip.safety.drive import DriveLimits
 from vegrip.messages import FingertipState, ForceCommand, Reason, make_row
-from vegrip.runtime.launch_file import read_launch_file
 from vegrip.transport.endpoint import Endpoint
-from vegrip.transport.hands.bench import Bench, BenchSettings, read_bench
+from vegrip.transport.hands.bench import Bench
 from vegrip.transport.hands.bench_endpoint import LOST
 
 LEVELS: Final = 9
@@ -92,12 +91,9 @@ def bench_of(path: Path) -> tuple[Bench, float]:
         InputError: no drive is a part of its own, or no pad feels what it presses.
 
     """
-    for node in read_launch_file(path):
-        if node.transport.get("kind") == "bench" and node.program == "grasp_force":
-            bench = read_bench(build(BenchSettings, node.transport, str(path)), str(path))
-            if bench.drive is not None and bench.sensors:
-                largest = node.parameters.get("limits", {}).get("max_force", math.inf)
-                return bench, float(largest)
+    for node, bench in benches(path):
+        if bench.drive is not None and bench.sensors:
+            return bench, float(node.parameters.get("limits", {}).get("max_force", math.inf))
     raise InputError(
         f"{path}: names no 'drive' with 'sensors' that feel what it presses; see docs/tutorials/bench.md"
     )

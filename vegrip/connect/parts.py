@@ -3,7 +3,7 @@
 import math
 import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,9 +15,9 @@ from vegrip.config import build
 from vegrip.errors import VegripError
 from vegrip.messages import FingertipState
 from vegrip.runtime.doctor import Finding, fail, ok, warn
-from vegrip.runtime.launch_file import read_launch_file
+from vegrip.runtime.launch_file import NodeConfig, read_launch_file
 from vegrip.transport.endpoint import Endpoint
-from vegrip.transport.hands.bench import BenchSettings, Source, read_bench
+from vegrip.transport.hands.bench import Bench, BenchSettings, Source, read_bench
 from vegrip.types import Floats
 
 LISTEN_S: Final = 3.0  # [s] for a device to answer; a Bota takes two to begin
@@ -62,13 +62,17 @@ def listen(endpoint: Endpoint, seconds: float, enough: int = 0) -> Received:
     return received
 
 
+def benches(path: Path) -> Iterator[tuple[NodeConfig, Bench]]:
+    """Yield each hand in parts of a launch file, with its node."""
+    for node in read_launch_file(path):
+        if node.transport.get("kind") == "bench" and node.program == "grasp_force":
+            yield node, read_bench(build(BenchSettings, node.transport, str(path)), str(path))
+
+
 def try_parts(path: Path, seconds: float = LISTEN_S) -> list[Finding]:
     """Open each part of the hands in a launch file alone, and say what answers; of one map, none."""
     found = []
-    for node in read_launch_file(path):
-        if node.transport.get("kind") != "bench" or node.program != "grasp_force":
-            continue
-        bench = read_bench(build(BenchSettings, node.transport, str(path)), str(path))
+    for _, bench in benches(path):
         found += [
             _tried(name, source, seconds, is_drive=source == bench.drive)
             for name, source in bench.parts.items()
@@ -81,7 +85,7 @@ def _tried(name: str, source: Source, seconds: float, *, is_drive: bool) -> Find
         with closing(source.open(source.text)) as endpoint:
             received = listen(endpoint, seconds, 0 if is_drive else ENOUGH)
     except VegripError as error:
-        return fail(name, str(error), "see `ls /dev/serial/by-id`, and the [transport] of its map")
+        return fail(name, str(error), "see the [transport] of its map")
     return _of_drive(name, source, received) if is_drive else _of_sensor(name, source, received)
 
 

@@ -12,13 +12,14 @@ from typing import Any, Final
 import numpy as np
 
 from vegrip.config import build, toml_value
+from vegrip.connect.parts import benches
 from vegrip.demo.product import free_port
 from vegrip.errors import InputError
 from vegrip.estimator import Sensors
 from vegrip.grip.parameters import GraspParameters
 from vegrip.grip.safety.drive import DriveLimits
-from vegrip.runtime.launch_file import NodeConfig, read_launch_file
-from vegrip.transport.hands.bench import JAWS, BenchSettings, read_bench
+from vegrip.runtime.launch_file import NodeConfig
+from vegrip.transport.hands.bench import JAWS
 from vegrip.transport.hands.drive_steps import step_above
 from vegrip.transport.maps.products import about, names
 from vegrip.trials.closed_loop import SETTLED_S, Course, Scenario
@@ -154,8 +155,7 @@ def open_bench_product(text: str, folder: Path) -> BenchProduct:
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "bench.toml"
     write_whole(path, "\n".join(lines) + "\n")
-    (node,) = read_launch_file(path)
-    bench = read_bench(build(BenchSettings, node.transport, str(path)), str(path))
+    ((node, bench),) = benches(path)
     assert bench.drive is not None  # noqa: S101 (named above)
     return BenchProduct(f"{feels} + {presses}", node, bench.drive.plan.hand.drive, bool(bench.sensors))
 

@@ -25,6 +25,8 @@ class RestartPolicy:
     def __init__(self, when: str) -> None:
         self._when = when
         self._delay = FIRST_DELAY
+        self.failures = 0
+        """How often in a row it ended soon with an error, which it says itself."""
 
     def delay(self, exit_code: int, ran: float) -> float | None:
         """Return the wait [s] before a node that ``ran`` so long [s] starts again; None: it does not."""
@@ -32,8 +34,25 @@ class RestartPolicy:
             return None
         if ran >= STEADY_RUN_S:
             self._delay = FIRST_DELAY
+        self.failures = self.failures + 1 if exit_code > 0 and ran < STEADY_RUN_S else 0
         delay, self._delay = self._delay, min(2 * self._delay, LAST_DELAY)
         return delay
+
+
+class Sayings:
+    """What a node says, but for what it has said in a row of failures: why it cannot start is said once."""
+
+    def __init__(self) -> None:
+        self._before: set[str] = set()
+        self._now: set[str] = set()
+
+    def begin(self, *, again: bool) -> None:
+        """Begin a run; ``again``: after a failure, whose sentences are not said again."""
+        self._before, self._now = self._now if again else set(), set()
+
+    def is_new(self, line: str) -> bool:
+        self._now.add(line)
+        return line not in self._before
 
 
 PROCESS_POLL_S = 0.05  # [s] between two looks at the processes
@@ -55,6 +74,7 @@ class ChildProcess:
     restart: str = "never"
     required: bool = False
     ready: Callable[[], bool] | None = None  # asked before the next child is started
+    sayings: Sayings = field(default_factory=Sayings)
     process: Process | None = None
     policy: RestartPolicy = field(init=False)
     started: int = 0  # [ns]
@@ -121,14 +141,20 @@ class Launcher:
         return not self._stop
 
     def _start(self, child: ChildProcess) -> None:
+        is_retry = child.policy.failures > 0
+        child.sayings.begin(again=is_retry)
         child.process, child.started, child.again_at = child.start(), self._clock.now(), None
-        self._say(child.name, "started")
+        if not is_retry:
+            self._say(child.name, "started")
 
     def _ended(self, child: ChildProcess, code: int) -> bool:
         child.process = None
         delay = child.policy.delay(code, (self._clock.now() - child.started) / NS)
         if delay is not None:
-            self._say(child.name, f"ended with {_words(code)}; starts again in {delay:g} s")
+            times = child.policy.failures
+            if times & (times - 1) == 0:  # 1, 2, 4, 8, ...
+                often = f", {times} times in a row" if times > 1 else ""
+                self._say(child.name, f"ended with {_words(code)}{often}; starts again in {delay:g} s")
             child.again_at = self._clock.now() + round(delay * NS)
             return True
         self._say(child.name, f"ended with {_words(code)}" + ("; it is required" if child.required else ""))

@@ -377,8 +377,9 @@ class Runner:
         self.status = self.statistics.status(self.full_name, self.state, now, dropped, self._rejected())
         self.clock = self._endpoint.clock
         if self.state is not Lifecycle.FINALIZED:  # a node that ends for that reason reports it last
-            for _, sentence in self._remedies.news(self.status.rejected, now, self._endpoint.hints):
-                self.managed.logger.error("%s", sentence)
+            news = self._remedies.news(self.status.rejected, now, self._endpoint.hints)
+            if lines := [sentence for _, sentence in news]:
+                self.managed.logger.error("%s", "\n".join(lines))  # one record: one line a second passes
             self._tell_faults(self._endpoint.device_faults)
             if self.channels is not None:
                 self._tell_fingers(self.channels)

@@ -78,14 +78,18 @@ class Devices:
     def __init__(self, folder: Path, stack: ExitStack, names=("left", "right", "gripper")):
         self.told: list[float] = []  # [N] as the gripper was
         self._of, self._stacks, self._seq = {}, {}, 0
+        self._folder, self._stack = folder, stack
         for name in names:
-            table = {
-                "kind": "device",
-                "map": str(folder / f"{name}.toml"),
-                "address": str(folder / f"tty_{name}"),
-            }
-            self._stacks[name] = stack.enter_context(ExitStack())
-            self._of[name] = self._stacks[name].enter_context(open_endpoint(table, Hand((name,))))
+            self.plug(name)
+
+    def plug(self, name):
+        table = {
+            "kind": "device",
+            "map": str(self._folder / f"{name}.toml"),
+            "address": str(self._folder / f"tty_{name}"),
+        }
+        self._stacks[name] = self._stack.enter_context(ExitStack())
+        self._of[name] = self._stacks[name].enter_context(open_endpoint(table, Hand((name,))))
 
     def unplug(self, name):
         self._stacks[name].close()

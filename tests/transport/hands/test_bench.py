@@ -62,7 +62,7 @@ def opened(folder, text):
         ('sensors = ["left.toml", "left.toml"]\ndrive = "gripper.toml"', "left is a finger of"),
         (TWO + 'drive = "gripper.toml"\n[transport]\nkind = "can"', "[transport] is of a hand of one map"),
         ('drive = "gripper.toml"', "nothing feels"),
-        (TWO + 'serves = ["left"]', "name the 'drive' that presses"),
+        (TWO + 'serves = ["left"]', "and no 'drive' presses"),
         (TWO + 'drvie = "gripper.toml"\nserves = ["left"]', "did you mean drive?"),
         (TWO + 'drive = "gripper.toml"\n[load]\nfrom = "left.toml"', "'mass'"),
         (

@@ -1,5 +1,6 @@
 """Two pads and one gripper are one hand: one force goes out, and where one dies what is left goes on."""
 
+import re
 import time
 from contextlib import ExitStack, closing
 
@@ -7,11 +8,13 @@ import pytest
 from benches import Devices, command, write_bench
 
 from vegrip.clock import NS
-from vegrip.errors import DeviceError
+from vegrip.errors import ConfigError, DeviceError
 from vegrip.messages import FingertipState
 from vegrip.runtime.launch_file import read_launch_file
 from vegrip.transport.hands import bench_endpoint
+from vegrip.transport.hands.bench import read_source
 from vegrip.transport.maps.conditions import ConditionMap
+from vegrip.transport.maps.products import map_of
 from vegrip.transport.open import Hand, open_endpoint
 
 PATIENCE = 5.0  # [s]
@@ -83,6 +86,10 @@ def test_a_sensor_that_dies_is_named_and_the_rest_goes_on(rig, monkeypatch):
     before = len(rig.heard)
     rig.until(lambda: len(rig.heard) > before, right=25.0)
     assert rig.devices.told[-1] >= 25.0
+    assert "back_left" not in rig.endpoint.rejected
+    rig.devices.plug("left")
+    rig.until(lambda: "back_left" in rig.endpoint.rejected, left=25.0, right=25.0)
+    assert rig.endpoint.hints["back_left"].endswith("is received again")
 
 
 def test_a_drive_that_dies_is_named_and_the_sensors_are_still_heard(rig, monkeypatch):
@@ -108,6 +115,22 @@ def test_jaws_that_feel_different_forces_are_named_with_both(rig, monkeypatch):
     assert "one touches something else" in rig.endpoint.hints["uneven_jaws"]
 
 
+def test_a_unit_that_cannot_be_is_named_by_what_the_drive_can(rig, monkeypatch):
+    monkeypatch.setattr(bench_endpoint, "LOOK_NS", 0)
+    rig.until(lambda: "impossible_force" in rig.endpoint.hints, left=25.0e3, right=25.0)
+    said = rig.endpoint.hints["impossible_force"]
+    assert said.startswith("left ")
+    assert "the gripper is commanded 60 N at most: 'unit' or 'scale'" in said
+
+
+def test_a_drive_that_dies_before_it_was_told_anything_is_not_said_to_hold_nothing(rig, monkeypatch):
+    monkeypatch.setattr(bench_endpoint, "LOOK_NS", 0)
+    rig.until(lambda: bool(rig.heard), left=25.0, right=25.0)
+    rig.devices.unplug("gripper")
+    rig.until(lambda: "lost_drive" in rig.endpoint.hints, left=25.0, right=25.0)
+    assert "it holds what it was commanded before" in rig.endpoint.hints["lost_drive"]
+
+
 def test_jaws_that_feel_the_same_but_for_their_gains_are_not(rig):
     end = time.monotonic() + 1.5
     rig.until(lambda: time.monotonic() > end, left=25.0, right=23.5)
@@ -131,6 +154,45 @@ def test_a_hand_of_one_map_is_the_same_endpoint_with_one_part(tmp_path):
             devices.feel(gripper=5.0)
             endpoint.receive(0.001)
     assert devices.told[-1] == pytest.approx(5.0 + 2 * 0.84)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        (
+            'drive = "gripper.toml"',
+            'serves = ["left", "right"]',
+            "'serves' names left, right, and no 'drive' presses",
+        ),
+        (
+            'drive = "gripper.toml"',
+            'drive = "robotiq-2f85"',
+            "does not say at which port it is, as robotiq-2f85@",
+        ),
+        ('drive = "gripper.toml"', 'drive = "robotiq-2f85@"', "does not say at which port it is"),
+        (
+            'drive = "gripper.toml"',
+            'drive = "robotiq-2f85@{left}"',
+            "are both at {left}; each has its own port",
+        ),
+        ("drive =", 'serves = ["left", "left"]\ndrive =', "'serves' names a finger twice"),
+    ],
+)
+def test_parts_that_do_not_belong_together_are_refused_in_a_sentence(tmp_path, before, after, said):
+    path = write_bench(tmp_path)
+    port = str(tmp_path / "tty_left")
+    path.write_text(path.read_text().replace(before, after.format(left=port)))
+    with pytest.raises(ConfigError, match=re.escape(said.format(left=port))) as refused:
+        read_launch_file(path)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("axes", ["", 'axes = ["y", "z", "x"]', 'axes = ["-z", "y", "x"]'])
+def test_a_sensor_at_the_wrist_tells_the_torque_of_its_closing_direction_in_whatever_axes(tmp_path, axes):
+    text = map_of("bota-sensone").read_text().replace("[fingers.tip]", f"[fingers.tip]\n{axes}")
+    (tmp_path / "wrist.toml").write_text(text.replace('address = ""', 'address = "/dev/ttyUSB1"'))
+    wrist = read_source(str(tmp_path / "wrist.toml"), "")
+    assert wrist.plan.fingers[0].measured >= {"normal_force", "torque_z"}
 
 
 @pytest.mark.parametrize("missing", ["left", "gripper"])

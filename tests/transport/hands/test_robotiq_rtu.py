@@ -213,9 +213,25 @@ def test_a_gripper_that_loses_its_activation_is_not_moved_by_itself(small, monke
     with small.open() as endpoint:
         press(endpoint, 60.0, lambda: small.device.forces.get("jaw", 0.0) > 50.0)
         small.device.commanded = dict.fromkeys(small.device.commanded, 0)
-        small.device.tell = lambda values, now: None  # noqa: ARG005 (a device that refuses to move)
         until(endpoint, lambda: "activation_lost" in endpoint.conditions)
+        for force in (60.0, 80.0, 100.0):  # a command says "activated", too, which would open and close it
+            end = time.monotonic() + 0.15
+            press(endpoint, force, partial(lambda end: time.monotonic() > end, end))
         assert endpoint.rejected["activation_lost"] == 1
+        assert small.device.commanded["ACT"] == 0
+        small.device.commanded["ACT"] = 1  # by its owner
+        press(endpoint, 120.0, lambda: small.presses(120.0))
+
+
+def test_what_was_silent_says_that_it_is_ready_before_it_is_commanded_anything(small):
+    with small.open() as endpoint:
+        press(endpoint, 60.0, lambda: small.presses(60.0))
+        answered = small.device.answered
+        small.device.answered = lambda data, now: (len(data), b"")  # noqa: ARG005 (switched off)
+        until(endpoint, lambda: endpoint.rejected.get("unanswered", 0) > 2)
+        small.device.commanded, small.device.answered = dict.fromkeys(small.device.commanded, 0), answered
+        endpoint.send(command(80.0, PATIENCE))
+        until(endpoint, lambda: "activation_lost" in endpoint.conditions)
         assert small.device.commanded["ACT"] == 0
 
 

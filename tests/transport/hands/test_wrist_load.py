@@ -30,7 +30,7 @@ def shares(mass, *, acceleration=lambda _: 0.0, pull=lambda _: 0.0, seconds=10.0
         late = max(t - 2.0, 0.0)
         force = (GRIPPER + held) * (-G - acceleration(late)) + pull(late)
         wrist.note(FingertipState(number * PERIOD, "tip", number, zero[2], zero[0], zero[1] + force))
-        found.append(wrist.share(number * PERIOD))
+        found.append(wrist.share(number * PERIOD)[0])
     return found
 
 
@@ -45,8 +45,8 @@ def test_nothing_is_told_before_the_tare_and_after_a_silence():
     wrist = WristLoad(settings())
     for number in range(1, 200):
         wrist.note(FingertipState(number * PERIOD, "tip", number, 1.0, 0.0, 0.0))
-    assert wrist.share(199 * PERIOD) == pytest.approx(0.0, abs=1e-6)
-    assert math.isnan(wrist.share(199 * PERIOD + NS))
+    assert wrist.share(199 * PERIOD)[0] == pytest.approx(0.0, abs=1e-6)
+    assert math.isnan(wrist.share(199 * PERIOD + NS)[0])
 
 
 def test_the_bound_holds_what_inertia_and_what_a_pull_load_the_object_with():
@@ -69,7 +69,47 @@ def test_the_share_is_uncertain_as_a_gain_is():
     assert settings().parameters == {"tangential_gain": 1.0, "tangential_gain_std": 0.3}
 
 
-@pytest.mark.parametrize("keys", [{"mass": 0.0}, {"mass": 900.0}, {"share": 0.0}, {"share_std": -0.1}])
+def twisted(reach, force, torque, arm):
+    """Return the torque of a finger under a force and a couple that act ``arm`` from the sensor."""
+    wrist = WristLoad(settings(reach=reach))
+    about = torque + arm[0] * force[1] - arm[1] * force[0]
+    for number in range(1, 3000):
+        held = float(number > 200)
+        stamp = number * PERIOD
+        wrist.note(
+            FingertipState(
+                stamp, "tip", number, 1.0, 2.0 + held * force[0], held * force[1], 0.1 + held * about
+            )
+        )
+    return wrist.share(stamp)[1]
+
+
+@pytest.mark.parametrize("force", [(0.0, -5.0), (3.0, 0.0), (-2.0, 4.0)])
+@pytest.mark.parametrize("reach", [(0.0, 0.0), (0.0, 0.15), (0.02, -0.1)])
+def test_a_torque_about_the_closing_direction_is_that_at_the_grip_wherever_the_sensor_is(force, reach):
+    assert twisted(reach, force, 0.04, reach) == pytest.approx(0.02, rel=1e-2)
+    assert twisted(reach, force, 0.0, reach) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_weight_that_hangs_beside_the_grip_twists_it_by_its_arm():
+    assert twisted((0.0, 0.15), (0.0, -5.0), 0.0, (0.01, 0.15)) == pytest.approx(0.5 * 0.05, rel=1e-2)
+
+
+def test_without_a_reach_no_torque_is_told():
+    assert math.isnan(twisted((), (0.0, -5.0), 0.1, (0.0, 0.0)))
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"reach": [0.1]},
+        {"reach": [0.0, 150.0]},
+        {"mass": 0.0},
+        {"mass": 900.0},
+        {"share": 0.0},
+        {"share_std": -0.1},
+    ],
+)
 def test_what_cannot_be_is_refused(keys):
     with pytest.raises(ConfigError, match=next(iter(keys))):
         settings(**keys)

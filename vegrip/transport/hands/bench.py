@@ -28,12 +28,15 @@ from vegrip.transport.hands.wrist_load import LoadSettings, WristLoad, without_s
 from vegrip.transport.mapped.largest_force import largest_felt, largest_force
 from vegrip.transport.mapped.plan import Plan, open_plan
 from vegrip.transport.mapped.price import price, price_of_drive, price_of_sensors, settings
+from vegrip.transport.maps import products
 from vegrip.transport.maps.products import map_of
 from vegrip.transport.open import Hand, open_alone
 
 JAWS: Final = ("left", "right")
 """The fingers of a gripper without sensors in them, unless ``serves`` names them."""
-MOST_LAG: Final = 0.2  # [s] by which a load is led
+MOST_LAG: Final = 0.05
+"""[s] by which a load is led at most, in a straight line: of a shake at 4 Hz it makes 1.6 times as much, and
+0.2 s would make 5.1 times. A drive that is slower holds the largest need of a second in any case."""
 
 
 @dataclass(frozen=True)
@@ -118,8 +121,9 @@ class Bench:
             merged = _largest(merged, found)
         if self.wrist is not None and self.load is not None:
             found = settings(self.wrist.plan)
-            noise = found.get("noise", {}).get("tangential_force", 0.0) * self.load.share
-            merged = _largest(merged, {"noise": {"tangential_force": noise} if noise else {}})
+            told = {"tangential_force", *(("torque_z",) if self.load.reach else ())}
+            noise = {k: one * self.load.share for k, one in found.get("noise", {}).items() if k in told}
+            merged = _largest(merged, {"noise": noise} if noise else {})
             blind = [name for name in self.serves if not self._feels_load(name)]
             gains = dict.fromkeys(blind, self.load.parameters)
             merged = _largest(merged, {"sensors": {"fingers": gains}} if gains else {})
@@ -146,9 +150,10 @@ class Bench:
         if self.wrist is not None and self.load is not None:
             said.append(
                 f"the load of {', '.join(self.serves)} is felt at {self.wrist.where}, and a finger "
-                f"carries {self.load.share:g} +- {self.load.share_std:g} of it; no torque is known, and the "
-                "gripper must be empty for a second at the start, and be weighed again (`vegrip zero`) once "
-                "it is turned"
+                f"carries {self.load.share:g} +- {self.load.share_std:g} of it; "
+                + ("" if self.load.reach else "no torque is known without its 'reach', and ")
+                + "the gripper must be empty for a second at the start, and be weighed again (`vegrip zero`) "
+                "once it is turned"
             )
         if self.drive is not None:
             said += [*price_of_drive(self.drive.plan), *_of_steps(self.drive.plan.hand.drive)]
@@ -169,6 +174,7 @@ def read_bench(given: BenchSettings, where: str) -> Bench:
     load = build(LoadSettings, without_source(given.load), f"{where} [load]") if given.load else None
     wrist = read_source(load.source, where) if load is not None else None
     _check_names(sensors, where)
+    _check_ports([*sensors, *(one for one in (drive, wrist) if one is not None)], where)
     felt = [ours for source in sensors for ours in source.names.values()]
     serves = (given.serves or tuple(felt) or JAWS) if drive is not None else ()
     for finger in serves if sensors else ():
@@ -177,8 +183,13 @@ def read_bench(given: BenchSettings, where: str) -> Bench:
                 f"{where}: 'serves' has {finger!r}, which no sensor feels; "
                 f"{suggestion(finger, felt, 'there are')}"
             )
-    if drive is None and (given.serves or wrist is not None or not sensors):
-        raise ConfigError(f"{where}: name the 'drive' that presses, or the 'sensors' of a hand of one map")
+    if drive is None and (given.serves or wrist is not None):
+        for_what = f"'serves' names {', '.join(given.serves)}" if given.serves else "[load] is of a gripper"
+        raise ConfigError(
+            f"{where}: {for_what}, and no 'drive' presses; add drive = 'PRODUCT@PORT', {_drives()}"
+        )
+    if len(set(serves)) < len(serves):
+        raise ConfigError(f"{where}: 'serves' names a finger twice: {', '.join(serves)}")
     if drive is not None and not drive.commanded:
         raise ConfigError(f"{where}: {drive.text} maps no command, so it is no drive; {_drives()}")
     if drive is not None and not sensors and wrist is None:
@@ -206,6 +217,8 @@ def read_source(text: str, where: str) -> Source:
     head, at, port = text.partition("@")
     finger, equals, product = head.rpartition("=")
     path = map_of(product) if at else Path(text)
+    if not port and (at or text in products.names()):
+        raise ConfigError(f"{where}: {text!r} does not say at which port it is, as {head}@/dev/ttyUSB0")
     if not at and not path.is_file():
         raise ConfigError(f"{where}: there is no map {text!r}; give a file, or PRODUCT@PORT")
     plan = open_plan(path)
@@ -283,7 +296,6 @@ def _bounded(drive: DriveLimits, largest: float) -> DriveLimits:
 
 def _check_names(sensors: Iterable[Source], where: str) -> None:
     owner: dict[str, Source] = {}
-    ports: dict[str, str] = {}
     for source in sensors:
         for ours in source.names.values():
             if ours in owner:
@@ -292,12 +304,17 @@ def _check_names(sensors: Iterable[Source], where: str) -> None:
                     f"which, as in 'left={source.text.rpartition('=')[2]}', or rename one in its file"
                 )
             owner[ours] = source
+
+
+def _check_ports(sources: Iterable[Source], where: str) -> None:
+    at: dict[str, Source] = {}
+    for source in sources:
         port = str(source.transport.get("address", ""))
-        if port and port in ports:
+        other = at.setdefault(port, source)
+        if port and (other.path, other.transport) != (source.path, source.transport):
             raise ConfigError(
-                f"{where}: {ports[port]} and {source.text} are both at {port}; each has its own port"
+                f"{where}: {other.text} and {source.text} are both at {port}; each has its own port"
             )
-        ports[port] = source.text
 
 
 def _drives() -> str:

@@ -21,7 +21,7 @@ from vegrip.transport.hands.jaw_balance import JawBalance
 from vegrip.transport.hands.wrist_load import WristLoad
 from vegrip.transport.sender_clock import ClockEstimate
 
-NAP: Final = 1e-3  # [s] after which each part is asked again: it may have something to say
+ROUND_NS: Final = 2 * NS // 1000  # [ns] after which each part is asked again: it may have something to say
 LOOK_NS: Final = NS // 5  # [ns] between two looks at how the parts are
 SILENT_NS: Final = NS  # [ns] without a word of a part that had spoken
 FIRST_WORD_NS: Final = 3 * NS  # [ns] for its first: an opening takes its time
@@ -40,6 +40,7 @@ class Part:
     role: str = "sensor"  # or drive, or wrist
     received: int = 0  # [ns] when it last said something
     lost: int = 0  # of its counts
+    lost_at: int = 0  # [ns] 0: it is there
 
 
 @dataclass(slots=True)
@@ -83,12 +84,32 @@ class Drive:
         return max(self.commanded.force - self.limits.hysteresis, 0.0) if is_there else 0.0
 
 
-class BenchEndpoint(Endpoint):
+class Joined(Endpoint):
+    """Several endpoints as one; they are closed with it."""
+
+    def __init__(self, parts: Sequence[Part]) -> None:
+        self._parts = tuple(parts)
+        self._counts: Counter[str] = Counter()
+
+    @property
+    def rejected(self) -> Mapping[str, int]:
+        found = Counter(self._counts)
+        for part in self._parts:
+            found.update(part.endpoint.rejected)
+        return dict(found)
+
+    def close(self) -> None:
+        for part in self._parts:
+            part.endpoint.close()
+
+
+class BenchEndpoint(Joined):
     """All parts of a hand as one.
 
-    Besides what the parts count, ``rejected`` has ``lost_NAME`` of a part that has gone, ``uneven_jaws`` of
-    states in which two opposed fingers felt too different forces, and ``more_than_needed`` of looks at a
-    drive whose least force is far above what is needed; :attr:`hints` says which, in its own words.
+    Besides what the parts count, ``rejected`` has ``lost_NAME`` of a part that has gone, ``back_NAME`` of a
+    sensor that has come back, ``uneven_jaws`` of states in which two opposed fingers felt too unlike forces,
+    ``impossible_force`` of looks at a pad that feels twice what the drive can, and ``more_than_needed`` of
+    looks at a drive whose least force is far above what is needed; :attr:`hints` says which, in its words.
 
     Args:
         parts: of the hand.
@@ -105,7 +126,8 @@ class BenchEndpoint(Endpoint):
         wrist: WristLoad | None = None,
         sentences: Callable[[], Sequence[str]] = tuple,
     ) -> None:
-        self._parts, self._wrist, self._sentences = tuple(parts), wrist, sentences
+        super().__init__(parts)
+        self._wrist, self._sentences = wrist, sentences
         self._drives = {finger: drive for drive in drives for finger in drive.serves}
         self._drive = drive = next(iter(drives), None)
         self._of = {ours: part for part in parts if part.role == "sensor" for ours in part.names.values()}
@@ -114,9 +136,9 @@ class BenchEndpoint(Endpoint):
         self._blind = tuple(finger for finger in self._shared if finger not in self._of)
         is_pair = len(served) == 2 and not self._blind
         self._balance = JawBalance(served[0], served[1]) if is_pair else None
-        self._counts: Counter[str] = Counter()
         self._hints: dict[str, str] = {}
         self._looked, self._seq = time.monotonic_ns(), 0
+        self._round_at = 0  # [ns] when each part is asked
         self._opened = self._looked
         self.broken: dict[str, int] = {}
 
@@ -127,12 +149,11 @@ class BenchEndpoint(Endpoint):
         arrivals: list[int] = []
         is_alone = len(self._parts) == 1
         while True:
-            for part in self._parts:
+            for part in self._parts if is_alone else self._ready(deadline):
                 self._take(part, timeout if is_alone else 0.0, messages, arrivals)
             now = time.monotonic_ns()
             if messages or is_alone or now >= deadline:
                 break
-            self._wait(min((deadline - now) / NS, NAP))
         if now - self._looked >= LOOK_NS:
             self._look(now)
         self.arrivals = arrivals
@@ -146,13 +167,6 @@ class BenchEndpoint(Endpoint):
             drive.take(message)
         elif (part := self._of.get(message.finger)) is not None:
             part.endpoint.send(message)
-
-    @property
-    def rejected(self) -> Mapping[str, int]:
-        found = Counter(self._counts)
-        for part in self._parts:
-            found.update(part.endpoint.rejected)
-        return dict(found)
 
     @property
     def conditions(self) -> Set[str]:
@@ -192,10 +206,6 @@ class BenchEndpoint(Endpoint):
             self._wrist.take_tare()
         return any(asked) or self._wrist is not None
 
-    def close(self) -> None:
-        for part in self._parts:
-            part.endpoint.close()
-
     def _take(self, part: Part, timeout: float, messages: list[Message], arrivals: list[int]) -> None:
         received = part.endpoint.receive(timeout)
         if part.endpoint.broken:
@@ -220,9 +230,9 @@ class BenchEndpoint(Endpoint):
             return ()
         self._wrist.note(message)
         self._seq += 1
-        force, share = self._drive.pressing(message.stamp), self._wrist.share(message.stamp)
+        force, (share, torque) = self._drive.pressing(message.stamp), self._wrist.share(message.stamp)
         return [
-            FingertipState(message.stamp, finger, self._seq, force, share, share * 0.0)
+            FingertipState(message.stamp, finger, self._seq, force, share, share * 0.0, torque)
             for finger in self._blind
         ]
 
@@ -234,19 +244,24 @@ class BenchEndpoint(Endpoint):
         changes: dict[str, Any] = {"finger": ours} if ours != finger else {}
         if isinstance(message, FingertipState):
             if self._wrist is not None and ours in self._shared and math.isnan(message.tangential_force_x):
-                share = self._wrist.share(message.stamp)
+                share, torque = self._wrist.share(message.stamp)
                 changes |= {"tangential_force_x": share, "tangential_force_y": share * 0.0}
+                changes |= {"torque_z": torque} if math.isnan(message.torque_z) else {}
             if self._balance is not None and self._balance.note(ours, message.normal_force, message.stamp):
                 self._counts["uneven_jaws"] += 1
             return replace(message, **changes) if changes else message
         return message
 
-    def _wait(self, seconds: float) -> None:
-        ready = [one for part in self._parts for one in part.endpoint.descriptors]
-        if ready:
-            select.select(ready, [], [], seconds)
-        else:
-            time.sleep(seconds)
+    def _ready(self, deadline: int) -> Sequence[Part]:
+        """Wait up to ``deadline`` [ns]; return the parts to which something has come, all of them in turn."""
+        now = time.monotonic_ns()
+        if now >= self._round_at:
+            self._round_at = now + ROUND_NS
+            return self._parts
+        seconds = max(min(deadline, self._round_at) - now, 0) / NS
+        of = {number: part for part in self._parts for number in part.endpoint.descriptors}
+        found = select.select(list(of), [], [], seconds)[0]
+        return [part for part in self._parts if any(of[number] is part for number in found)]
 
     def _look(self, now: int) -> None:
         """See which part has gone, and put what is wrong into words."""
@@ -256,28 +271,48 @@ class BenchEndpoint(Endpoint):
             last = part.received + SILENT_NS if part.received else self._opened + FIRST_WORD_NS
             is_mute = part.role != "drive" and now > last
             if is_mute or lost > part.lost:
+                part.lost_at = part.lost_at or now
                 self._counts[f"lost_{part.name}"] += 1
                 self._hints[f"lost_{part.name}"] = self._of_loss(part)
+            elif part.received > part.lost_at > 0:
+                part.lost_at = 0
+                self._counts[f"back_{part.name}"] += 1
+                self._hints[f"back_{part.name}"] = f"{part.where} is received again"
             part.lost = lost
-        if self._balance is not None and self._counts["uneven_jaws"]:
-            commanded = ", ".join(f"{name} {force:.1f} N" for name, force in self._balance.means.items())
-            self._hints["uneven_jaws"] = (
-                f"the jaws feel different forces ({commanded}), more than noise and gains allow: one touches "
-                "something else, or carries weight along the closing direction, or has lost its zero "
-                "(`vegrip zero`)"
-            )
+        if self._balance is not None and self._drive is not None:
+            self._look_at_jaws(self._balance, self._drive.limits.maximum)
         for drive in self._drives.values():
             if drive.commanded.force > 0.0 and (said := least_force_sentence(drive.limits, drive.need)):
                 self._counts["more_than_needed"] += 1
                 self._hints["more_than_needed"] = f"{said} ({drive.need:.1f} N)"
 
+    def _look_at_jaws(self, balance: JawBalance, most: float) -> None:
+        felt = balance.means
+        if beyond := [f"{name} {force:.0f} N" for name, force in felt.items() if abs(force) > 2.0 * most]:
+            self._counts["impossible_force"] += 1
+            self._hints["impossible_force"] = (
+                f"{', '.join(beyond)} is felt, and the gripper is commanded {most:g} N at most: 'unit' or "
+                "'scale' in the map of that pad is wrong"
+            )
+            return
+        told = ", ".join(f"{name} {force:.1f} N" for name, force in felt.items())
+        self._hints["uneven_jaws"] = (
+            f"the jaws feel different forces ({told}), more than noise and gains allow: one touches "
+            "something else, or carries weight along the closing direction, or has lost its zero "
+            "(`vegrip zero`)"
+        )
+
     def _of_loss(self, part: Part) -> str:
         """Return which part has gone, and what is left."""
         if part.role == "drive" and self._drive is not None:
+            held = (
+                f"{commanded:.1f} N"
+                if (commanded := self._drive.commanded.force)
+                else "what it was commanded before"
+            )
             return (
-                f"the drive {part.where} does not answer, so the force cannot change: it holds "
-                f"{self._drive.commanded.force:.1f} N if it holds by itself; it is opened again each second, "
-                "and margins are still estimated"
+                f"the drive {part.where} does not answer, so the force cannot change: it holds {held}, if it "
+                "holds by itself; it is opened again each second, and margins are still estimated"
             )
         fingers = self._blind if part.role == "wrist" else tuple(part.names.values())
         rest = ", ".join(name for name in self._of if name not in fingers)

@@ -27,7 +27,7 @@ from vegrip.transport.canbus.frame_time import FD_SIZES
 from vegrip.transport.codec import Frame
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.virtual_device import VirtualDevice
-from vegrip.transport.hands.virtual_drive import VirtualDrive
+from vegrip.transport.hands.virtual_drive import Simulated, VirtualDrive
 from vegrip.transport.hands.virtual_dynamixel import Dynamixel
 from vegrip.transport.hands.virtual_robotiq import RobotiqRtu, RobotiqUrcap
 from vegrip.transport.hands.virtual_wsg import Wsg
@@ -202,7 +202,7 @@ class DeviceSettings:
 class VirtualDeviceEndpoint(Endpoint):
     """States of ours in, packets of a device out; its commands as force commands."""
 
-    def __init__(self, device: VirtualDevice | VirtualDrive, port: DevicePort, lifetime: float) -> None:
+    def __init__(self, device: Simulated, port: DevicePort, lifetime: float) -> None:
         self.address = port.address
         self._device, self._port, self._lifetime = device, port, round(lifetime * NS)
         self._clock = WallClock()
@@ -253,7 +253,7 @@ def open_device(table: Mapping[str, Any], hand: Hand, where: str) -> VirtualDevi
     return VirtualDeviceEndpoint(device, _port(plan.hand.transport, settings), lifetime)
 
 
-def virtual_device(plan: Plan, latency: float = 0.0) -> VirtualDevice | VirtualDrive:
+def virtual_device(plan: Plan, latency: float = 0.0) -> Simulated:
     """Return the simulation of a drive, or else of any device by its map."""
     speaks = plan.hand.product.get("virtual", {}).get("speaks", "")
     return DRIVES[speaks](plan, latency) if speaks in DRIVES else VirtualDevice(plan, 0, latency)

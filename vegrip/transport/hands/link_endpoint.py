@@ -247,6 +247,8 @@ class Device:
         self._counts = counts
         self._is_ready = False
         self._reopen_at = 0
+        self.missed_when_ready = -1
+        """Answers, up to when it last said whether it is ready: since another it may have been reset."""
         self._arrived_at = time.monotonic_ns()
 
     def read(self, now: int) -> list[tuple[Frame, int]]:
@@ -360,7 +362,7 @@ class MappedLinkEndpoint(Endpoint):
         self._has_received = False  # a packet of the map
         plan = codec.plan
         self._conditions = _conditions(plan, self._faults)
-        self._orders = _orders(plan)
+        self._orders, self._ready = _orders(plan), plan.hand.device.ready
         self._lines = {packet.name: packet.line for packet in plan.database.packets}
         self._counted = {name: each.counted for name, each in plan.hand.packets.items() if each.counted}
         self._device_of = {packet.number: packet.device for packet in plan.database.packets}
@@ -509,7 +511,7 @@ class MappedLinkEndpoint(Endpoint):
         for outgoing in self._codec.encoder.wanted():
             identifier = self._codec.plan.database.messages[outgoing.name].identifier
             device = self._devices[self._device_of[identifier]]
-            device.dialogue.order(outgoing.name, partial(self._made, outgoing, device.dialogue))
+            device.dialogue.order(outgoing.name, partial(self._made, outgoing, device))
             device.talk(now)
 
     def _send_frame(self, frame: Frame, now: int) -> None:
@@ -517,9 +519,16 @@ class MappedLinkEndpoint(Endpoint):
         if device < len(self._devices):
             self._devices[device].write(frame.data, now)
 
-    def _made(self, outgoing: Outgoing, dialogue: Dialogue, now: int) -> list[Step]:
+    def _obeys(self, device: Device) -> bool:
+        """Whether the device is ready; to one that was reset a command may be an order to activate itself."""
+        is_sure = device.missed_when_ready == device.dialogue.missed
+        return not self._ready or (is_sure and self._ready in self._conditions.now)
+
+    def _made(self, outgoing: Outgoing, device: Device, now: int) -> list[Step]:
         """Return the command of now, with what follows where it is new, or may not have been received."""
-        outgoing.is_wanted = False
+        outgoing.is_wanted, dialogue = False, device.dialogue
+        if not self._obeys(device):
+            return []
         order, line = self._orders[outgoing.name], self._lines.get(outgoing.name)
         found = []
         for frame in outgoing.message(now):
@@ -537,6 +546,8 @@ class MappedLinkEndpoint(Endpoint):
         name = self._of.get(frame.arbitration_id, "")
         self._has_received = True
         self._conditions.take(name, frame.data)
+        if self._conditions.judges(name, self._ready):
+            device.missed_when_ready = device.dialogue.missed
         if name in self._counted:
             self._faults[self._counted[name]] += 1
         device.dialogue.came(name, now)

@@ -6,20 +6,18 @@ commanded comes out as a command to each finger that it presses with.
 
 import threading
 import time
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
 from vegrip.messages import FingertipState, ForceCommand, Message
-from vegrip.transport.endpoint import Endpoint
-from vegrip.transport.hands.bench_endpoint import Part
+from vegrip.transport.hands.bench_endpoint import Joined, Part
 from vegrip.transport.hands.wrist_load import GRAVITY
 
 NAP: Final = 1e-3  # [s] between two looks at the devices
 
 
-class VirtualBench(Endpoint):
+class VirtualBench(Joined):
     """States of ours in, packets of several devices out; the gripper's commands as force commands.
 
     Args:
@@ -30,19 +28,13 @@ class VirtualBench(Endpoint):
     """
 
     def __init__(self, parts: Sequence[Part], serves: Sequence[str], mass: float = 0.0) -> None:
-        self._parts, self._serves, self._mass = tuple(parts), tuple(serves), mass
+        super().__init__(parts)
+        self._serves, self._mass = tuple(serves), mass
         self._felt: dict[str, FingertipState] = {}
         self._commands: list[Message] = []
         self._lock, self._over = threading.Lock(), threading.Event()
         self._thread = threading.Thread(target=self._serve, daemon=True)  # they answer before the hand moves
         self._thread.start()
-
-    @property
-    def rejected(self) -> Mapping[str, int]:
-        found: Counter[str] = Counter()
-        for part in self._parts:
-            found.update(part.endpoint.rejected)
-        return dict(found)
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s]; return what the gripper was commanded."""
@@ -82,8 +74,7 @@ class VirtualBench(Endpoint):
     def close(self) -> None:
         self._over.set()
         self._thread.join()
-        for part in self._parts:
-            part.endpoint.close()
+        super().close()
 
     def _pressed(self, part: Part, command: ForceCommand) -> Sequence[str]:
         if part.role == "drive" or command.finger not in part.names:
@@ -91,8 +82,10 @@ class VirtualBench(Endpoint):
         return (part.names[command.finger],)
 
     def _at_wrist(self, last: FingertipState, finger: str) -> FingertipState:
-        """Return what is felt there: x of the first finger, which faces the others, points the other way."""
+        """Return what is felt there; x and z of the first finger, which faces the others, are reversed."""
         felt = [self._felt[name] for name in self._serves if name in self._felt]
-        x = sum((1.0 if one is not felt[0] else -1.0) * one.tangential_force_x for one in felt)
+        turned = [(1.0 if one is not felt[0] else -1.0, one) for one in felt]
+        x = sum(sign * one.tangential_force_x for sign, one in turned)
+        torque = sum(sign * one.torque_z for sign, one in turned)
         y = sum(one.tangential_force_y for one in felt) - self._mass * GRAVITY
-        return FingertipState(last.stamp, finger, last.seq, 0.0, x, y, torque_z=0.0)
+        return FingertipState(last.stamp, finger, last.seq, 0.0, x, y, torque_z=torque)

@@ -16,6 +16,7 @@ from vegrip.clock import NS
 from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import Frame
+from vegrip.transport.hands.virtual_drive import Simulated
 from vegrip.transport.mapped.commands import FrameCommands, Outgoing, Target, rounding
 from vegrip.transport.mapped.compiled import Group, compile_raw, groups_of, made, packing
 from vegrip.transport.mapped.plan import VECTORS, ChannelPlan, FingerPlan, Plan
@@ -29,20 +30,16 @@ USUAL_RATE: Final = 100.0  # [Hz] of a device that sends by itself and whose map
 TURN: Final = 2.0 * math.pi  # [rad]
 
 
-class VirtualDevice:
-    """One device of a hand, which answers, and sends a sample, ``latency`` [s] late."""
+class VirtualDevice(Simulated):
+    """One device of a hand."""
 
     def __init__(self, plan: Plan, number: int = 0, latency: float = 0.0) -> None:
         if plan.hand.format or plan.hand.nodes:
             raise ConfigError(
                 f"{plan.hand.path}: only packets and frames of a CAN database have a virtual device"
             )
-        self.counts: Counter[str] = Counter()
-        """Of what the device received: ``unknown_request``, and ``zero``, the times that it took its zero."""
-        self.forces: dict[str, float] = {}
-        """The force that each finger was last commanded [N]."""
-        self._fresh: dict[str, float] = {}
-        self._plan, self._latency = plan, round(latency * NS)
+        super().__init__(latency)
+        self._plan = plan
         self._packets = {one.name: one for one in plan.database.packets if one.device == number}
         hand, on_can = plan.hand, not plan.database.packets
         self._on_can = on_can
@@ -69,8 +66,6 @@ class VirtualDevice:
         self._values: dict[str, dict[str, float]] = {}  # finger -> channel -> value in the maker's frame
         self._zeros: dict[str, dict[str, float]] = {}
         self._frictions: dict[str, float] = {}  # [-] of its own estimate, by finger
-        self._outbox: list[tuple[int, Frame]] = []
-        self._received = bytearray()
         self.reset()
 
     def reset(self) -> None:
@@ -115,13 +110,7 @@ class VirtualDevice:
                 for name in self._by_itself:
                     self._send(name, self._next, b"")
                 self._next += self._period
-        sent = [frame for at, frame in self._outbox if at <= now]
-        self._outbox = [each for each in self._outbox if each[0] > now]
-        return sent
-
-    def taken(self) -> list[tuple[str, float]]:
-        found, self._fresh = list(self._fresh.items()), {}
-        return found
+        return self._said_by(now)
 
     @property
     def _steps(self) -> Sequence[Step]:
@@ -166,7 +155,7 @@ class VirtualDevice:
             for finger in self._plan.fingers:
                 self._fill(finger)
         if step.answer:
-            self._outbox.append((now + self._latency, Frame(-1, step.answer + b"\r\n", False, now)))
+            self._say(Frame(-1, step.answer + b"\r\n", False, now), now)
         if step.expects:
             self._send(step.expects, now, step.data)
         elif step in dialogue.poll:
@@ -175,14 +164,13 @@ class VirtualDevice:
 
     def _send(self, name: str, now: int, asked: bytes) -> None:
         if name in self._writers:
-            frames = self._writers[name].frames(self._raws, now, asked)
-            self._outbox += [(now + self._latency, frame) for frame in frames]
+            for frame in self._writers[name].frames(self._raws, now, asked):
+                self._say(frame, now)
 
     def _command(self, finger: str, reader: "_CommandReader", data: bytes) -> None:
         before = self.forces.get(finger, math.nan)
         force = reader.force(data, before, *self._state_of(finger))
-        if math.isfinite(force):
-            self.forces[finger] = self._fresh[finger] = force
+        self._press(finger, force)
 
     def _state_of(self, finger: str) -> tuple[float, float]:
         """Return the normal force that is felt [N], and the position as it is sent."""

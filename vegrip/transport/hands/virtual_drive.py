@@ -17,6 +17,50 @@ NO_FRAME: Final = 0
 """Bytes that more are needed for, as the size of a request."""
 
 
+class Simulated(ABC):
+    """A device that answers, and sends a sample, ``latency`` [s] late, and is told forces."""
+
+    def __init__(self, latency: float) -> None:
+        self.counts: Counter[str] = Counter()
+        """Of what it received: ``unknown_request``, and ``zero``, the times that it took its zero."""
+        self.forces: dict[str, float] = {}
+        """The force that each finger was last commanded [N]."""
+        self._fresh: dict[str, float] = {}
+        self._latency = round(latency * NS)
+        self._received = bytearray()
+        self._outbox: list[tuple[int, Frame]] = []
+
+    @abstractmethod
+    def take_in(self, frame: Frame, now: int) -> None:
+        """Take bytes, and answer the requests that are whole with them."""
+
+    @abstractmethod
+    def due(self, now: int) -> list[Frame]:
+        """Return what it sends up to ``now`` [ns]; on a byte stream only the data counts."""
+
+    @abstractmethod
+    def sense(self, state: FingertipState) -> None:
+        """Take what a finger feels."""
+
+    def taken(self) -> list[tuple[str, float]]:
+        """Return the forces [N] that it was told since it was last asked."""
+        found, self._fresh = list(self._fresh.items()), {}
+        return found
+
+    def _press(self, finger: str, force: float) -> None:
+        if math.isfinite(force):
+            self.forces[finger] = self._fresh[finger] = force
+
+    def _say(self, frame: Frame, now: int) -> None:
+        self._outbox.append((now + self._latency, frame))
+
+    def _said_by(self, now: int) -> list[Frame]:
+        sent = [frame for at, frame in self._outbox if at <= now]
+        if sent:
+            self._outbox = [each for each in self._outbox if each[0] > now]
+        return sent
+
+
 class Jaws:
     """Jaws that run to a place, or stop at what is between them.
 
@@ -47,21 +91,14 @@ class Jaws:
             self.place = min(self.place, self.object_at)
 
 
-class VirtualDrive(ABC):
-    """A drive that answers ``latency`` [s] late; it is spoken to as a ``VirtualDevice`` is."""
+class VirtualDrive(Simulated):
+    """A drive that answers ``latency`` [s] late."""
 
     def __init__(self, plan: Plan, latency: float = 0.0) -> None:
-        self.counts: Counter[str] = Counter()
-        """Of what it received: ``unknown_request``."""
-        self.forces: dict[str, float] = {}
-        """The force that each finger was last commanded [N]."""
+        super().__init__(latency)
         self.jaws = Jaws()
         self.limits = plan.hand.drive
         self._fingers = [finger.name for finger in plan.fingers]
-        self._latency = round(latency * NS)
-        self._fresh: dict[str, float] = {}
-        self._received = bytearray()
-        self._outbox: list[tuple[int, Frame]] = []
 
     def take_in(self, frame: Frame, now: int) -> None:
         """Take bytes, and answer the requests that are whole with them."""
@@ -73,22 +110,14 @@ class VirtualDrive(ABC):
                 break
             del self._received[:size]
             if answer:
-                self._outbox.append((now + self._latency, Frame(-1, answer, False, now)))
-        force = self.pressed()
-        if math.isfinite(force):
-            for finger in self._fingers:
-                self.forces[finger] = self._fresh[finger] = force
+                self._say(Frame(-1, answer, False, now), now)
+        for finger in self._fingers:
+            self._press(finger, self.pressed())
 
     def due(self, now: int) -> list[Frame]:
         """Return what it sends up to ``now`` [ns]."""
         self.go(now)
-        sent = [frame for at, frame in self._outbox if at <= now]
-        self._outbox = [each for each in self._outbox if each[0] > now]
-        return sent
-
-    def taken(self) -> list[tuple[str, float]]:
-        found, self._fresh = list(self._fresh.items()), {}
-        return found
+        return self._said_by(now)
 
     def sense(self, state: FingertipState) -> None:
         """Take what a finger feels: where there is a force, there is an object."""

@@ -1,4 +1,4 @@
-r"""The load of opposed fingers from a force sensor at the wrist. Pure.
+r"""The load of opposed fingers from a force and torque sensor at the wrist. Pure.
 
 What is squeezed cancels at the wrist, so the sensor there feels the gripper, the object, and what pulls at
 it. With the reading :math:`F_0` of the empty gripper (the tare), the slow mean :math:`W` of
@@ -11,8 +11,16 @@ of object and gripper together, or a pull at the object. Of inertia the object's
 
 Of the load L a finger carries ``share`` (0.5 +- 0.15: two pads shared 64 : 36 at 750 g,
 robertburk/ME_THESIS_ROBERT_BURKE), which enters as the uncertain gain of a tangential force. Directions are
-not distinguished: what lies along the closing direction counts as tangential, too. Turning the wrist after
-the tare moves the gripper's weight, by up to twice that weight: ``vegrip zero`` takes the tare again.
+not told apart: what lies along the closing direction counts as tangential, too.
+
+The contacts of two jaws lie on the closing direction, z here, so that tangential forces there have no arm
+about it: a torque about it is carried by the torsional friction of both contacts alone, which the limit
+surface of each weighs against its tangential force. It is, with the grip at :math:`(r_x, r_y)` of the sensor,
+
+.. math:: M = m_z - (r_x F_y - r_y F_x)
+
+and is shared, tared and bounded as the force is. Turning the wrist after the
+tare moves the gripper's weight, by up to twice that weight: ``vegrip zero`` takes the tare again.
 """
 
 import math
@@ -24,11 +32,13 @@ import numpy as np
 
 from vegrip.clock import NS
 from vegrip.config import parameter
+from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState
 
 GRAVITY: Final = 9.81  # [m/s^2]
 TARE_NS: Final = NS  # [ns] in which the empty gripper is weighed
 WEIGHT_S: Final = 3.0  # [s] of the slow mean, which shaking at 2 Hz moves by a fortieth
+MOST_REACH: Final = 1.0  # [m]
 LATE_NS: Final = NS // 5  # [ns] after which a reading says nothing of now
 
 
@@ -40,6 +50,17 @@ class LoadSettings:
     mass: float = parameter(unit="kg", low=0.01, high=50.0, doc="of what hangs at the sensor: the gripper")
     share: float = parameter(0.5, unit="1", low=0.05, high=1.0, doc="of the load that a finger carries")
     share_std: float = parameter(0.15, unit="1", low=0.0, high=0.5, doc="its standard deviation")
+    reach: tuple[float, ...] = parameter(
+        (),
+        unit="m",
+        doc="from the sensor to the grip, along its x and y, z closing; none: torque is not known",
+    )
+
+    def __post_init__(self) -> None:
+        if self.reach and not (len(self.reach) == 2 and math.hypot(*self.reach) < MOST_REACH):
+            raise ConfigError(
+                f"[load]: 'reach' is {list(self.reach)}; it has two values in m, each below {MOST_REACH:g}"
+            )
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -48,41 +69,54 @@ class LoadSettings:
 
 
 class WristLoad:
-    """From readings of the wrist to the tangential force of a finger."""
+    """From readings of the wrist to the tangential force and the torque of a finger."""
 
     def __init__(self, settings: LoadSettings) -> None:
-        self._mass, self._share = settings.mass, settings.share
-        self._load, self._stamp = math.nan, 0
+        self._mass, self._share, self._reach = settings.mass, settings.share, settings.reach
+        self._load = self._torque = math.nan
+        self._stamp = 0
         self.take_tare()
 
     def take_tare(self) -> None:
         """Weigh the gripper anew from the next reading on: it must be empty."""
-        self._tare, self._count, self._began = np.zeros(3), 0, 0
-        self._weight = np.zeros(3)
-        self._load = math.nan
+        self._tare, self._count, self._began = np.zeros(4), 0, 0
+        self._weight = np.zeros(4)
+        self._load = self._torque = math.nan
 
     def note(self, state: FingertipState) -> None:
         """Take in a reading; its normal force lies along z of the sensor."""
-        force = np.array([state.tangential_force_x, state.tangential_force_y, state.normal_force])
-        if not np.isfinite(force).all():
+        x, y = state.tangential_force_x, state.tangential_force_y
+        felt = np.array([x, y, state.normal_force, self._about_grip(x, y, state.torque_z)])
+        if not np.isfinite(felt).all():
             return
         elapsed = max(state.stamp - self._stamp, 0) / NS
         self._stamp = state.stamp
         self._began = self._began or state.stamp
         if state.stamp - self._began < TARE_NS:
             self._count += 1
-            self._tare += (force - self._tare) / self._count
+            self._tare += (felt - self._tare) / self._count
             return
-        net = force - self._tare
+        net = felt - self._tare
         self._weight += -math.expm1(-elapsed / WEIGHT_S) * (net - self._weight)
         rest = net - self._weight
-        mass = math.hypot(*self._weight) / GRAVITY
+        mass = math.hypot(*self._weight[:3]) / GRAVITY
         part = mass / (mass + self._mass)
-        self._load = math.hypot(*(self._weight + part * rest)) + (1.0 - part) * math.hypot(*rest)
+        bound = self._weight + part * rest
+        self._load = math.hypot(*bound[:3]) + (1.0 - part) * math.hypot(*rest[:3])
+        if self._reach:
+            self._torque = abs(bound[3]) + (1.0 - part) * abs(rest[3])
 
-    def share(self, now: int) -> float:
-        """Return the tangential force of a finger [N] at ``now`` [ns], NaN while it is not known."""
-        return self._share * self._load if now - self._stamp < LATE_NS else math.nan
+    def share(self, now: int) -> tuple[float, float]:
+        """Return tangential force [N] and torque [N m] of a finger at ``now`` [ns], NaN what is not known."""
+        share = self._share if now - self._stamp < LATE_NS else math.nan
+        return share * self._load, share * self._torque
+
+    def _about_grip(self, x: float, y: float, torque: float) -> float:
+        """Return the torque [N m] about the closing direction at the grip, 0 where nothing is said of it."""
+        if not self._reach:
+            return 0.0
+        arm_x, arm_y = self._reach
+        return torque - (arm_x * y - arm_y * x)
 
 
 def without_source(table: Mapping[str, Any]) -> dict[str, Any]:

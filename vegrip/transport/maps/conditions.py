@@ -59,6 +59,10 @@ class Conditions:
         """Those of them that are faults."""
         return {name for name in self.now if self._maps[name].is_fault}
 
+    def judges(self, packet: str, name: str) -> bool:
+        """Whether the condition ``name`` is judged when ``packet`` comes."""
+        return self._judged_by.get(name) == packet
+
     def take(self, packet: str, data: bytes) -> None:
         """Look at a packet that came."""
         readers = self._readers.get(packet)
