@@ -199,7 +199,7 @@ def test_what_was_gained_is_gained_in_a_channel() -> None:
 
     def fitted(residual: list[float], evidence: float) -> CandidateFit:
         optimum = Optimum(np.zeros(0), np.array(residual), np.zeros((5, 0)), 0.0)
-        return CandidateFit(problem, optimum, evidence, np.zeros(0), 0.0, 1.0)
+        return CandidateFit(problem, optimum, np.zeros(5), evidence, 1.0)
 
     first, base = fitted([20.0, 40.0, 20.0, 99.0, 0.0], 7.0), fitted([0.0, 20.0, 0.0, 0.0, 9.0], 1007.0)
     asked = required_evidence(first, base, 3.0, (effect("sensor_lag"),))
