@@ -226,7 +226,10 @@ class Problem:
         n = int(self._owner.max()) + 1
         is_known = self.measured.recording.is_step
         zero = np.zeros(2 * n) if is_known else u[~inner]
-        return vector, ((self.depth * zero[:n])[self._owner], (self.load * zero[n : 2 * n])[self._owner])
+        depth, load = self.depth * zero[:n], self.load * zero[n : 2 * n]
+        if n == 1:
+            return vector, (np.full(self._owner.size, depth[0]), np.full(self._owner.size, load[0]))
+        return vector, (depth[self._owner], load[self._owner])
 
     def depth_at_rest(self, u: Floats) -> Floats:
         """Return how deep the unloaded surface would lie (n,) [m]: the displacement without its zero."""
