@@ -162,8 +162,9 @@ def _information(problem: Problem, optimum: Optimum) -> Floats:
     return information
 
 
-def extend_problem(base: CandidateFit, hint: Hint, groups: Floats) -> CandidateFit:
-    return evaluate_candidate(*extended(base, hint), groups)
+def extend_problem(base: CandidateFit, hint: Hint, groups: Floats, least: float = math.inf) -> CandidateFit:
+    """Return the fit with a candidate; where it is given up far from a cost of ``least``, as it is there."""
+    return evaluate_candidate(*extended(base, hint, least), groups)
 
 
 def extend_below(base: CandidateFit, hint: Hint, groups: Floats, least: float) -> CandidateFit | None:

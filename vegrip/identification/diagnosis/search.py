@@ -6,6 +6,7 @@ and takes it where it is better. An effect that the others have made superfluous
 """
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -451,6 +452,10 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
     found.refitted = {}
     fits = _refitted(base, chosen, groups, threads, report, found.refitted)
     tried = [told(hint, new) for hint, new in zip(chosen, fits, strict=True)]
+    if not any(one.verdict.is_passed for one in tried if not one.fitted.optimum.is_given_up):
+        behind = [h for h, new in zip(chosen, fits, strict=True) if new.optimum.is_given_up]
+        tried = [one for one in tried if not one.fitted.optimum.is_given_up]
+        tried += [told(hint, extend_problem(base, hint, groups, _bar(base))) for hint in behind]
     return Step(base, hints, sorted(tried, key=lambda one: -one.verdict.gain))
 
 
@@ -462,21 +467,32 @@ def _refitted(
     report: Report = lambda _: None,
     done: dict[str, CandidateFit] | None = None,
 ) -> list[CandidateFit]:
+    """Return the fits with what was ``chosen``; given up where they cannot pass, or far behind the best."""
     done = {} if done is None else done
 
-    def refit(hint: Hint) -> CandidateFit:
-        new = done[hint.candidate.name] = extend_problem(base, hint, groups)
+    def refit(hint: Hint, least: float) -> CandidateFit:
+        new = done[hint.candidate.name] = extend_problem(base, hint, groups, least)
         left = ", ".join(h.candidate.name for h in chosen if h.candidate.name not in done) or "none"
         report(f"error {base.error:.3g}, {best_of(done)}; left: {left}")
         return new
 
+    fits: list[CandidateFit] = []
+    gained, least = 0.0, _bar(base)  # [nats] of the best one, the cost from which a candidate contends
     with ThreadPoolExecutor(threads) as pool:
-        fits = list(pool.map(refit, chosen))
-        gained = max((one.evidence - base.evidence for one in fits), default=0.0)
-        least = base.evidence + thresholds.CONTENDER_SHARE * gained
+        while len(fits) < len(chosen):  # as many as run at a time, so that the bound does not hang on chance
+            some = chosen[len(fits) : len(fits) + threads]
+            fits += pool.map(refit, some, itertools.repeat(least))
+            gained = max(gained, *(one.evidence - base.evidence for one in fits))
+            least = min(_bar(base), base.optimum.cost - thresholds.CONTENDER_SHARE * gained)
+        contends = base.evidence + thresholds.CONTENDER_SHARE * gained
         return list(
-            pool.map(lambda one: finish_fit(base, one, groups) if one.evidence >= least else one, fits)
+            pool.map(lambda one: finish_fit(base, one, groups) if one.evidence >= contends else one, fits)
         )
+
+
+def _bar(base: CandidateFit) -> float:
+    """Return the cost above which no candidate passes: no evidence gains more than the cost falls."""
+    return base.optimum.cost - thresholds.MIN_GAIN_NATS
 
 
 def best_of(refitted: Mapping[str, CandidateFit]) -> str:
