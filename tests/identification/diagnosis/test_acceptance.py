@@ -428,9 +428,9 @@ def test_only_what_contends_is_fitted_to_the_end(monkeypatch) -> None:
     monkeypatch.setattr(
         search, "finish_fit", lambda _, rough, __: SimpleNamespace(evidence=rough.evidence + 1e3)
     )
-    base = SimpleNamespace(evidence=-7.0, error=2.0, optimum=SimpleNamespace(cost=1000.0))
 
-    def bounds_of(names: str) -> list[float]:
+    def bounds_of(names: str, error: float = 5.1) -> list[float]:
+        base = SimpleNamespace(evidence=-7.0, error=error, optimum=SimpleNamespace(cost=1000.0))
         bounds.clear()
         hints = [SimpleNamespace(candidate=SimpleNamespace(name=name)) for name in names]
         fits = search._refitted(base, hints, None, 1)
@@ -438,8 +438,9 @@ def test_only_what_contends_is_fitted_to_the_end(monkeypatch) -> None:
         assert [one.evidence for one in fits] == pytest.approx([expected[name] for name in names])
         return bounds
 
-    assert bounds_of("abcd") == [992.0, 960.0, 960.0, 960.0]  # with 8 nats or less nothing passes
-    assert bounds_of("dcab") == [992.0, 992.0, pytest.approx(1000.0 - 0.4 * 39.9), 960.0]
+    assert bounds_of("abcd") == [math.inf, 960.0, 960.0, 960.0]
+    assert bounds_of("dcab") == [math.inf, 1000.0, pytest.approx(1000.0 - 0.4 * 39.9), 960.0]
+    assert bounds_of("abcd", 4.9) == [math.inf] * 4  # near the noise all are fitted
 
 
 @pytest.mark.parametrize(
@@ -454,8 +455,7 @@ def test_what_was_given_up_is_fitted_to_the_end_where_nothing_else_passes(
         optimum = SimpleNamespace(is_given_up=is_given_up, residual=np.zeros(1))
         return SimpleNamespace(name=name, optimum=optimum)
 
-    def extend(_, hint, __, least) -> SimpleNamespace:
-        assert least == 1000.0 - 8.0
+    def extend(_, hint, __) -> SimpleNamespace:
         anew.append(hint.candidate.name)
         return fit(hint.candidate.name, is_given_up=False)
 
@@ -473,7 +473,7 @@ def test_what_was_given_up_is_fitted_to_the_end_where_nothing_else_passes(
         monkeypatch.setattr(search, name, function)
     base = SimpleNamespace(
         problem=SimpleNamespace(model=SimpleNamespace(values={}), measured=None),
-        optimum=SimpleNamespace(residual=np.zeros(1), cost=1000.0),
+        optimum=SimpleNamespace(residual=np.zeros(1)),
         whitened=lambda _: np.zeros(1),
     )
     found = SimpleNamespace(

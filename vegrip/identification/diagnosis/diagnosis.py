@@ -356,6 +356,8 @@ class Diagnosis(Result):
         }
 
     def _outcome(self, one: Tried, step: Step) -> str:
+        if one.fitted.optimum.is_given_up and step.taken is not None:
+            return f"given up, {step.taken.candidate.name} gains more"
         if one.verdict.failed:
             return f"fails: {', '.join(one.verdict.failed)}"
         if one is step.taken:

@@ -455,7 +455,7 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
     if not any(one.verdict.is_passed for one in tried if not one.fitted.optimum.is_given_up):
         behind = [h for h, new in zip(chosen, fits, strict=True) if new.optimum.is_given_up]
         tried = [one for one in tried if not one.fitted.optimum.is_given_up]
-        tried += [told(hint, extend_problem(base, hint, groups, _bar(base))) for hint in behind]
+        tried += [told(hint, extend_problem(base, hint, groups)) for hint in behind]
     return Step(base, hints, sorted(tried, key=lambda one: -one.verdict.gain))
 
 
@@ -467,7 +467,7 @@ def _refitted(
     report: Report = lambda _: None,
     done: dict[str, CandidateFit] | None = None,
 ) -> list[CandidateFit]:
-    """Return the fits with what was ``chosen``; given up where they cannot pass, or far behind the best."""
+    """Return the fits with what was ``chosen``; far from the noise, given up far behind the best."""
     done = {} if done is None else done
 
     def refit(hint: Hint, least: float) -> CandidateFit:
@@ -477,22 +477,18 @@ def _refitted(
         return new
 
     fits: list[CandidateFit] = []
-    gained, least = 0.0, _bar(base)  # [nats] of the best one, the cost from which a candidate contends
+    gained, least = 0.0, math.inf  # [nats] of the best one, the cost from which a candidate contends
     with ThreadPoolExecutor(threads) as pool:
         while len(fits) < len(chosen):  # as many as run at a time, so that the bound does not hang on chance
             some = chosen[len(fits) : len(fits) + threads]
             fits += pool.map(refit, some, itertools.repeat(least))
             gained = max(gained, *(one.evidence - base.evidence for one in fits))
-            least = min(_bar(base), base.optimum.cost - thresholds.CONTENDER_SHARE * gained)
+            if base.error > thresholds.FAR_ERROR:
+                least = base.optimum.cost - thresholds.CONTENDER_SHARE * gained
         contends = base.evidence + thresholds.CONTENDER_SHARE * gained
         return list(
             pool.map(lambda one: finish_fit(base, one, groups) if one.evidence >= contends else one, fits)
         )
-
-
-def _bar(base: CandidateFit) -> float:
-    """Return the cost above which no candidate passes: no evidence gains more than the cost falls."""
-    return base.optimum.cost - thresholds.MIN_GAIN_NATS
 
 
 def best_of(refitted: Mapping[str, CandidateFit]) -> str:
