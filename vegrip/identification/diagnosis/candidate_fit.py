@@ -123,7 +123,8 @@ class CandidateFit:
         """Log probability of each episode under a fit without it, but for a constant (episodes,) [nats]."""
         scale = self.problem.log_scale
         scales = [float(np.sum(scale[self.groups == one])) for one in np.unique(self.groups)]
-        return self._squares - np.array(scales)
+        out: Floats = self._squares - np.array(scales)
+        return out
 
     @property
     def heldout_error(self) -> float:
