@@ -56,6 +56,8 @@ def text(found: Diagnosis, most: int | None = None) -> str:
 
 
 def sentence_of(found: Diagnosis) -> str:
+    if found.is_unfinished:
+        return "stopped before its end, so nothing is named"
     grave = [doubt.text for doubt in found.doubts if doubt.is_grave]
     return f"not reliable: {'; '.join(grave)}" if grave else SENTENCES[found.verdict]
 

@@ -94,7 +94,7 @@ class Predictor:
         self._motion = _motion(self.t, episode, columns["displacement"] if drive != "normal_force" else None)
         if drive == "either":
             self._motion[np.isnan(columns["displacement"]) & np.isfinite(self._force)] = np.nan, 0.0
-        self._by_force = bool(np.isnan(self._motion).any())
+        self.is_by_force = bool(np.isnan(self._motion).any())
         self._outside = _outside(columns, n, model.reference_temperature)
         self._asked = np.full(n, 2.0) if asked is None else asked
         self._run_by(model, plain=plain)
@@ -126,11 +126,11 @@ class Predictor:
         motion, beside = self._motion, (self.t, self._first)
         zero, bias = (np.asarray(one, dtype=np.float64) for one in zeros)
         load, force = self._load - bias, self._force - bias
-        if self._by_force or np.any(zero):
+        if self.is_by_force or np.any(zero):
             motion = np.stack([motion[:, 0] - zero, motion[:, 1]], axis=1)
         if speed is not None:
             motion = np.stack([motion[:, 0], speed], axis=1)
-        if self._by_force:
+        if self.is_by_force:
             self._batch.depths(vector, self._fresh, *beside, motion, force, self._outside, self._span)
         out = np.empty((len(QUANTITIES), self.t.size))
         self._batch.channels(vector, self._fresh, *beside, motion, load, self._outside, self._asked, out)

@@ -199,7 +199,7 @@ def test_what_was_gained_is_gained_in_a_channel() -> None:
 
     def fitted(residual: list[float], evidence: float) -> CandidateFit:
         optimum = Optimum(np.zeros(0), np.array(residual), np.zeros((5, 0)), 0.0)
-        return CandidateFit(problem, optimum, evidence, np.zeros(0), 0.0, 1.0)
+        return CandidateFit(problem, optimum, np.zeros(5), evidence, 1.0)
 
     first, base = fitted([20.0, 40.0, 20.0, 99.0, 0.0], 7.0), fitted([0.0, 20.0, 0.0, 0.0, 9.0], 1007.0)
     asked = required_evidence(first, base, 3.0, (effect("sensor_lag"),))
@@ -418,17 +418,71 @@ def test_knots_of_a_curve_span_its_rows_and_stand_where_they_are() -> None:
 def test_only_what_contends_is_fitted_to_the_end(monkeypatch) -> None:
     """From four tenths of what the best one gains; the others stay as they are."""
     gains = {"a": 100.0, "b": 40.1, "c": 39.9, "d": -5.0}
-    monkeypatch.setattr(
-        search,
-        "extend_problem",
-        lambda _, hint, __: SimpleNamespace(evidence=gains[hint.candidate.name] - 7.0, error=1.0),
-    )
+    bounds = []
+
+    def extend(_, hint, __, least) -> SimpleNamespace:
+        bounds.append(least)
+        return SimpleNamespace(evidence=gains[hint.candidate.name] - 7.0, error=1.0)
+
+    monkeypatch.setattr(search, "extend_problem", extend)
     monkeypatch.setattr(
         search, "finish_fit", lambda _, rough, __: SimpleNamespace(evidence=rough.evidence + 1e3)
     )
-    hints = [SimpleNamespace(candidate=SimpleNamespace(name=name)) for name in gains]
-    fits = search._refitted(SimpleNamespace(evidence=-7.0, error=2.0), hints, None, 1)
-    assert [one.evidence for one in fits] == pytest.approx([1093.0, 1033.1, 32.9, -12.0])
+
+    def bounds_of(names: str, error: float = 5.1) -> list[float]:
+        base = SimpleNamespace(evidence=-7.0, error=error, optimum=SimpleNamespace(cost=1000.0))
+        bounds.clear()
+        hints = [SimpleNamespace(candidate=SimpleNamespace(name=name)) for name in names]
+        fits = search._refitted(base, hints, None, 1)
+        expected = {"a": 1093.0, "b": 1033.1, "c": 32.9, "d": -12.0}
+        assert [one.evidence for one in fits] == pytest.approx([expected[name] for name in names])
+        return bounds
+
+    assert bounds_of("abcd") == [math.inf, 960.0, 960.0, 960.0]
+    assert bounds_of("dcab") == [math.inf, 1000.0, pytest.approx(1000.0 - 0.4 * 39.9), 960.0]
+    assert bounds_of("abcd", 4.9) == [math.inf] * 4  # near the noise all are fitted
+
+
+@pytest.mark.parametrize(
+    ("passing", "given_up", "again"), [("a", "bc", ""), ("b", "b", "b"), ("", "bc", "bc")]
+)
+def test_what_was_given_up_is_fitted_to_the_end_where_nothing_else_passes(
+    monkeypatch, passing, given_up, again
+) -> None:
+    anew = []
+
+    def fit(name: str, *, is_given_up: bool) -> SimpleNamespace:
+        optimum = SimpleNamespace(is_given_up=is_given_up, residual=np.zeros(1))
+        return SimpleNamespace(name=name, optimum=optimum)
+
+    def extend(_, hint, __) -> SimpleNamespace:
+        anew.append(hint.candidate.name)
+        return fit(hint.candidate.name, is_given_up=False)
+
+    hints = [SimpleNamespace(candidate=SimpleNamespace(name=name, effect=None), gain=9.0) for name in "abc"]
+    replaced = {
+        "candidates": lambda *_: ([], {}),
+        "screen_candidates": lambda *_: hints,
+        "shortlist": lambda hints: hints,
+        "required_evidence": lambda *_: SimpleNamespace(of=lambda *_, **__: 8.0, left=0.0),
+        "_refitted": lambda *_: [fit(name, is_given_up=name in given_up) for name in "abc"],
+        "extend_problem": extend,
+        "judge_candidate": lambda one, *_: Verdict(1.0, 1.0, () if one.name in passing else ("error",)),
+    }
+    for name, function in replaced.items():
+        monkeypatch.setattr(search, name, function)
+    base = SimpleNamespace(
+        problem=SimpleNamespace(model=SimpleNamespace(values={}), measured=None),
+        optimum=SimpleNamespace(residual=np.zeros(1)),
+        whitened=lambda _: np.zeros(1),
+    )
+    found = SimpleNamespace(
+        accepted=[], dropped=[], out_of_sight={}, steps=[], misfit=lambda _: 1.0, leaves_noise=lambda _: True
+    )
+    step = search._step(base, None, found, 1, lambda _: None)
+    assert "".join(anew) == again
+    assert sorted(one.candidate.name for one in step.tried) == ["a", "b", "c"]
+    assert all(not one.fitted.optimum.is_given_up for one in step.tried) == bool(again)
 
 
 @pytest.mark.parametrize(("cost", "steps"), [(901.0, []), (899.0, [40])])

@@ -276,7 +276,8 @@ def told(steps, *, dropped=(), doubts=(), **figures):
     search = Found(steps, **figures)
     search.dropped = list(dropped)
     for one in [one for each in steps for one in each.tried]:
-        one.fitted = SimpleNamespace(error=1.25, value=lambda _: 3.0)
+        behind = SimpleNamespace(is_given_up=one.candidate.name == "behind")
+        one.fitted = SimpleNamespace(error=1.25, value=lambda _: 3.0, optimum=behind)
         one.candidate.effect = SimpleNamespace(parameters=(), channels=("normal_force",))
     found = Diagnosis(SimpleNamespace(), search, list(doubts))
     vars(found).update(_rest=None)
@@ -306,6 +307,8 @@ def test_of_those_that_pass_each_is_as_probable_as_its_evidence_and_one_that_fai
         "fails: evidence, regimes",
     ]
     assert [one["name"] for one in found.effects] == ["a", "b", "c", "d"]
+    left = told([step(tried("a", 3.0), tried("behind", 2.0)), step(tried("behind", 2.0), taken=None)])
+    assert left.rounds[1]["outcome"] == "given up, a gains more"
 
 
 def test_what_became_of_a_candidate_that_passes_is_told() -> None:

@@ -33,6 +33,7 @@ def test_before_anything_is_taken_the_best_so_far_is_said(tip) -> None:
     (said,) = (doubt.text for doubt in found.doubts if doubt.text.startswith(UNFINISHED))
     assert "best so far" in said
     assert found.named == []
+    assert str(found).splitlines()[0].endswith("unexplained - stopped before its end, so nothing is named")
 
 
 def test_who_does_not_ask_for_it_gets_the_interrupt(tip) -> None:

@@ -9,6 +9,7 @@ for the width of its prior [MacKay1992]_.
 import dataclasses
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -29,9 +30,9 @@ HELD_OUT = 0.95  # of what an episode knows; the rest stays, for values that onl
 # error / noise above which the fits without an episode are made and not foretold, if they are
 REFIT_ERROR = 1.5
 MAX_FOLDS = 12
-EXACT_FOLDS = 6  # beyond which a fit without one is so near that the derivatives of the whole fit do
-REFIT_STEPS = 15
-NEAR_STEPS = 2  # with these derivatives; they end within 1 % of fits to the end
+FAR_FOLDS = 6  # up to which a fit without one is far enough for more than
+NEAR_STEPS = 2  # with the derivatives of the whole fit; they end within 1 % of fits to the end
+FAR_STEPS = 15
 EVALUATIONS = 20
 START_FACTORS = (1.0, 0.3)  # of the multiple that the screen asks for, when it leads nowhere
 NEXT_TO_NOTHING = 0.01
@@ -84,7 +85,7 @@ def scores(problem: Problem, optimum: Optimum, A: Floats, groups: Floats) -> Flo
         is_wild = -2.0 * predicted > REFIT_ERROR**2 * np.count_nonzero(problem.counted & rows)
         if not (may_fit and is_wild):
             return predicted
-        return _fitted(problem, optimum, rows, is_near=numbers.size > EXACT_FOLDS)
+        return _fitted(problem, optimum, rows, NEAR_STEPS if numbers.size > FAR_FOLDS else FAR_STEPS)
 
     return np.array([score(groups == number) for number in numbers])
 
@@ -95,14 +96,10 @@ def _predicted_gain(optimum: Optimum, A: Floats, rows: Mask) -> float:
     return -0.5 * float(np.sum((r + J @ step) ** 2))
 
 
-def _fitted(problem: Problem, optimum: Optimum, rows: Mask, *, is_near: bool) -> float:
+def _fitted(problem: Problem, optimum: Optimum, rows: Mask, steps: int) -> float:
     weights = np.where(rows, math.sqrt(1.0 - HELD_OUT), 1.0)
-    if is_near:
-        found = refine_optimum(Nearby(problem, weights, optimum), optimum.u, NEAR_STEPS)
-    else:
-        known = dict(zip(problem.unknowns.names, optimum.jacobian.T * weights, strict=True))
-        near = max(CANDIDATE_PRECISION_NATS, SLOPPY * optimum.cost)
-        found = refine_optimum(Weighted(problem, weights), optimum.u, REFIT_STEPS, known, near)
+    near = max(CANDIDATE_PRECISION_NATS, SLOPPY * optimum.cost)
+    found = refine_optimum(Nearby(problem, weights, optimum), optimum.u, steps, near=near)
     return -0.5 * float(np.sum((found.residual[rows] / weights[rows]) ** 2))
 
 
@@ -112,11 +109,28 @@ class CandidateFit:
 
     problem: Problem  # the model and the recording
     optimum: Optimum  # where it is best
+    groups: Floats  # (rows,) number of what is held out with each residual
     evidence: float  # ln Z [nats]
-    # (episodes,) ln probability of each episode under a fit without it, but for a constant [nats]
-    heldout: Floats
-    heldout_error: float  # rms of the whitened residuals of the episodes under fits without them
     error: float  # rms of the whitened residuals over all channels; 1 is noise
+
+    @cached_property
+    def _squares(self) -> Floats:
+        information = _information(self.problem, self.optimum)
+        return scores(self.problem, self.optimum, information, self.groups)
+
+    @cached_property
+    def heldout(self) -> Floats:
+        """Log probability of each episode under a fit without it, but for a constant (episodes,) [nats]."""
+        scale = self.problem.log_scale
+        scales = [float(np.sum(scale[self.groups == one])) for one in np.unique(self.groups)]
+        out: Floats = self._squares - np.array(scales)
+        return out
+
+    @property
+    def heldout_error(self) -> float:
+        """Root mean square of the whitened residuals of the episodes under fits without them."""
+        count = max(int(np.count_nonzero(self.problem.counted)), 1)
+        return math.sqrt(-2.0 * float(self._squares.sum()) / count)
 
     def whitened(self, other: "CandidateFit") -> Floats:
         """Return the residual of another model of the same rows in units of this one's noise."""
@@ -132,13 +146,9 @@ class CandidateFit:
 
 
 def evaluate_candidate(problem: Problem, optimum: Optimum, groups: Floats) -> CandidateFit:
-    """Return an optimum with evidence and held-out scores; ``groups`` (rows,) numbers what is held out."""
-    squares = scores(problem, optimum, _information(problem, optimum), groups)
-    scales = np.array([float(np.sum(problem.log_scale[groups == one])) for one in np.unique(groups)])
-    count = max(int(np.count_nonzero(problem.counted)), 1)
-    without = math.sqrt(-2.0 * float(squares.sum()) / count)
+    """Return an optimum with its evidence; ``groups`` (rows,) numbers what is held out."""
     evidence, error = log_evidence(problem, optimum), rms(optimum.residual[problem.counted])
-    return CandidateFit(problem, optimum, evidence, squares - scales, without, error)
+    return CandidateFit(problem, optimum, groups, evidence, error)
 
 
 def log_evidence(problem: Problem, optimum: Optimum) -> float:
@@ -153,8 +163,9 @@ def _information(problem: Problem, optimum: Optimum) -> Floats:
     return information
 
 
-def extend_problem(base: CandidateFit, hint: Hint, groups: Floats) -> CandidateFit:
-    return evaluate_candidate(*extended(base, hint), groups)
+def extend_problem(base: CandidateFit, hint: Hint, groups: Floats, least: float = math.inf) -> CandidateFit:
+    """Return the fit with a candidate; where it is given up far from a cost of ``least``, as it is there."""
+    return evaluate_candidate(*extended(base, hint, least), groups)
 
 
 def extend_below(base: CandidateFit, hint: Hint, groups: Floats, least: float) -> CandidateFit | None:

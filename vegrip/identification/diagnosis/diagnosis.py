@@ -358,7 +358,8 @@ class Diagnosis(Result):
         }
 
     def _outcome(self, one: Tried, step: Step) -> str:
-        if one.verdict.failed:
+        is_behind = one.fitted.optimum.is_given_up and step.taken is not None
+        if one.verdict.failed and not is_behind:
             return f"fails: {', '.join(one.verdict.failed)}"
         if one is step.taken:
             if one.candidate.name in self.search.dropped:
@@ -367,7 +368,7 @@ class Diagnosis(Result):
             is_sure = self.verdict != "unexplained" and one.candidate.name not in self.suggested
             return "taken" if is_sure else f"taken, {why}"
         if step.taken is not None:
-            return f"passes, {step.taken.candidate.name} gains more"
+            return f"{'given up' if is_behind else 'passes'}, {step.taken.candidate.name} gains more"
         if any(doubt.is_grave for doubt in self.doubts):
             return "passes, the recording is in doubt"
         return f"passes, {len(self.search.accepted)} are taken already"

@@ -6,6 +6,7 @@ and takes it where it is better. An effect that the others have made superfluous
 """
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -451,6 +452,10 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
     found.refitted = {}
     fits = _refitted(base, chosen, groups, threads, report, found.refitted)
     tried = [tried_of(hint, new) for hint, new in zip(chosen, fits, strict=True)]
+    if not any(one.verdict.is_passed for one in tried if not one.fitted.optimum.is_given_up):
+        behind = [h for h, new in zip(chosen, fits, strict=True) if new.optimum.is_given_up]
+        tried = [one for one in tried if not one.fitted.optimum.is_given_up]
+        tried += [tried_of(hint, extend_problem(base, hint, groups)) for hint in behind]
     return Step(base, hints, sorted(tried, key=lambda one: -one.verdict.gain))
 
 
@@ -462,20 +467,27 @@ def _refitted(
     report: Report = lambda _: None,
     done: dict[str, CandidateFit] | None = None,
 ) -> list[CandidateFit]:
+    """Return the fits with what was ``chosen``; far from the noise, given up far behind the best."""
     done = {} if done is None else done
 
-    def refit(hint: Hint) -> CandidateFit:
-        new = done[hint.candidate.name] = extend_problem(base, hint, groups)
+    def refit(hint: Hint, least: float) -> CandidateFit:
+        new = done[hint.candidate.name] = extend_problem(base, hint, groups, least)
         left = ", ".join(h.candidate.name for h in chosen if h.candidate.name not in done) or "none"
         report(f"error {base.error:.3g}, {best_of(done)}; left: {left}")
         return new
 
+    fits: list[CandidateFit] = []
+    gained, least = 0.0, math.inf  # [nats] of the best one, the cost from which a candidate contends
     with ThreadPoolExecutor(threads) as pool:
-        fits = list(pool.map(refit, chosen))
-        gained = max((one.evidence - base.evidence for one in fits), default=0.0)
-        least = base.evidence + thresholds.CONTENDER_SHARE * gained
+        while len(fits) < len(chosen):  # as many as run at a time, so that the bound does not hang on chance
+            some = chosen[len(fits) : len(fits) + threads]
+            fits += pool.map(refit, some, itertools.repeat(least))
+            gained = max(gained, *(one.evidence - base.evidence for one in fits))
+            if base.error > thresholds.FAR_ERROR:
+                least = base.optimum.cost - thresholds.CONTENDER_SHARE * gained
+        contends = base.evidence + thresholds.CONTENDER_SHARE * gained
         return list(
-            pool.map(lambda one: finish_fit(base, one, groups) if one.evidence >= least else one, fits)
+            pool.map(lambda one: finish_fit(base, one, groups) if one.evidence >= contends else one, fits)
         )
 
 

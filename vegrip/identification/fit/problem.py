@@ -226,7 +226,10 @@ class Problem:
         n = int(self._owner.max()) + 1
         is_known = self.measured.recording.is_step
         zero = np.zeros(2 * n) if is_known else u[~inner]
-        return vector, ((self.depth * zero[:n])[self._owner], (self.load * zero[n : 2 * n])[self._owner])
+        depth, load = self.depth * zero[:n], self.load * zero[n : 2 * n]
+        if n == 1:
+            return vector, (np.full(self._owner.size, depth[0]), np.full(self._owner.size, load[0]))
+        return vector, (depth[self._owner], load[self._owner])
 
     def depth_at_rest(self, u: Floats) -> Floats:
         """Return how deep the unloaded surface would lie (n,) [m]: the displacement without its zero."""
@@ -447,16 +450,28 @@ class Problem:
             if known is not None and k.names[j] in known:
                 out[:, together] = np.stack([known[k.names[i]] for i in together], axis=1)
                 return
+            own = (slice(None), j) if is_alone else (every, np.array(together)[owner[self.rows]])
+            if k.names[j].startswith("zero_force") and self._adds_zero_force:
+                none = np.zeros(0)
+                out[own] = self.white(
+                    (np.where(np.isfinite(self.measured.force), -self.load, 0.0), none, none)
+                )
+                return
             h = DERIVATIVE_STEP * k.std[j]
             h = -h if (u[together] + h > k.high[together]).any() else h
             moved = u.copy()
             moved[together] += h
-            own = (slice(None), j) if is_alone else (every, np.array(together)[owner[self.rows]])
             out[own] = (self.residual(moved) - base) / h
 
         with ThreadPoolExecutor(self.threads) as pool:
             list(pool.map(derive, self._columns_at_once))
         return out
+
+    @property
+    def _adds_zero_force(self) -> bool:
+        """Whether the zero of the force is added to the model's force and does no more, in no friction."""
+        is_driven = any(one.is_by_force for one in self._predictors)
+        return not (is_driven or self.measured.sliding.size or self.measured.seen.size)
 
     @property
     def _columns_at_once(self) -> list[tuple[list[int], NDArray[np.int64]]]:

@@ -30,6 +30,7 @@ class Optimum:
     residual: Floats  # (rows,) whitened
     jacobian: Floats  # (rows, p)
     cost: float  # half the sum of squares of residuals and priors
+    is_given_up: bool = False  # far from what it had to beat
 
 
 def fit_problem(problem: Problem, report: Report = lambda _: None, plain: Problem | None = None) -> Optimum:
@@ -142,11 +143,11 @@ def refine_optimum(
     r = problem.residual(u)
     J, fresh = problem.jacobian(u, r, known), known is None
     A = J.T @ J
-    cost, damping = _cost(k, r, u), DAMPED
+    cost, damping, is_given_up = _cost(k, r, u), DAMPED, False
     for _ in range(evaluations):
         near = max(near, LAST_STEP_SHARE * cost)
         step, foretold = _step(k, u, J.T @ r, A, damping)
-        if cost - HOPE * foretold > least:
+        if is_given_up := cost - HOPE * foretold > least:
             break
         if foretold < near and not fresh:
             J, fresh = problem.jacobian(u, r), True
@@ -177,7 +178,7 @@ def refine_optimum(
             A = J.T @ J
     else:
         J = J if fresh else problem.jacobian(u, r)
-    return Optimum(u, r, J, cost)
+    return Optimum(u, r, J, cost, is_given_up)
 
 
 def _corrected(J: Floats, A: Floats, missed: Floats, along: Floats) -> tuple[Floats, Floats]:

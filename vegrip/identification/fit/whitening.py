@@ -174,9 +174,17 @@ class Whitener:
         white = np.square(noise.white) + np.square(s.bend)
         self._chain = (*self._beside, motion.push, motion.start, white, noise.slow**2)
         self._gain, self._scale = gains(*self._chain, used)
+        self._by_position = None
+        if s.follows.all() and not seen[:, 1:].any():
+            wanders = noise.slow > 0.0
+            kept = np.exp(-np.diff(t, prepend=t[0]) / noise.time) if wanders else np.ones(t.size)
+            gain = np.ascontiguousarray(self._gain[:, (0, 1, 4)])
+            self._by_position = (t, first, motion.pull, s.position, kept, gain, self._scale)
 
     def __call__(self, columns: Floats) -> Floats:
         """Whiten residuals or derivatives, (n,) or (n, m); rows that do not count become 0."""
+        if columns.ndim == 1 and self._by_position is not None:
+            return whiten_by_position(*self._by_position, np.ascontiguousarray(columns))
         matrix = np.ascontiguousarray(columns if columns.ndim == 2 else columns[:, None])
         white = whiten(*self._beside, self._gain, self._scale, matrix)
         return white if columns.ndim == 2 else np.ascontiguousarray(white[:, 0])
@@ -316,4 +324,41 @@ def whiten(
                 for j in range(6):
                     x[c, j] += gain[i, j] * v
                 out[i, c] = v * scale[i]
+    return out
+
+
+@njit
+def whiten_by_position(
+    t: Floats,
+    first: Floats,
+    pull: Floats,
+    position: Floats,
+    kept: Floats,
+    gain: Floats,
+    scale: Floats,
+    column: Floats,
+) -> Floats:
+    """Return what :func:`whiten` does of one ``column`` (n,) where error of the position alone is felt.
+
+    More than twice as fast, for the tip is where the motion is. ``kept`` (n,) of the slow noise since the row
+    before; ``gain`` (n, 3) of error, speed and slow noise.
+    """
+    n = t.shape[0]
+    out = np.zeros(n)
+    error, speed, slow = 0.0, 0.0, 0.0
+    for i in range(n):
+        if first[i] > 0.0:
+            error, speed, slow = 0.0, 0.0, 0.0
+        else:
+            dt = t[i] - t[i - 1]
+            before = speed
+            speed = before - dt * (pull[i - 1, 0] * error + pull[i - 1, 1] * before)
+            error += dt * before
+            slow *= kept[i]
+        if scale[i] > 0.0:
+            v = column[i] - position[i] * error - slow
+            error += gain[i, 0] * v
+            speed += gain[i, 1] * v
+            slow += gain[i, 2] * v
+            out[i] = v * scale[i]
     return out

@@ -86,13 +86,13 @@ class VirtualDevice(Simulated):
 
     def take_in(self, frame: Frame, now: int) -> None:
         if self._on_can:
-            self._hear_whole(frame, now)
+            self._take_whole(frame, now)
             return
         self._received += frame.data
         while self._received and (size := self._understand(bytes(self._received), now)):
             del self._received[:size]
 
-    def _hear_whole(self, frame: Frame, now: int) -> None:
+    def _take_whole(self, frame: Frame, now: int) -> None:
         asked = frame.arbitration_id, bytes(frame.data)
         for step in (one for one in self._steps if (one.identifier, one.data) == asked):
             self._obey(step, now)
