@@ -30,6 +30,38 @@ def test_the_json_has_what_the_contract_names(
     assert "torque_z" not in told["overlap"]["channels"]
 
 
+def test_of_a_hand_each_finger_is_told_by_its_name_and_no_other_hides_what_changed_of_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    press = first_presses()
+    names = [name for name in press.columns if name != "torque_z"]
+
+    def write(day: str, finger: str, zero: float = 0.0, gain: float = 1.0) -> None:
+        columns = {name: press.columns[name] for name in names}
+        columns["normal_force"] = gain * columns["normal_force"] + zero
+        tip = replace(press.fingertip, name=finger)
+        write_recording(replace(press, columns=columns, fingertip=tip), tmp_path / day / finger)
+
+    for finger in ("index", "thumb", "ring"):
+        write("monday", finger)
+    write("friday", "index", zero=0.02)
+    write("friday", "thumb")
+    write("friday", "ring", gain=0.0)  # its sensor is dead, which is said of this finger alone
+    write("friday", "little")
+    days = [str(tmp_path / "monday"), str(tmp_path / "friday")]
+    assert main(["changed", *days, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["fingers"]["index"]["verdict"] == "named"
+    assert [one["name"] for one in told["fingers"]["index"]["changed"]] == ["zero_normal_force"]
+    assert told["fingers"]["thumb"]["sentence"] == "thumb: nothing changed"
+    assert told["not_compared"].keys() == {"ring", "little"}
+    assert told["not_compared"]["little"] == "only the second recording has it"
+    assert main(["changed", *days, "-o", str(tmp_path / "hand.png")]) == 2
+    assert "give its folder" in capsys.readouterr().err
+    assert main(["changed", str(tmp_path / "friday" / "ring"), str(tmp_path / "monday" / "ring")]) == 3
+    assert capsys.readouterr().err.splitlines()[-1].startswith("vegrip: press is without contact")
+
+
 def test_what_cannot_be_read_or_written_is_one_sentence(
     bench: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
