@@ -86,7 +86,7 @@ def canopen_services(data: bytes) -> None:
     Device(16, DICTIONARY, network).boot()
     for start in range(0, len(data) - 2, 10):
         can_id = int.from_bytes(data[start : start + 2], "little") & 0x7FF
-        network.hear(can_id, data[start + 2 : start + 10], 0)
+        network.receive(can_id, data[start + 2 : start + 10], 0)
 
 
 def sdo_answers(data: bytes) -> None:
