@@ -19,6 +19,7 @@ import json
 import math
 import re
 import zipfile
+import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -44,7 +45,6 @@ from vegrip.identification.recording.table import Table
 from vegrip.identification.recording.units import to_si
 from vegrip.identification.recording.writer import folder_name
 from vegrip.types import Floats
-from vegrip.whole_file import reading
 
 TOUCH: Final = "observation.tactile."
 WRENCH: Final = ("tangential_force_x", "tangential_force_y", "normal_force", "", "", "torque_z")
@@ -54,6 +54,11 @@ HDF5: Final = (".h5", ".hdf5")
 WHOLE: Final = re.compile(r"(.+?)((?:\[\d{1,9}\])*)")
 OFF_RATE: Final = 2.0  # times the period of ``info.json`` or less, by which rows may come (origin: rule)
 MOST_SHOWN: Final = 12  # columns in a sentence
+BROKEN: Final = (
+    *(OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError, MemoryError),
+    *(OverflowError, EOFError, SyntaxError, zlib.error, zipfile.BadZipFile),
+)
+"""What numpy, h5py and pyarrow raise on damaged bytes."""
 
 Wanted = Callable[[str], bool]
 """Whether a column is to be read; images are not."""
@@ -155,14 +160,19 @@ def _read(path: Path, wanted: Wanted) -> Frames:
         raise RecordingError(
             f"{path}: is Zarr, which is not read; write its arrays with numpy.savez, or as HDF5"
         )
+    if not path.exists():
+        raise RecordingError(f"{path}: there is no such file")
     read = _read_set if path.is_dir() else _read_npz if path.suffix.lower() == ".npz" else _read_hdf5
-    with reading(path, RecordingError):
-        frames = read(path, wanted)
+    frames = read(path, wanted)
     for name, values in frames.columns.items():
         if values.dtype.kind not in "biuf":
             kind = "complex" if values.dtype.kind == "c" else f"of the kind {values.dtype}"
             raise RecordingError(f"{path}: {name} is {kind}, and no plain number")
     return frames
+
+
+def _first_line(error: BaseException) -> str:
+    return next(iter(str(error).splitlines()), "") or type(error).__name__
 
 
 def _add(path: Path, frames: Frames, name: str, key: str, values: Any, wanted: Wanted) -> None:
@@ -183,8 +193,8 @@ def _read_npz(path: Path, wanted: Wanted) -> Frames:
         with path.open("rb") as stream, np.load(stream) as file:
             for key in file.files:
                 _add(path, frames, _named(key), key, file[key], wanted)
-    except (ValueError, EOFError, zipfile.BadZipFile, AttributeError) as error:
-        raise RecordingError(f"{path}: is no .npz file of plain numbers ({error})") from None
+    except BROKEN as error:
+        raise RecordingError(f"{path}: is no .npz file of plain numbers ({_first_line(error)})") from None
     return frames
 
 
@@ -197,8 +207,8 @@ def _read_hdf5(path: Path, wanted: Wanted) -> Frames:
             is_demos = isinstance(data, h5py.Group) and "demo_0" in data
             demos = [data[name] for name in sorted(data, key=_numbered)] if is_demos else [file]
             parts = [_read_demo(path, h5py, demo, wanted) for demo in demos]
-    except (OSError, RuntimeError, KeyError, ValueError) as error:
-        raise RecordingError(f"{path}: is no HDF5 file that can be read ({error})") from None
+    except BROKEN as error:
+        raise RecordingError(f"{path}: is no HDF5 file that can be read ({_first_line(error)})") from None
     first = parts[0]
     lengths = [len(next(iter(part.columns.values()), ())) for part in parts]
     for part in parts[1:]:
@@ -238,8 +248,8 @@ def _read_set(path: Path, wanted: Wanted) -> Frames:
         radii = json.loads(about.read_text(encoding="utf-8"))["radius_m"] if about.exists() else {}
     except FileNotFoundError:
         raise RecordingError(f"{path}: looks like a data set of LeRobot, and lacks meta/info.json") from None
-    except (ValueError, LookupError, TypeError, AttributeError) as error:
-        raise RecordingError(f"{path}: meta/info.json is damaged ({error})") from None
+    except BROKEN as error:
+        raise RecordingError(f"{path}: meta/info.json is damaged ({_first_line(error)})") from None
     if not version.startswith(("v2.", "v3.")):
         raise RecordingError(f"{path}: has layout {version}; v2 and v3 are read, convert it with LeRobot")
     files = sorted((path / "data").rglob("*.parquet"), key=_numbered)
@@ -251,11 +261,14 @@ def _read_set(path: Path, wanted: Wanted) -> Frames:
             names = [name for name in pq.read_schema(file).names if wanted(name)]
             parts.append(pq.read_table(file, columns=names))
             there = {one.name: one.type for one in pq.read_schema(file)}
-        except (pa.ArrowException, ValueError) as error:
-            raise RecordingError(f"{file}: cannot be read ({str(error).splitlines()[0]})") from None
+        except (pa.ArrowException, *BROKEN) as error:
+            raise RecordingError(f"{file}: cannot be read ({_first_line(error)})") from None
     if any(part.column_names != parts[0].column_names for part in parts):
         raise RecordingError(f"{path}: not all of its {len(files)} files of data have the same columns")
-    table = pa.concat_tables(parts, promote_options="permissive")
+    try:
+        table = pa.concat_tables(parts, promote_options="permissive")
+    except pa.ArrowException as error:
+        raise RecordingError(f"{path}: its files of data do not fit ({_first_line(error)})") from None
     columns = {name: _values(path, name, table[name], pa) for name in table.column_names}
     shapes = {name: _shape((0, *_list(features.get(name, {}).get("shape")))) for name in there}
     return Frames(columns, shapes, axes, radii, rate, said)
