@@ -265,7 +265,11 @@ class BenchEndpoint(Joined):
 
     def _look(self, now: int) -> None:
         """See which part has gone, and put what is wrong into words."""
-        self._looked = now
+        is_listening, self._looked = now - self._looked < SILENT_NS, now
+        if (
+            not is_listening
+        ):  # nobody received meanwhile, as while a node compiles: what is silent is not known
+            self._begin_anew(now)
         for part in self._parts if len(self._parts) > 1 else ():
             lost = sum(part.endpoint.rejected.get(name, 0) for name in LOST)
             last = part.heard + SILENT_NS if part.heard else self._opened + FIRST_WORD_NS
@@ -285,6 +289,12 @@ class BenchEndpoint(Joined):
             if drive.told.force > 0.0 and (said := least_force_sentence(drive.limits, drive.need)):
                 self._counts["more_than_needed"] += 1
                 self._hints["more_than_needed"] = f"{said} ({drive.need:.1f} N)"
+
+    def _begin_anew(self, now: int) -> None:
+        self._opened = now
+        for part in self._parts:
+            part.heard = now if part.heard else 0
+            part.lost = sum(part.endpoint.rejected.get(name, 0) for name in LOST)
 
     def _look_at_jaws(self, balance: JawBalance, most: float) -> None:
         felt = balance.means
