@@ -138,6 +138,7 @@ class BenchEndpoint(Joined):
         self._balance = JawBalance(served[0], served[1]) if is_pair else None
         self._hints: dict[str, str] = {}
         self._looked, self._seq = time.monotonic_ns(), 0
+        self._uneven = 0  # of its counts, at the last look
         self._round_at = 0  # [ns] when each part is asked
         self._opened = self._looked
         self.broken: dict[str, int] = {}
@@ -266,9 +267,7 @@ class BenchEndpoint(Joined):
     def _look(self, now: int) -> None:
         """See which part has gone, and put what is wrong into words."""
         is_listening, self._looked = now - self._looked < SILENT_NS, now
-        if (
-            not is_listening
-        ):  # nobody received meanwhile, as while a node compiles: what is silent is not known
+        if not is_listening:  # nobody received meanwhile, as while a node compiles
             self._begin_anew(now)
         for part in self._parts if len(self._parts) > 1 else ():
             lost = sum(part.endpoint.rejected.get(name, 0) for name in LOST)
@@ -304,6 +303,8 @@ class BenchEndpoint(Joined):
                 f"{', '.join(beyond)} is felt, and the gripper is commanded {most:g} N at most: 'unit' or "
                 "'scale' in the map of that pad is wrong"
             )
+        before, self._uneven = self._uneven, self._counts["uneven_jaws"]
+        if beyond or self._uneven == before:
             return
         told = ", ".join(f"{name} {force:.1f} N" for name, force in felt.items())
         self._hints["uneven_jaws"] = (
