@@ -115,7 +115,7 @@ def test_jaws_that_feel_different_forces_are_named_with_both(rig, monkeypatch):
     assert "one touches something else" in rig.endpoint.hints["uneven_jaws"]
 
 
-def test_a_part_is_not_said_to_be_lost_because_nobody_listened(rig):
+def test_a_part_is_not_said_to_be_lost_because_the_node_did_not_listen(rig):
     rig.until(lambda: {each.finger for each in rig.heard} >= {"left", "right"}, left=25.0, right=25.0)
     long_ago = time.monotonic_ns() - 10 * NS
     rig.endpoint._looked = rig.endpoint._opened = long_ago

@@ -267,7 +267,7 @@ class BenchEndpoint(Joined):
     def _look(self, now: int) -> None:
         """See which part has gone, and put what is wrong into words."""
         is_listening, self._looked = now - self._looked < SILENT_NS, now
-        if not is_listening:  # nobody received meanwhile, as while a node compiles
+        if not is_listening:  # the node did not receive meanwhile, as while it compiles
             self._begin_anew(now)
         for part in self._parts if len(self._parts) > 1 else ():
             lost = sum(part.endpoint.rejected.get(name, 0) for name in LOST)
