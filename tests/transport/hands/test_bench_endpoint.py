@@ -115,6 +115,16 @@ def test_jaws_that_feel_different_forces_are_named_with_both(rig, monkeypatch):
     assert "one touches something else" in rig.endpoint.hints["uneven_jaws"]
 
 
+def test_a_part_is_not_said_to_be_lost_because_the_node_did_not_listen(rig):
+    rig.until(lambda: {each.finger for each in rig.heard} >= {"left", "right"}, left=25.0, right=25.0)
+    long_ago = time.monotonic_ns() - 10 * NS
+    rig.endpoint._looked = rig.endpoint._opened = long_ago
+    for part in rig.endpoint._parts:
+        part.heard, part.lost = long_ago if part.heard else 0, -1
+    rig.endpoint._look(time.monotonic_ns())
+    assert not [name for name in rig.endpoint.rejected if name.startswith("lost_")]
+
+
 def test_a_unit_that_cannot_be_is_named_by_what_the_drive_can(rig, monkeypatch):
     monkeypatch.setattr(bench_endpoint, "LOOK_NS", 0)
     rig.until(lambda: "impossible_force" in rig.endpoint.hints, left=25.0e3, right=25.0)

@@ -138,6 +138,7 @@ class BenchEndpoint(Joined):
         self._balance = JawBalance(served[0], served[1]) if is_pair else None
         self._hints: dict[str, str] = {}
         self._looked, self._seq = time.monotonic_ns(), 0
+        self._uneven = 0  # of its counts, at the last look
         self._round_at = 0  # [ns] when each part is asked
         self._opened = self._looked
         self.broken: dict[str, int] = {}
@@ -265,7 +266,9 @@ class BenchEndpoint(Joined):
 
     def _look(self, now: int) -> None:
         """See which part has gone, and put what is wrong into words."""
-        self._looked = now
+        is_listening, self._looked = now - self._looked < SILENT_NS, now
+        if not is_listening:  # the node did not receive meanwhile, as while it compiles
+            self._begin_anew(now)
         for part in self._parts if len(self._parts) > 1 else ():
             lost = sum(part.endpoint.rejected.get(name, 0) for name in LOST)
             last = part.received + SILENT_NS if part.received else self._opened + FIRST_WORD_NS
@@ -286,6 +289,12 @@ class BenchEndpoint(Joined):
                 self._counts["more_than_needed"] += 1
                 self._hints["more_than_needed"] = f"{said} ({drive.need:.1f} N)"
 
+    def _begin_anew(self, now: int) -> None:
+        self._opened = now
+        for part in self._parts:
+            part.heard = now if part.heard else 0
+            part.lost = sum(part.endpoint.rejected.get(name, 0) for name in LOST)
+
     def _look_at_jaws(self, balance: JawBalance, most: float) -> None:
         felt = balance.means
         if beyond := [f"{name} {force:.0f} N" for name, force in felt.items() if abs(force) > 2.0 * most]:
@@ -294,6 +303,8 @@ class BenchEndpoint(Joined):
                 f"{', '.join(beyond)} is felt, and the gripper is commanded {most:g} N at most: 'unit' or "
                 "'scale' in the map of that pad is wrong"
             )
+        before, self._uneven = self._uneven, self._counts["uneven_jaws"]
+        if beyond or self._uneven == before:
             return
         told = ", ".join(f"{name} {force:.1f} N" for name, force in felt.items())
         self._hints["uneven_jaws"] = (
