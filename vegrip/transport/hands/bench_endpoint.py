@@ -292,7 +292,7 @@ class BenchEndpoint(Joined):
     def _begin_anew(self, now: int) -> None:
         self._opened = now
         for part in self._parts:
-            part.received = now if part.heard else 0
+            part.received = now if part.received else 0
             part.lost = sum(part.endpoint.rejected.get(name, 0) for name in LOST)
 
     def _look_at_jaws(self, balance: JawBalance, most: float) -> None:
