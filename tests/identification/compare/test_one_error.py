@@ -57,7 +57,7 @@ def test_a_diagnosis_begins_and_ends_with_the_error_of_its_models(tip) -> None:
 
 
 def test_commands_print_it_and_hand_it_on(tip, tmp_path, capsys) -> None:
-    write_recording(tip(3, branches=TWO_TIMES, zeros=(-0.3, -0.15)), tmp_path / "tip")
+    write_recording(tip(3, kinds=("taps", "hold"), branches=TWO_TIMES, zeros=(-0.3, -0.15)), tmp_path / "tip")
     folder, model, more = (str(tmp_path / name) for name in ("tip", "m.toml", "more.toml"))
 
     def told(*command: str, in_text: bool = True) -> tuple[float, ...]:
