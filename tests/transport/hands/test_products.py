@@ -175,7 +175,7 @@ def test_one_question_is_out_at_a_time_and_one_without_answer_is_counted(pair, m
     device, endpoint = pair
     monkeypatch.setattr(dialogue, "SILENT_AFTER", 60 * NS)
     until(device, endpoint, several)
-    device.take_in = lambda *_: None
+    device.hear = lambda *_: None
     before = len(device.heard)
     until(device, endpoint, lambda _: endpoint.rejected.get("unanswered", 0) >= 3)
     assert len(device.heard) - before <= endpoint.rejected["unanswered"] + 1
