@@ -169,12 +169,9 @@ def test_a_load_that_changes_takes_all_back_and_what_has_held_is_learned() -> No
     assert believed_mean(g, 0) > before + 0.03
 
 
-@pytest.mark.parametrize(
-    ("sound", "load", "teaches"),
-    [(0.48, 1.2, True), (0.48, 0.8, False), (0.99, 1.2, True), (0.99, 0.8, True)],
-    ids=["rises", "falls", "proven, rises", "proven, falls"],
-)
-def test_a_load_that_falls_with_the_force_may_be_a_slide_until_a_channel_is_proven(
+@pytest.mark.parametrize("load", [0.8, 1.2], ids=["falls", "rises"])
+@pytest.mark.parametrize(("sound", "teaches"), [(0.48, False), (0.99, True)], ids=["not proven", "proven"])
+def test_a_load_that_changes_with_the_force_may_be_a_slide_until_a_channel_is_proven(
     sound: float, load: float, *, teaches: bool
 ) -> None:
     g = grasp()

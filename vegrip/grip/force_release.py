@@ -21,8 +21,8 @@ what one slide costs. Where no channel is proven, the load alone is a witness (:
 sees a slide the sooner, the faster N falls: then b grows by ``QUICK``.
 
 b returns to 0 when a finger slides, which teaches, and when a load changes; what has held until then is
-evidence that friction is higher. Where no channel is proven that is so if the whole load has risen: one that
-falls with N may be a slide.
+evidence that friction is higher. Where no channel is proven only loads that are held without that are: what
+changes while force is lowered may be a slide.
 
 Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
@@ -45,7 +45,7 @@ def begin_release(g: GraspMemory) -> None:
     g.release.pause = g.release.ends = 0.0
     for i in range(BELIEF_MOST):
         g.release.shift[i] = g.release.steady[i] = g.release.smooth[i] = 0.0
-        g.release.still[i], g.release.counted[i], g.release.mean[i] = -1.0, math.nan, 0.0
+        g.release.still[i], g.release.counted[i] = -1.0, math.nan
 
 
 def chance_noticed(g: GraspMemory) -> float:
@@ -92,12 +92,11 @@ def watch_quiet(g: GraspMemory, i: int, dt: float, load: float, noise: float, to
         g.release.shift[i] = 0.0
         return False
     if g.release.still[i] < 0.0:
-        g.release.smooth[i] = g.release.steady[i] = g.release.mean[i] = load
+        g.release.smooth[i] = g.release.steady[i] = load
         g.release.still[i] = 0.0
     g.release.smooth[i] += (1.0 - math.exp(-dt / LOOK)) * (load - g.release.smooth[i])
     g.release.still[i] += dt
     g.release.steady[i] += (1.0 - math.exp(-dt / PAUSE)) * (g.release.smooth[i] - g.release.steady[i])
-    g.release.mean[i] += (1.0 - math.exp(-dt / PAUSE)) * (g.release.smooth[i] - g.release.mean[i])
     change = abs(g.release.smooth[i] - g.release.steady[i])
     if change <= QUIET_CHANGE * g.release.steady[i] + 2.0 * noise:
         return False
@@ -111,16 +110,6 @@ def is_quiet(g: GraspMemory, n: int) -> bool:
         if 0.0 <= g.release.still[j] < RETURN:
             return False
     return g.release.pause <= 0.0
-
-
-def total_rises(g: GraspMemory) -> bool:
-    """Return whether the whole load is above its mean of late."""
-    now, before = 0.0, 0.0
-    for i in range(int(g.belief.fingers)):
-        if g.release.still[i] >= 0.0:
-            now += g.release.smooth[i]
-            before += g.release.mean[i]
-    return now > before
 
 
 def take_back(g: GraspMemory, held: bool) -> None:
@@ -206,7 +195,7 @@ def decide(g: GraspMemory, i: int, dt: float, margin: float, touching: bool, cha
         take_back(g, False)
         g.release.pause = PAUSE
     elif changed or (total > 0.0 and chance_noticed(g) < SURE and ends_slowly(g, dt)):
-        take_back(g, chance_noticed(g) >= SURE or total_rises(g))
+        take_back(g, chance_noticed(g) >= SURE)
         g.release.pause = 0.0 if changed else PAUSE
     g.release.counted[i] = counted_on(g, i)
     let_go(g, i, dt, margin, touching)

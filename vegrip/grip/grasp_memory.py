@@ -146,7 +146,6 @@ class Release:
     counted: Each  # ln mu at the present load that is assumed
     steady: Each  # [N] load from which changes are counted
     smooth: Each  # [N] load without noise
-    mean: Each  # [N] of late
     still: Each  # [s] since the load last changed; negative: not in contact
 
 
