@@ -116,7 +116,7 @@ class Pdos(Frames):
         super().__init__(log, mode, fd=False)
         nodes = tuple(FIRST_FINGER + number for number in range(len(log.fingers)))
         known = identifiers(nodes, GRASP_NODE, 0)
-        gates: Any = SimpleNamespace(hears=lambda _: True, speaks=lambda _: True, keep=lambda *_: None)
+        gates: Any = SimpleNamespace(accepts=lambda _: True, speaks=lambda _: True, keep=lambda *_: None)
         self._pdos = CanopenCodec(self.codec, known, gates)
         cob_ids = {identifier: cob_id for cob_id, identifier in known.items()}
         self.given = [

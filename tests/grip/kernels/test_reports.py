@@ -100,7 +100,7 @@ def test_frames_tell_what_is_due_not_the_first_and_believed(kernels, t, changed,
     for name, value in {**DUE, **changed}.items():
         known = getattr(kernels, f"CONDITION_{value}") if isinstance(value, str) else value
         t[getattr(kernels, name)] = known
-    assert kernels.is_told_here(t, now) == told
+    assert kernels.is_reported_here(t, now) == told
 
 
 ESTIMATES = {

@@ -120,7 +120,7 @@ def test_a_part_is_not_said_to_be_lost_because_the_node_did_not_listen(rig):
     long_ago = time.monotonic_ns() - 10 * NS
     rig.endpoint._looked = rig.endpoint._opened = long_ago
     for part in rig.endpoint._parts:
-        part.heard, part.lost = long_ago if part.heard else 0, -1
+        part.received, part.lost = long_ago if part.received else 0, -1
     rig.endpoint._look(time.monotonic_ns())
     assert not [name for name in rig.endpoint.rejected if name.startswith("lost_")]
 

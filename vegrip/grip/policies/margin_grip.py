@@ -8,7 +8,7 @@ Let ``L`` be the least normal force for the wanted margin over the horizon, at t
        p <- max(L, F + (p - F) exp(-dt / release_time)),    F = max(L, U)
 
    and no release at all within ``settle_time`` of the last rise: loads come in bursts. U is the median of
-   the last ``usual_time`` (``usual.py``): a sensor that errs for less than half of it can neither let the
+   the last ``usual_time``: a sensor that errs for less than half of it can neither let the
    grip down nor keep it up. A need that was usual before, within ``proven_time``, is gone back to without
    that wait: U is the lower of the two.
 2. Felt slip lifts the envelope by ``slip_growth`` per second as long as it lasts, from wherever the command

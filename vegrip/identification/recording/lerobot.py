@@ -50,7 +50,7 @@ DATA: Final = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 EPISODES: Final = "meta/episodes/chunk-000/file-000.parquet"
 OURS: Final = "meta/vegrip.json"
 ROUNDING_NS: Final = 1000  # [ns] by which a row may be later than its frame: times are written in decimals
-MOST_FRAMES: Final = 10_000_000  # a day at 100 a second; some gigabytes of five fingers
+MOST_SET_FRAMES: Final = 10_000_000  # a day at 100 a second; some gigabytes of five fingers
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +166,7 @@ def _frames(first: Recording, table: TextTable, rate: int) -> Frames:
     stamps = np.array(table.stamps, np.int64)
     of_episode = [stamps[first.episode == episode] for episode in np.unique(first.episode)]
     counts = [int((int(one[-1] - one[0]) + ROUNDING_NS) * rate // NS) + 1 for one in of_episode]
-    if sum(counts) > MOST_FRAMES:
+    if sum(counts) > MOST_SET_FRAMES:
         raise UsageError(f"{sum(counts)} frames at {rate} a second are too many; give a lower --fps")
     numbers = [np.arange(count, dtype=np.int64) for count in counts]
     at = [one[0] + number * NS // rate for one, number in zip(of_episode, numbers, strict=True)]
