@@ -1,4 +1,7 @@
-"""A frame from the line: checks of its bytes, of its counter and of its time, before anything is changed."""
+"""A frame from the line: checks of its bytes, of its counter and of its time, before anything is changed.
+
+Where frames go through no compiled step, :mod:`vegrip.transport.codec.sequence` counts the same.
+"""
 
 from vegrip.estimator.elapsed import bounded_time, elapsed_time
 from vegrip.grip.kernels.generated import *

@@ -1,5 +1,7 @@
 """Counters of received messages: a gap is a loss, a repeat or a step back is refused.
 
+The compiled step of CAN FD counts the same in :mod:`vegrip.grip.kernels.receive`.
+
 Names come from outside, and a sender may make up any number of them. The streams of configured fingers have
 places of their own; among all others the one that has been silent for longest gives way to a new one.
 """
