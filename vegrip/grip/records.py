@@ -72,6 +72,7 @@ class Grip:
     adjustment: float  # [N] change of the force by the last command, for balance
     proven: float  # [N] lowest median of late
     proven_time: float  # [s] for which that counts
+    closed: float  # [N] largest force since the start, until a load or its fall ended the takeover
 
 
 class Setup:
@@ -145,6 +146,8 @@ class Turn:
     has_margin: int  # whether the bound of the margin was ever worked out
     transfer_since: int  # [ns]
     in_transfer: int
+    has_closed: int  # whether the force with which the hand closed is taken over
+    bears: int  # whether a load was felt since the finger touches
     started: int  # whether there is a command to hold
     commanded: int  # [ns] when
     asked: int  # [ns] when the need was worked out

@@ -12,7 +12,7 @@ from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.protection import protect
 from vegrip.grip.kernels.receive import is_welcome, is_whole, take_frame
 from vegrip.grip.kernels.share import tell_need
-from vegrip.grip.kernels.takeover import begin_transfer, bound_takeover
+from vegrip.grip.kernels.takeover import begin_transfer, bound_takeover, hold_unloaded
 from vegrip.grip.kernels.watchdog import accept_state, note_broken, watch_silence
 
 LEFT_ALONE = 0  # the frame is refused, or is not one for this way; nothing has changed
@@ -115,6 +115,7 @@ def bound_demand(f: Floats, t: Wholes, now: int) -> None:
     if t.turn.started == 1:
         bound_takeover(f, t, now)
         hold_doubtful(f, t)
+        hold_unloaded(f, t)
 
 
 def settle_need(f: Floats, t: Wholes, g: GraspMemory, now: int) -> None:

@@ -1,4 +1,6 @@
-"""Bumpless transfer: a finger whose contact is met in its middle goes on with the force that is there.
+"""Bumpless transfer: a finger goes on with the force that is there, in the middle of a grasp and at its beginning.
+
+**A contact met in its middle.**
 
 An estimator that has not seen a contact begin knows little of it, and its first samples may ask for several
 times the force that is needed. What is known without it: the load of that instant is held, by the normal
@@ -9,11 +11,19 @@ force of that instant. So for ``TRANSFER_TIME`` the least force is bounded by wh
 The load is ``hypot(f_t, m / a)``. Coulomb's friction needs ``N0 g``; the friction coefficient of soft tips
 falls as the normal force grows, hardly faster than with its square root, and then ``N0 g^2`` is needed.
 Slip ends it at once: then what was held is held no more.
+
+**An object that still stands.** Without a load nothing says what the object weighs, and the force that is asked
+would be next to none; when it is lifted, its load comes faster than many drives follow. So until a load is felt
+no force is let go of. A hand may also close by itself, whatever was commanded meanwhile: the largest force until
+then is taken over once, when it begins to fall or the first load comes. Only once, for a drive that gives more
+than it is asked would otherwise be asked for more and more. A grip that learns friction by lowering force keeps
+nothing: it begins low, and feels a slide.
 """
 
 import math
 
 from vegrip.estimator.elapsed import elapsed_time
+from vegrip.grip.confirmed_load import CONFIRM_NOISE
 from vegrip.grip.kernels.generated import *
 
 TRANSFER_TIME = 0.3  # [s] after which the estimate rules whatever it says; within 0.1 s it has mostly settled
@@ -53,3 +63,32 @@ def load_in_transfer(f: Floats) -> float:
     turning = f.demand.torque / f.transfer.arm if f.transfer.arm > 0.0 else 0.0
     turning = 0.0 if math.isnan(turning) else turning
     return math.sqrt(f.demand.load * f.demand.load + turning * turning)
+
+
+def hold_unloaded(f: Floats, t: Wholes) -> None:
+    """Ask for no less than is held until a load is felt."""
+    if t.need.in_contact == 0:
+        t.turn.bears = 0
+        return
+    if t.need.trusted == 0 or t.turn.bears == 1 or t.setup.shares == 1:
+        return
+    t.turn.bears = 1 if is_load_felt(f) else 0
+    if t.turn.has_closed == 0:
+        take_over_closed(f, t)
+    if t.turn.bears == 0:
+        f.demand.least = max(f.grip.required, f.demand.least)
+
+
+def take_over_closed(f: Floats, t: Wholes) -> None:
+    """Ask once for the force with which the hand has closed by itself."""
+    force = f.state.normal_force
+    if t.turn.bears == 1 or force < (1.0 - f.rule.dead_band) * f.grip.closed:
+        f.demand.least = max(f.grip.closed, f.demand.least)
+        t.turn.has_closed = 1
+    f.grip.closed = max(f.grip.closed, force)
+
+
+def is_load_felt(f: Floats) -> bool:
+    """Return whether the load is more than the noise of its channels."""
+    turns = f.demand.torque > CONFIRM_NOISE * f.set.s_torque
+    return turns or f.demand.load > CONFIRM_NOISE * f.set.s_tangential
