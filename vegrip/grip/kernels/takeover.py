@@ -1,4 +1,4 @@
-"""Bumpless transfer: a finger goes on with the force that is there, in the middle of a grasp and at its beginning.
+"""Bumpless transfer: a finger goes on with the force that is there, in a grasp and at its beginning.
 
 **A contact met in its middle.**
 
@@ -12,12 +12,12 @@ The load is ``hypot(f_t, m / a)``. Coulomb's friction needs ``N0 g``; the fricti
 falls as the normal force grows, hardly faster than with its square root, and then ``N0 g^2`` is needed.
 Slip ends it at once: then what was held is held no more.
 
-**An object that still stands.** Without a load nothing says what the object weighs, and the force that is asked
-would be next to none; when it is lifted, its load comes faster than many drives follow. So until a load is felt
-no force is let go of. A hand may also close by itself, whatever was commanded meanwhile: the largest force until
-then is taken over once, when it begins to fall or the first load comes. Only once, for a drive that gives more
-than it is asked would otherwise be asked for more and more. A grip that learns friction by lowering force keeps
-nothing: it begins low, and feels a slide.
+**An object that still stands.** Without a load nothing says what the object weighs, and next to no force
+would be asked for; when it is lifted, its load comes faster than many drives follow. So until a load is
+felt, force is not lowered. A hand may also close by itself, whatever is commanded meanwhile: the largest
+force until then is taken over when it begins to fall, or when the first load comes. Only once: a drive that
+gives more than it is asked for would be asked for more and more. A grip that learns friction by lowering
+force keeps nothing, for it begins low, and feels a slide.
 """
 
 import math
