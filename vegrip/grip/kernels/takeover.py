@@ -80,11 +80,12 @@ def hold_unloaded(f: Floats, t: Wholes) -> None:
 
 
 def take_over_closed(f: Floats, t: Wholes) -> None:
-    """Ask once for the force with which the hand has closed by itself."""
-    force = f.state.normal_force
-    if t.turn.bears == 1 or force < (1.0 - f.rule.dead_band) * f.grip.closed:
-        f.demand.least = max(f.grip.closed, f.demand.least)
+    """Ask once for the force with which the hand has closed by itself, where it is more than is held."""
+    force, much = f.state.normal_force, (1.0 - f.rule.dead_band) * f.grip.closed
+    if t.turn.bears == 1 or force < much:
         t.turn.has_closed = 1
+        if much > f.grip.held:
+            f.demand.least = max(f.grip.closed, f.demand.least)
     f.grip.closed = max(f.grip.closed, force)
 
 
