@@ -1,6 +1,7 @@
 """The site asks for nothing beyond its folder, and the project's words are British and name who acts."""
 
 import importlib.util
+import re
 import tomllib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -26,6 +27,7 @@ english = load(DOCS / "english.py")
 product_pages = load(DOCS / "site" / "product_pages.py")
 command_pages = load(DOCS / "site" / "command_pages.py")
 setting_pages = load(DOCS / "site" / "setting_pages.py")
+constant_pages = load(DOCS / "site" / "constant_pages.py")
 
 
 def said_of(folder: Path, body: str, style: str = "") -> list[str]:
@@ -112,6 +114,19 @@ def test_every_command_has_its_section_in_the_reference() -> None:
         assert f"| [`vegrip {name}`](#vegrip-{name}) | {about} |" in text
         assert f"## vegrip {name}\n" in text
     assert "candump" in text
+
+
+def test_every_constant_that_the_page_of_friction_names_is_in_the_reference() -> None:
+    named = set(re.findall(r"`([A-Z][A-Z_]{3,})`", (DOCS / "friction.md").read_text("utf-8"))) - {"DEGRADED"}
+    listed = set(re.findall(r"^\| `([A-Z_]+)` \| [^|]+ \| [^|]+ \|$", constant_pages.page(), re.MULTILINE))
+    assert "SCATTER" in named
+    assert named <= listed
+
+
+def test_a_number_without_an_explanation_is_no_row(tmp_path: Path) -> None:
+    source = tmp_path / "numbers.py"
+    source.write_text("A1 = 2.0  # [s] why\nB1 = 3.0\nC1 = 4.0\n\"\"\"Also\nwhy.\"\"\"\nD1 = list()  # no number\n")
+    assert list(constant_pages.rows(source)) == ["| `A1` | 2.0 | [s] why |", "| `C1` | 4.0 | Also why. |"]
 
 
 @pytest.mark.parametrize("words", ["pip install", "decimal comma", "play log", "candump"])

@@ -17,7 +17,14 @@ from mkdocs.structure.pages import Page
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
-from docs.site import command_pages, effect_pages, product_pages, python_pages, setting_pages  # noqa: E402
+from docs.site import (  # noqa: E402
+    command_pages,
+    constant_pages,
+    effect_pages,
+    product_pages,
+    python_pages,
+    setting_pages,
+)
 
 COPIES = {
     "proto/README.md": "reference/protocol.md",
@@ -32,7 +39,7 @@ ROLE = re.compile(
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the pages that are generated: commands, Python, products, effects, settings, and copies."""
+    """Add the pages that are generated: commands, Python, products, effects, settings, constants, and copies."""
     for name, text in command_pages.pages():
         files.append(File.generated(config, f"reference/commands/{name}", content=text))
     for name, text in python_pages.pages():
@@ -41,6 +48,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         files.append(File.generated(config, f"reference/products/{name}", content=text))
     files.append(File.generated(config, "reference/effects.md", content=effect_pages.page()))
     files.append(File.generated(config, "reference/settings.md", content=setting_pages.page()))
+    files.append(File.generated(config, "reference/friction.md", content=constant_pages.page()))
     who = setting_pages.who_page(command_pages.options())
     files.append(File.generated(config, "reference/who-sets-what.md", content=who))
     for source, page in COPIES.items():
