@@ -125,7 +125,7 @@ def test_every_constant_that_the_page_of_friction_names_is_in_the_reference() ->
 
 def test_a_number_without_an_explanation_is_no_row(tmp_path: Path) -> None:
     source = tmp_path / "numbers.py"
-    source.write_text("A1 = 2.0  # [s] why\nB1 = 3.0\nC1 = 4.0\n\"\"\"Also\nwhy.\"\"\"\nD1 = list()  # no number\n")
+    source.write_text("A1 = 2.0  # [s] why\nB1 = 3.0\nC1 = 4.0\n'''Also\nwhy.'''\nD1 = list()  # no\n")
     assert list(constant_pages.rows(source)) == ["| `A1` | 2.0 | [s] why |", "| `C1` | 4.0 | Also why. |"]
 
 

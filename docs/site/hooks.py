@@ -39,7 +39,7 @@ ROLE = re.compile(
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the pages that are generated: commands, Python, products, effects, settings, constants, and copies."""
+    """Add the pages that are generated, and copies."""
     for name, text in command_pages.pages():
         files.append(File.generated(config, f"reference/commands/{name}", content=text))
     for name, text in python_pages.pages():
