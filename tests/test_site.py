@@ -11,6 +11,7 @@ import pytest
 
 from vegrip.cli import COMMANDS
 from vegrip.transport.maps import products
+from vegrip.web.report.bibtex import references
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -27,6 +28,7 @@ english = load(DOCS / "english.py")
 product_pages = load(DOCS / "site" / "product_pages.py")
 command_pages = load(DOCS / "site" / "command_pages.py")
 setting_pages = load(DOCS / "site" / "setting_pages.py")
+reference_pages = load(DOCS / "site" / "reference_pages.py")
 constant_pages = load(DOCS / "site" / "constant_pages.py")
 
 
@@ -114,6 +116,15 @@ def test_every_command_has_its_section_in_the_reference() -> None:
         assert f"| [`vegrip {name}`](#vegrip-{name}) | {about} |" in text
         assert f"## vegrip {name}\n" in text
     assert "candump" in text
+
+
+def test_the_literature_is_written_from_the_entries_of_bibtex() -> None:
+    lines = reference_pages.page().splitlines()
+    assert (
+        "* **[GoyalRuinaPapadopoulos1991]** S. Goyal, A. Ruina, J. Papadopoulos. Planar sliding with dry "
+        "friction. Part 1: limit surface and moment function. *Wear* 143, 307-330, 1991." in lines
+    )
+    assert sum(line.startswith("* **[") for line in lines) == len(references())
 
 
 def test_every_constant_that_the_page_of_friction_names_is_in_the_reference() -> None:

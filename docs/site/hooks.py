@@ -23,6 +23,7 @@ from docs.site import (  # noqa: E402
     effect_pages,
     product_pages,
     python_pages,
+    reference_pages,
     setting_pages,
 )
 
@@ -46,6 +47,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         files.append(File.generated(config, f"reference/python/{name}", content=text))
     for name, text in product_pages.pages():
         files.append(File.generated(config, f"reference/products/{name}", content=text))
+    files.append(File.generated(config, "references.md", content=reference_pages.page()))
     files.append(File.generated(config, "reference/effects.md", content=effect_pages.page()))
     files.append(File.generated(config, "reference/settings.md", content=setting_pages.page()))
     files.append(File.generated(config, "reference/friction.md", content=constant_pages.page()))
@@ -84,6 +86,8 @@ def _relinked(text: str, folder: str, page: str) -> str:
         )
         if target == "README.md":
             site = "index.md"
+        if target == "docs/references.bib":
+            site = "references.md"
         if not site:
             return (
                 link["text"]
