@@ -22,6 +22,7 @@ import figures
 
 import vegrip
 from vegrip.cli import COMMANDS
+from vegrip.web.report.bibtex import references
 
 ROOT = Path(__file__).parents[1]
 SHELL = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
@@ -173,10 +174,9 @@ def failing_commands(page: Path, text: str) -> Iterator[str]:
 
 
 def english_of_page(page: Path, text: str) -> Iterator[str]:
-    """Words of a page that are not in the project's English; titles of other people's papers may be."""
-    if page.name != "references.md":
-        for position, complaint in english.complaints(text):
-            yield f"{page.relative_to(ROOT)}:{line_of(text, position)}: {complaint}"
+    """Words of a page that are not in the project's English."""
+    for position, complaint in english.complaints(text):
+        yield f"{page.relative_to(ROOT)}:{line_of(text, position)}: {complaint}"
 
 
 def english_of_code() -> Iterator[str]:
@@ -203,15 +203,14 @@ def english_of_code() -> Iterator[str]:
 
 
 def unresolved_citations() -> Iterator[str]:
-    """Citation keys used in the code that docs/references.md does not explain."""
-    known = (ROOT / "docs" / "references.md").read_text(encoding="utf-8")
+    """Citation keys used in the code that docs/references.bib does not explain."""
     sources = [
         path for folder in ("vegrip", "nodes", "validation") for path in ROOT.glob(f"{folder}/**/*.py")
     ]
     for source in sorted(sources):
         for key in set(CITATION.findall(source.read_text(encoding="utf-8"))):
-            if f"[{key}]" not in known:
-                yield f"{source.relative_to(ROOT)}: citation [{key}] is not in docs/references.md"
+            if key not in references():
+                yield f"{source.relative_to(ROOT)}: citation [{key}] is not in docs/references.bib"
 
 
 def failing_doctests() -> Iterator[str]:

@@ -1,6 +1,6 @@
 """The project's English: one spelling, and sentences that name who acts.
 
-Pages, docstrings and comments are checked; identifiers, quoted code and titles in ``references.md`` are not.
+Pages, docstrings and comments are checked; identifiers, and quoted code are not.
 """
 
 import ast

@@ -62,5 +62,5 @@ def test_the_paper_and_the_field_say_that_no_hand_was_tried_while_the_list_is_em
 
 
 def test_the_list_of_references_in_the_package_is_that_of_the_documents() -> None:
-    inside = ROOT / "vegrip" / "web" / "report" / "references.md"
-    assert inside.resolve() == ROOT / "docs" / "references.md"
+    inside = ROOT / "vegrip" / "web" / "report" / "references.bib"
+    assert inside.resolve() == ROOT / "docs" / "references.bib"

@@ -41,7 +41,7 @@ def test_every_file_of_a_package_folder_is_shipped() -> None:
 
 def test_the_page_on_installing_explains_every_extra() -> None:
     page = (ROOT / "docs" / "install.md").read_text(encoding="utf-8")
-    assert set(re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE)) == EXTRAS
+    assert set(re.findall(r"^\* `(\w+)`: ", page, re.MULTILINE)) == EXTRAS
 
 
 def test_every_extra_that_a_message_or_page_names_exists() -> None:

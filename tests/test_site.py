@@ -1,6 +1,7 @@
 """The site asks for nothing beyond its folder, and the project's words are British and name who acts."""
 
 import importlib.util
+import re
 import tomllib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 
 from vegrip.cli import COMMANDS
 from vegrip.transport.maps import products
+from vegrip.web.report.bibtex import references
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -26,6 +28,8 @@ english = load(DOCS / "english.py")
 product_pages = load(DOCS / "site" / "product_pages.py")
 command_pages = load(DOCS / "site" / "command_pages.py")
 setting_pages = load(DOCS / "site" / "setting_pages.py")
+reference_pages = load(DOCS / "site" / "reference_pages.py")
+constant_pages = load(DOCS / "site" / "constant_pages.py")
 
 
 def said_of(folder: Path, body: str, style: str = "") -> list[str]:
@@ -112,6 +116,28 @@ def test_every_command_has_its_section_in_the_reference() -> None:
         assert f"| [`vegrip {name}`](#vegrip-{name}) | {about} |" in text
         assert f"## vegrip {name}\n" in text
     assert "candump" in text
+
+
+def test_the_literature_is_written_from_the_entries_of_bibtex() -> None:
+    lines = reference_pages.page().splitlines()
+    assert (
+        "* **[GoyalRuinaPapadopoulos1991]** S. Goyal, A. Ruina, J. Papadopoulos. Planar sliding with dry "
+        "friction. Part 1: limit surface and moment function. *Wear* 143, 307-330, 1991." in lines
+    )
+    assert sum(line.startswith("* **[") for line in lines) == len(references())
+
+
+def test_every_constant_that_the_page_of_friction_names_is_in_the_reference() -> None:
+    named = set(re.findall(r"`([A-Z][A-Z_]{3,})`", (DOCS / "friction.md").read_text("utf-8"))) - {"DEGRADED"}
+    listed = set(re.findall(r"^\| `([A-Z_]+)` \| [^|]+ \| [^|]+ \|$", constant_pages.page(), re.MULTILINE))
+    assert "SCATTER" in named
+    assert named <= listed
+
+
+def test_a_number_without_an_explanation_is_no_row(tmp_path: Path) -> None:
+    source = tmp_path / "numbers.py"
+    source.write_text("A1 = 2.0  # [s] why\nB1 = 3.0\nC1 = 4.0\n'''Also\nwhy.'''\nD1 = list()  # no\n")
+    assert list(constant_pages.rows(source)) == ["| `A1` | 2.0 | [s] why |", "| `C1` | 4.0 | Also why. |"]
 
 
 @pytest.mark.parametrize("words", ["pip install", "decimal comma", "play log", "candump"])

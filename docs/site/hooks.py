@@ -17,7 +17,15 @@ from mkdocs.structure.pages import Page
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
-from docs.site import command_pages, effect_pages, product_pages, python_pages, setting_pages  # noqa: E402
+from docs.site import (  # noqa: E402
+    command_pages,
+    constant_pages,
+    effect_pages,
+    product_pages,
+    python_pages,
+    reference_pages,
+    setting_pages,
+)
 
 COPIES = {
     "proto/README.md": "reference/protocol.md",
@@ -32,15 +40,17 @@ ROLE = re.compile(
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the pages that are generated: commands, Python, products, effects, settings, and copies."""
+    """Add the pages that are generated, and copies."""
     for name, text in command_pages.pages():
         files.append(File.generated(config, f"reference/commands/{name}", content=text))
     for name, text in python_pages.pages():
         files.append(File.generated(config, f"reference/python/{name}", content=text))
     for name, text in product_pages.pages():
         files.append(File.generated(config, f"reference/products/{name}", content=text))
+    files.append(File.generated(config, "references.md", content=reference_pages.page()))
     files.append(File.generated(config, "reference/effects.md", content=effect_pages.page()))
     files.append(File.generated(config, "reference/settings.md", content=setting_pages.page()))
+    files.append(File.generated(config, "reference/friction.md", content=constant_pages.page()))
     who = setting_pages.who_page(command_pages.options())
     files.append(File.generated(config, "reference/who-sets-what.md", content=who))
     for source, page in COPIES.items():
@@ -76,6 +86,8 @@ def _relinked(text: str, folder: str, page: str) -> str:
         )
         if target == "README.md":
             site = "index.md"
+        if target == "docs/references.bib":
+            site = "references.md"
         if not site:
             return (
                 link["text"]

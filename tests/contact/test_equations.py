@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 PAGE = Path(__file__).parents[2] / "docs" / "theory.md"
-ROW = re.compile(r"^\| (\([^|]*\)) \| `([\w.]+)` \|$", re.MULTILINE)
+ROW = re.compile(r"^\* (\([^:]*\)): `([\w.]+)`$", re.MULTILINE)
 SPAN = re.compile(r"\((\d+)\)(?:-\((\d+)\))?")
 
 

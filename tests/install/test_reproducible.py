@@ -60,5 +60,5 @@ def test_the_date_is_that_of_the_epoch_and_not_of_the_build(
 def test_the_wheel_carries_the_list_of_references(sources: tuple[Path, Path], tmp_path: Path) -> None:
     """In the sources it is a link into docs, which a wheel does not have."""
     with zipfile.ZipFile(build("--wheel", sources[0], tmp_path, EPOCH)) as wheel:
-        carried = wheel.read("vegrip/web/report/references.md")
-    assert carried == (ROOT / "docs" / "references.md").read_bytes()
+        carried = wheel.read("vegrip/web/report/references.bib")
+    assert carried == (ROOT / "docs" / "references.bib").read_bytes()

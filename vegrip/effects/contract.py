@@ -137,7 +137,7 @@ class Effect:
 
     name: str
     summary: str
-    cites: tuple[str, ...]  # keys of docs/references.md
+    cites: tuple[str, ...]  # keys of docs/references.bib
     hooks: tuple[Hook, ...]
     parameters: tuple[Parameter, ...] = ()
     states: tuple[State, ...] = ()
