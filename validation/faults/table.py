@@ -260,8 +260,8 @@ CASES: tuple[Case, ...] = (
         MISSING,
         detection=2 * NODE_TICK_S,
         recovery=0.5,
-        behaviour="the hand holds its position; the new node takes over its force, and may press three tenths "
-        "more than the fail-safe grip, as it has to learn friction anew",
+        behaviour="the hand holds its position; the new node takes over its force, and may press three "
+        "tenths more than the fail-safe grip, as it has to learn friction anew",
         anew=0.3,
         relaxes=0.05,
     ),
