@@ -157,7 +157,7 @@ def note_slide(g: GraspMemory, i: int, unsure: float) -> None:
     """Learn from a slide of finger ``i``; at its end the next one is another."""
     teacher = int(g.slip.teacher[i])
     if g.belief.doubted[i] > 0.0:
-        is_over = g.slip.heard[teacher] >= PAUSE
+        is_over = g.slip.silence[teacher] >= PAUSE
         if is_over and g.slip.sound[teacher] >= SURE:
             g.belief.doubted[i] = 0.0
         elif is_over or is_named(g, teacher):

@@ -95,7 +95,7 @@ class Slip:
     sound: Channels  # probability to be sound
     silent: Channels  # probability to be silent
     says: Channels  # 1, 0; NaN = not sensed
-    heard: Channels  # [s] since it last said slip
+    silence: Channels  # [s] since it last said slip
     rate: Channels  # how often it begins to say slip, per look
     shows: Channels  # what it adds to the logit of a slide
     level: Each  # ln u at the reference load, without noise; -inf: not known

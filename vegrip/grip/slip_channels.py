@@ -49,7 +49,7 @@ def begin_channels(g: GraspMemory, sliding: float, delay: float) -> None:
     g.slip.exponent = g.belief.mean[int(g.belief.fingers)]
     for at in range(2 * BELIEF_MOST):
         g.slip.sound[at], g.slip.silent[at] = USUAL, EVEN
-        g.slip.says[at], g.slip.heard[at] = math.nan, math.inf
+        g.slip.says[at], g.slip.silence[at] = math.nan, math.inf
         g.slip.shows[at], g.slip.rate[at] = 0.0, RARE
     for i in range(BELIEF_MOST):
         g.slip.level[i] = g.slip.held[i] = g.slip.shown[i] = g.slip.begun[i] = -math.inf
@@ -95,7 +95,7 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
     usual = 1.0 - math.exp(-dt / RENEWED)
     g.slip.sound[at] += usual * (1.0 - EVEN - RARE - g.slip.sound[at])
     g.slip.silent[at] += usual * (EVEN - g.slip.silent[at])
-    g.slip.heard[at] += dt
+    g.slip.silence[at] += dt
     g.slip.rate[at] += looks / RENEWED * (RARE - g.slip.rate[at])
     if not says >= 0.5:
         g.slip.shows[at] = 0.0
@@ -103,7 +103,7 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
     if last_told(g) > PAUSE:
         for j in range(int(g.belief.fingers)):
             g.slip.begun[j] = g.slip.level[j]
-    g.slip.heard[at] = 0.0
+    g.slip.silence[at] = 0.0
     p, rate = likely_slide(g, i), g.slip.rate[at]
     if before >= 0.5:
         tells = g.slip.stays[i] * DETECTS + (1.0 - g.slip.stays[i]) * FALSE
@@ -119,8 +119,8 @@ def last_told(g: GraspMemory) -> float:
     """Return how long ago some channel of the grasp last said slip [s]."""
     last = math.inf
     for i in range(int(g.belief.fingers)):
-        last = min(last, g.slip.heard[i])
-        last = min(last, g.slip.heard[BELIEF_MOST + i])
+        last = min(last, g.slip.silence[i])
+        last = min(last, g.slip.silence[BELIEF_MOST + i])
     return last
 
 
@@ -142,7 +142,7 @@ def judge_slide(g: GraspMemory, since: float, p: float) -> None:
     for i in range(int(g.belief.fingers)):
         for k in range(2):
             at = i + k * BELIEF_MOST
-            if g.slip.heard[at] <= since:
+            if g.slip.silence[at] <= since:
                 weigh(g, at, p * DETECTS + (1.0 - p) * RARE, NEARLY_NONE, RARE)
             elif last > since and not math.isnan(g.slip.says[at]):
                 weigh(g, at, 1.0 - p * DETECTS, 1.0, 1.0)

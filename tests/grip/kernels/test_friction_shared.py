@@ -54,12 +54,12 @@ def test_the_torque_counts_in_the_load_as_a_force_at_the_contact_radius(kernels,
 @pytest.mark.parametrize(("mu", "std"), [(0.0, 0.1), (-0.2, 0.1), (math.inf, 0.1), (math.nan, 0.1)])
 def test_what_is_no_friction_is_told_as_it_is_believed(kernels, f, t, mu, std) -> None:
     t[kernels.SETUP_SHARES] = 1
-    assert kernels.told_friction(f, t, mu, std) == pytest.approx((mu, std), nan_ok=True)
+    assert kernels.stated_friction(f, t, mu, std) == pytest.approx((mu, std), nan_ok=True)
 
 
 def test_a_finger_that_shares_tells_the_friction_that_may_have_changed(kernels, f, t) -> None:
-    assert kernels.told_friction(f, t, 0.6, 0.06) == (0.6, 0.06)
+    assert kernels.stated_friction(f, t, 0.6, 0.06) == (0.6, 0.06)
     t[kernels.SETUP_SHARES] = 1
-    mu, std = kernels.told_friction(f, t, 0.6, 0.06)
+    mu, std = kernels.stated_friction(f, t, 0.6, 0.06)
     assert mu == 0.6
     assert std / mu == pytest.approx(math.hypot(0.1, 0.1))

@@ -134,7 +134,7 @@ def contact(kernels, f, t, monkeypatch):
         for pack in ("pack_contact1", "pack_contact2"):
             monkeypatch.setattr(kernels, pack, lambda _, *values: packed.append(values))
         monkeypatch.setattr(kernels, "protect", lambda *_: None)
-        monkeypatch.setattr(kernels, "told_friction", lambda _, __, mu, std: (2.0 * mu, 3.0 * std))
+        monkeypatch.setattr(kernels, "stated_friction", lambda _, __, mu, std: (2.0 * mu, 3.0 * std))
         numbers = {f"REP_{name}": 1.0 + 2 * i for i, name in enumerate(ESTIMATES)}
         numbers |= {f"REP_{name}": 2.0 + 2 * i for i, name in enumerate(ESTIMATES.values())}
         numbers |= {"REP_RADIUS_SOUND": 1.0, "SAMPLE_SHOWN": 9_000_000}

@@ -43,7 +43,7 @@ class PositionHold:
     """One pair of pads and what it holds, one after the other."""
 
     pad: Pad
-    told_friction: float  # [-]
+    stated_friction: float  # [-]
     loads: tuple[Load, ...]
     seed: int  # of the sensors' noise
 

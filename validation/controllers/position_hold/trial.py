@@ -53,7 +53,7 @@ def run_holds(trial: HoldTrial) -> tuple[HoldResult, ...]:
 def hold(gripper: Gripper, rule: HoldRule, holds: PositionHold, load: Load) -> HoldResult:
     """Close, hold ``load`` to its end, and tighten again where the rule wants it."""
     pad = holds.pad
-    rule.begin(pad, holds.told_friction, load)
+    rule.begin(pad, holds.stated_friction, load)
     gripper.load = load
     moving, forces, needs, greatest = True, [], [], 0.0
     slipped, depth, need = False, -1.0, math.inf

@@ -32,7 +32,7 @@ def is_slipping(f: Floats, _t: Wholes, _g: GraspMemory) -> bool:
     return f.state.slip >= SLIDES
 
 
-def told_friction(_f: Floats, _t: Wholes, mu: float, std: float) -> tuple[float, float]:
+def stated_friction(_f: Floats, _t: Wholes, mu: float, std: float) -> tuple[float, float]:
     """Return the friction coefficient and its std as they are believed."""
     return mu, std
 

@@ -10,7 +10,7 @@ from vegrip.grip.kernels.control import base_force, hold_without_input, is_renew
 from vegrip.grip.kernels.demand import demand_nothing
 from vegrip.grip.kernels.finger_step import *
 from vegrip.grip.kernels.generated import *
-from vegrip.grip.kernels.share import tell_need
+from vegrip.grip.kernels.share import share_need
 from vegrip.grip.kernels.watchdog import watch_silence
 
 
@@ -68,7 +68,7 @@ def finger_watch(f: Floats, t: Wholes, g: GraspMemory, now: int) -> int:
     if t.input.condition > CONDITION_DEGRADED:
         demand_nothing(f, t)
         hold_without_input(f, t, now)
-        tell_need(f, t, g)
+        share_need(f, t, g)
     return 1
 
 
@@ -78,7 +78,7 @@ def finger_hold_last(f: Floats, t: Wholes, g: GraspMemory, now: int) -> int:
         return 0
     demand_nothing(f, t)
     hold_without_input(f, t, now)
-    tell_need(f, t, g)
+    share_need(f, t, g)
     return 1
 
 

@@ -11,7 +11,7 @@ from vegrip.grip.kernels.friction_shared import prepare_friction, restore_slip, 
 from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.protection import protect
 from vegrip.grip.kernels.receive import is_welcome, is_whole, take_frame
-from vegrip.grip.kernels.share import tell_need
+from vegrip.grip.kernels.share import share_need
 from vegrip.grip.kernels.takeover import begin_transfer, bound_takeover, hold_unloaded
 from vegrip.grip.kernels.watchdog import accept_state, note_broken, watch_silence
 
@@ -55,7 +55,7 @@ def finger_tick(f: Floats, t: Wholes, g: GraspMemory, now: int, out: Bytes) -> i
     if t.input.condition > CONDITION_DEGRADED:
         demand_nothing(f, t)
         require_force(f, t, now)
-        tell_need(f, t, g)
+        share_need(f, t, g)
     settle_command(f, t, g, now)
     write_command(f, t, now, out)
     return STEP_TAKEN + STEP_COMMANDED
@@ -125,7 +125,7 @@ def settle_need(f: Floats, t: Wholes, g: GraspMemory, now: int) -> None:
     if t.need.believed == 1:
         update_shared_friction(f, t, g)
     restore_slip(f, t)
-    tell_need(f, t, g)
+    share_need(f, t, g)
 
 
 def settle_command(f: Floats, t: Wholes, g: GraspMemory, now: int) -> None:

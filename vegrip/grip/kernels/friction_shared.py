@@ -105,7 +105,7 @@ def update_shared_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     decide(g, i, dt, f.rule.wanted_margin, is_touching, changed)
 
 
-def told_friction(_f: Floats, t: Wholes, mu: float, std: float) -> tuple[float, float]:
+def stated_friction(_f: Floats, t: Wholes, mu: float, std: float) -> tuple[float, float]:
     """Return the friction coefficient and its std that are stated, of those that are believed."""
     if t.setup.shares == 0 or not 0.0 < mu < math.inf:
         return mu, std

@@ -10,7 +10,7 @@ from vegrip.estimator.elapsed import bounded_time, elapsed_time
 from vegrip.estimator.kernels.forecast import force_reserve, slip_times
 from vegrip.estimator.kernels.report import margin_gauge
 from vegrip.estimator.kernels.sense import is_sound, touches
-from vegrip.grip.kernels.friction_shared import told_friction
+from vegrip.grip.kernels.friction_shared import stated_friction
 from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.protection import protect
 
@@ -97,7 +97,7 @@ def report_contact(f: Floats, t: Wholes, first: Bytes, second: Bytes) -> None:
     age = float(elapsed_time(stamp, t.sample.informed)) / 1e9
     current = t.sample.trusted == 1 and is_sound(f, t)
     touching = touches(f, t)
-    mu, mu_std = told_friction(f, t, f.report.mu, f.report.mu_std)
+    mu, mu_std = stated_friction(f, t, f.report.mu, f.report.mu_std)
     pack_contact1(
         first, seq, stamp, flag_of(touching), flag_of(current),
         flag_of(current and is_known(f.report.force, f.report.force_std)),

@@ -13,7 +13,7 @@ Every finger's minimum comes first: nothing is ever lowered to reach the balance
 internal force that the wrench does not need; it is the price of one thumb.
 
 ``g[i]`` is the force [N] that finger ``i`` needs, NaN while it has no command. Every finger writes its own;
-whatever is known of the whole grasp has its place between :func:`tell_need` and :func:`balanced_force`.
+whatever is known of the whole grasp has its place between :func:`share_need` and :func:`balanced_force`.
 """
 
 import math
@@ -22,8 +22,8 @@ from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.kernels.generated import *
 
 
-def tell_need(f: Floats, t: Wholes, g: GraspMemory) -> None:
-    """Tell the grasp what this finger needs."""
+def share_need(f: Floats, t: Wholes, g: GraspMemory) -> None:
+    """Let the grasp know what this finger needs."""
     g[t.setup.finger] = f.grip.required if t.turn.started == 1 else math.nan
 
 
