@@ -1,4 +1,4 @@
-"""Rooms and folders of docs/architecture.md: a folder imports only folders named before it.
+"""Rooms of docs/architecture.md, folders of docs/folders.txt: a folder imports only folders named before it.
 
 ``python docs/folders.py`` says what each is for, and which rule is broken; ``python docs/folders.py FOLDER``
 what a folder imports; ``tests/test_architecture.py`` asks the same.
@@ -14,6 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "architecture.md"
+ORDER = ROOT / "docs" / "folders.txt"
 BESIDE = ("launch", "nodes", "proto")  # top-level folders, shipped as vegrip.<name>
 NOT_SHIPPED = ("benchmarks", "tools", "validation")
 ROOM = re.compile(
@@ -23,6 +24,21 @@ FOLDERS = re.compile(r"^\*\*([\w ]+)\*\*: (`[^*\n]+`)$", re.MULTILINE)  # of a r
 GROUND = "."  # the modules of vegrip itself: messages, clock, errors, ... which every folder may import
 START = "vegrip.__main__"
 FRONT_DOOR = "vegrip"  # imports nothing before a public name is asked for, see tests/test_front_door.py
+
+
+def declared() -> str:
+    """Return the rooms of the page and the folders of the list, as text."""
+    return PAGE.read_text(encoding="utf-8") + ORDER.read_text(encoding="utf-8")
+
+
+def page() -> str:
+    """Return the page of the site: what each folder is for, by its room."""
+    lines, last = ["# Folders", "", "A folder imports only folders before it.", ""], ""
+    for room, folder in folders_of(declared()):
+        lines += ["", f"## {room}", ""] if room != last else []
+        lines.append(f"* `{folder}`: {purpose(folder)}")
+        last = room
+    return "\n".join([*lines, ""])
 
 
 def sources() -> dict[str, Path]:
@@ -137,7 +153,7 @@ def complaints(text: str) -> Iterator[str]:
 
 def main() -> int:
     """Say what folders are for, or what they import, and what is wrong."""
-    text = PAGE.read_text(encoding="utf-8")
+    text = declared()
     for folder in sys.argv[1:]:
         print(f"{folder} imports {named(arrows().get(folder, set()))}")  # noqa: T201
     for _, folder in folders_of(text) if not sys.argv[1:] else ():

@@ -1,4 +1,4 @@
-"""docs/architecture.md names every folder once, and imports point one way: to folders named before."""
+"""docs/folders.txt names every folder once, and imports point one way: to folders named before."""
 
 import ast
 import importlib.util
@@ -12,11 +12,17 @@ _spec = importlib.util.spec_from_file_location("folders", ROOT / "docs" / "folde
 folders = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(folders)
 
-PAGE = folders.PAGE.read_text(encoding="utf-8")
+PAGE = folders.declared()
 
 
 def test_the_folders_of_the_page_are_true_and_no_import_points_down() -> None:
     assert list(folders.complaints(PAGE)) == []
+
+
+def test_the_page_of_the_site_says_what_every_folder_is_for() -> None:
+    told = dict(re.findall(r"^\* `([\w/]+)`: (.+)$", folders.page(), re.MULTILINE))
+    assert set(told) == {folder for _, folder in folders.folders_of(PAGE)}
+    assert all(told.values())
 
 
 def test_no_import_leads_back_to_where_it_came_from() -> None:

@@ -17,6 +17,7 @@ from mkdocs.structure.pages import Page
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
+from docs import folders  # noqa: E402
 from docs.site import (  # noqa: E402
     command_pages,
     constant_pages,
@@ -50,6 +51,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     files.append(File.generated(config, "references.md", content=reference_pages.page()))
     files.append(File.generated(config, "reference/effects.md", content=effect_pages.page()))
     files.append(File.generated(config, "reference/settings.md", content=setting_pages.page()))
+    files.append(File.generated(config, "reference/folders.md", content=folders.page()))
     files.append(File.generated(config, "reference/friction.md", content=constant_pages.page()))
     who = setting_pages.who_page(command_pages.options())
     files.append(File.generated(config, "reference/who-sets-what.md", content=who))
