@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vegrip.effects import Effect, effect, names
+from vegrip.host.memory import give_back_memory
 from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.acceptance import (
     Verdict,
@@ -376,7 +377,11 @@ def take_general(found: Search, groups: Floats, threads: int, report: Report) ->
         hints = screen_candidates(problem, rest.optimum, [general], threads)
         misfit, gain = found.misfit(rest), last.evidence - rest.evidence
         more = max(found.within(gain), thresholds.FORM_NATS if is_enough else 0.0)
-        for new in _refitted(rest, hints, groups, threads):
+        asked = gain + more if len(kin) == 1 else gain - found.within(gain)
+        for hint in hints:
+            new = extend_below(rest, hint, groups, rest.optimum.cost - asked)
+            if new is None:
+                continue
             verdict = judge_candidate(general, rest, new, (misfit, found.misfit(new)), left=left(rest))
             if not verdict.is_passed:
                 continue
@@ -471,6 +476,7 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
             tried_of(hint, extend_problem(base, hint, groups, cost))
             for hint, cost in zip(behind, most, strict=True)
         ]
+    give_back_memory()
     return Step(base, hints, sorted(tried, key=lambda one: -one.verdict.gain))
 
 
