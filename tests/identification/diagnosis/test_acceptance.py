@@ -192,6 +192,39 @@ def test_a_further_effect_pays_more_than_the_first_and_form_pays_most() -> None:
     assert asked(adhesion, 900.0, 3.0, **much) == 135.0
 
 
+@pytest.mark.parametrize("misfit", [1.0, 3.0])
+@pytest.mark.parametrize("left", [0.0, 120.0, 900.0, 5e4])
+@pytest.mark.parametrize("name", ["adhesion", "fast_damping"])
+def test_no_effect_passes_with_less_than_it_has_to_gain_at_the_least(name, left, misfit) -> None:
+    """Whatever it changes; and one that leaves noise alone has gained most of what is left."""
+    one = effect(name)
+    threshold = EvidenceThreshold(1e4, np.array([0.8, 0.2]), left, misfit, (effect("sensor_lag"),))
+    bent = threshold.of(one, np.ones(2), is_exact=False)
+    exact = [threshold.of(one, np.array(c), is_exact=True) for c in ((1.0, 0.0), (0.0, 1.0), (1.0, 1.0))]
+    assert threshold.at_least(one) <= min(bent, *(max(pays, left) for pays in exact))
+    assert threshold.at_least(one) >= min(bent, 20.0)
+
+
+def test_what_cannot_gain_what_is_asked_is_given_up_and_not_finished(monkeypatch) -> None:
+    """Of 100 nats that are asked the first one gains 150; the other one's fit ends 30 above."""
+    costs, bounds = {"a": 850.0, "b": 930.0}, []
+
+    def extend(_, hint, __, least) -> SimpleNamespace:
+        bounds.append(least)
+        cost = costs[hint.candidate.name]
+        optimum = SimpleNamespace(is_given_up=cost > least)
+        return SimpleNamespace(evidence=-cost, error=1.0, optimum=optimum, is_finished=False)
+
+    monkeypatch.setattr(search, "extend_problem", extend)
+    monkeypatch.setattr(search, "finish_fit", lambda *_: SimpleNamespace(is_finished=True))
+    base = SimpleNamespace(evidence=-1000.0, error=2.0, optimum=SimpleNamespace(cost=1000.0))
+    hints = [SimpleNamespace(candidate=SimpleNamespace(name=name, effect=None)) for name in costs]
+    asked = SimpleNamespace(at_least=lambda _: 100.0)
+    fits = search._refitted(base, hints, None, 1, asked=asked)
+    assert bounds == [900.0, 900.0]
+    assert [one.is_finished for one in fits] == [True, False]
+
+
 def test_what_was_gained_is_gained_in_a_channel() -> None:
     """Of 1000 nats the force has 800, one of the slips 200; the other does not count, the radius lost."""
     rows = {"doubtful": np.zeros(2), "slip_std": np.ones(2), "radius_std": np.ones(1)}
@@ -422,7 +455,8 @@ def test_only_what_contends_is_fitted_to_the_end(monkeypatch) -> None:
 
     def extend(_, hint, __, least) -> SimpleNamespace:
         bounds.append(least)
-        return SimpleNamespace(evidence=gains[hint.candidate.name] - 7.0, error=1.0)
+        optimum = SimpleNamespace(is_given_up=False)
+        return SimpleNamespace(evidence=gains[hint.candidate.name] - 7.0, error=1.0, optimum=optimum)
 
     monkeypatch.setattr(search, "extend_problem", extend)
     monkeypatch.setattr(
@@ -455,7 +489,8 @@ def test_what_was_given_up_is_fitted_to_the_end_where_nothing_else_passes(
         optimum = SimpleNamespace(is_given_up=is_given_up, residual=np.zeros(1))
         return SimpleNamespace(name=name, optimum=optimum)
 
-    def extend(_, hint, __) -> SimpleNamespace:
+    def extend(_, hint, __, least) -> SimpleNamespace:
+        assert least == 92.0
         anew.append(hint.candidate.name)
         return fit(hint.candidate.name, is_given_up=False)
 
@@ -464,7 +499,9 @@ def test_what_was_given_up_is_fitted_to_the_end_where_nothing_else_passes(
         "candidates": lambda *_: ([], {}),
         "screen_candidates": lambda *_: hints,
         "shortlist": lambda hints: hints,
-        "required_evidence": lambda *_: SimpleNamespace(of=lambda *_, **__: 8.0, left=0.0),
+        "required_evidence": lambda *_: SimpleNamespace(
+            of=lambda *_, **__: 8.0, at_least=lambda _: 8.0, left=0.0
+        ),
         "_refitted": lambda *_: [fit(name, is_given_up=name in given_up) for name in "abc"],
         "extend_problem": extend,
         "judge_candidate": lambda one, *_: Verdict(1.0, 1.0, () if one.name in passing else ("error",)),
@@ -473,7 +510,8 @@ def test_what_was_given_up_is_fitted_to_the_end_where_nothing_else_passes(
         monkeypatch.setattr(search, name, function)
     base = SimpleNamespace(
         problem=SimpleNamespace(model=SimpleNamespace(values={}), measured=None),
-        optimum=SimpleNamespace(residual=np.zeros(1)),
+        optimum=SimpleNamespace(residual=np.zeros(1), cost=100.0),
+        error=9.0,
         whitened=lambda _: np.zeros(1),
     )
     found = SimpleNamespace(

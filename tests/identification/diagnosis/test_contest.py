@@ -279,16 +279,21 @@ def test_what_holds_an_accepted_law_as_a_case_takes_its_place_by_its_form(
     law = SimpleNamespace(
         evidence=1000.0, error=error, problem=SimpleNamespace(model=None, measured=measured)
     )
-    rest = SimpleNamespace(
-        evidence=0.0, optimum=SimpleNamespace(residual=np.zeros(1)), whitened=lambda _: np.zeros(1)
-    )
+    optimum = SimpleNamespace(residual=np.zeros(1), cost=5000.0)
+    rest = SimpleNamespace(evidence=0.0, optimum=optimum, whitened=lambda _: np.zeros(1))
     gain = Verdict(1000.0 + beyond, 1.0, ())
+
+    def extend(_, __, ___, least) -> object:
+        assert 3970.0 < least < 4000.0  # a cost above which the place is not taken
+        return object()
+
     for name, given in {
         "generals": [candidate("relaxation_spectrum")], "_without": None, "_shared": None,
-        "refine_optimum": None, "evaluate_candidate": rest, "screen_candidates": [], "left": 0.0,
-        "_refitted": [object()], "judge_candidate": gain,
+        "refine_optimum": None, "evaluate_candidate": rest, "screen_candidates": [object()],
+        "left": 0.0, "judge_candidate": gain,
     }.items():  # fmt: skip
         monkeypatch.setattr(search, name, lambda *_, given=given, **__: given)
+    monkeypatch.setattr(search, "extend_below", extend)
     monkeypatch.setattr(search, "drop_unneeded", lambda fitted, _: fitted)
     monkeypatch.setattr(Search, "misfit", lambda *_: misfit)
     named = SimpleNamespace(candidate=candidate("power_law_relaxation"), verdict=Verdict(1000.0, 1.0, ()))

@@ -85,7 +85,8 @@ def scores(problem: Problem, optimum: Optimum, A: Floats, groups: Floats) -> Flo
         is_wild = -2.0 * predicted > REFIT_ERROR**2 * np.count_nonzero(problem.counted & rows)
         if not (may_fit and is_wild):
             return predicted
-        return _fitted(problem, optimum, rows, NEAR_STEPS if numbers.size > FAR_FOLDS else FAR_STEPS)
+        is_near = numbers.size > FAR_FOLDS or optimum.is_given_up
+        return _fitted(problem, optimum, rows, NEAR_STEPS if is_near else FAR_STEPS)
 
     return np.array([score(groups == number) for number in numbers])
 
@@ -208,6 +209,8 @@ def extended(base: CandidateFit, hint: Hint, least: float = math.inf) -> tuple[P
     if has_play(problem.model) and best.cost <= least:
         problem.freeze(best.u)
         best = refine_optimum(problem, best.u, EVALUATIONS)
+    elif best.cost > least:
+        best = dataclasses.replace(best, is_given_up=True)
     return problem, best
 
 

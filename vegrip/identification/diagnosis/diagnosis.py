@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from vegrip.displayed import Result
+from vegrip.host.memory import give_back_memory
 from vegrip.identification.blind import FRICTION_TREND, ZERO_JUMP
 from vegrip.identification.compare.comparison import Comparison, Repeated
 from vegrip.identification.compare.where import Regime
@@ -434,6 +435,7 @@ def diagnose(
     """
 
     def started(zeros: Zeros, laws: Zeros, radius: float | None = None) -> Fit:
+        give_back_memory()
         of, tip = (recording, model) if radius is None else _of_radius(recording, model, radius)
         return fit(of, tip, noise=known, zeros=zeros, laws=laws, report=report)
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vegrip.effects import Effect, effect, names
+from vegrip.host.memory import give_back_memory
 from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.acceptance import (
     Verdict,
@@ -82,6 +83,16 @@ class EvidenceThreshold:
         if any(are_kin(candidate, one) and not have_general(candidate, one) for one in self.accepted):
             asked = max(asked, thresholds.MIN_KIN_SHARE_OF_GAIN * self.gained)
         return asked
+
+    def at_least(self, candidate: Effect) -> float:
+        """Return what a candidate has to gain [nats] whatever it makes of the residual.
+
+        What leaves noise alone pays less, but has gained what is left.
+        """
+        nothing = np.zeros(self.share.size)
+        leaving, exact = (self.of(candidate, nothing, is_exact=one) for one in (False, True))
+        least = min(leaving, max(exact, thresholds.SURELY_GAINED_SHARE * self.left))
+        return max(least, candidate.min_gain)
 
 
 def required_evidence(
@@ -366,7 +377,11 @@ def take_general(found: Search, groups: Floats, threads: int, report: Report) ->
         hints = screen_candidates(problem, rest.optimum, [general], threads)
         misfit, gain = found.misfit(rest), last.evidence - rest.evidence
         more = max(found.within(gain), thresholds.FORM_NATS if is_enough else 0.0)
-        for new in _refitted(rest, hints, groups, threads):
+        asked = gain + more if len(kin) == 1 else gain - found.within(gain)
+        for hint in hints:
+            new = extend_below(rest, hint, groups, rest.optimum.cost - asked)
+            if new is None:
+                continue
             verdict = judge_candidate(general, rest, new, (misfit, found.misfit(new)), left=left(rest))
             if not verdict.is_passed:
                 continue
@@ -450,12 +465,18 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
         return Tried(hint.candidate, new, verdict, change)
 
     found.refitted = {}
-    fits = _refitted(base, chosen, groups, threads, report, found.refitted)
+    fits = _refitted(base, chosen, groups, threads, report, found.refitted, asked)
     tried = [tried_of(hint, new) for hint, new in zip(chosen, fits, strict=True)]
-    if not any(one.verdict.is_passed for one in tried if not one.fitted.optimum.is_given_up):
+    is_passed = any(one.verdict.is_passed for one in tried if not one.fitted.optimum.is_given_up)
+    if base.error > thresholds.FAR_ERROR and not is_passed:
         behind = [h for h, new in zip(chosen, fits, strict=True) if new.optimum.is_given_up]
         tried = [one for one in tried if not one.fitted.optimum.is_given_up]
-        tried += [tried_of(hint, extend_problem(base, hint, groups)) for hint in behind]
+        most = [base.optimum.cost - asked.at_least(hint.candidate.effect) for hint in behind]
+        tried += [
+            tried_of(hint, extend_problem(base, hint, groups, cost))
+            for hint, cost in zip(behind, most, strict=True)
+        ]
+    give_back_memory()
     return Step(base, hints, sorted(tried, key=lambda one: -one.verdict.gain))
 
 
@@ -466,11 +487,17 @@ def _refitted(
     threads: int,
     report: Report = lambda _: None,
     done: dict[str, CandidateFit] | None = None,
+    asked: EvidenceThreshold | None = None,
 ) -> list[CandidateFit]:
-    """Return the fits with what was ``chosen``; far from the noise, given up far behind the best."""
+    """Return the fits with what was ``chosen``, given up where they cannot gain what is ``asked``.
+
+    Far from the noise, those far behind the best are given up as well.
+    """
     done = {} if done is None else done
 
     def refit(hint: Hint, least: float) -> CandidateFit:
+        if asked is not None:
+            least = min(least, base.optimum.cost - asked.at_least(hint.candidate.effect))
         new = done[hint.candidate.name] = extend_problem(base, hint, groups, least)
         left = ", ".join(h.candidate.name for h in chosen if h.candidate.name not in done) or "none"
         report(f"error {base.error:.3g}, {best_of(done)}; left: {left}")
@@ -486,9 +513,12 @@ def _refitted(
             if base.error > thresholds.FAR_ERROR:
                 least = base.optimum.cost - thresholds.CONTENDER_SHARE * gained
         contends = base.evidence + thresholds.CONTENDER_SHARE * gained
-        return list(
-            pool.map(lambda one: finish_fit(base, one, groups) if one.evidence >= contends else one, fits)
-        )
+
+        def finish(one: CandidateFit) -> CandidateFit:
+            may_win = one.evidence >= contends and not one.optimum.is_given_up
+            return finish_fit(base, one, groups) if may_win else one
+
+        return list(pool.map(finish, fits))
 
 
 def best_of(refitted: Mapping[str, CandidateFit]) -> str:

@@ -64,6 +64,9 @@ MIN_SCREEN_SHARE = 0.05
 """Of the best one's gain on the screen, below which no refit is tried (origin: speed)."""
 CONTENDER_SHARE = 0.4
 """Of the best one's gain, from which a candidate is fitted to the end (origin: speed)."""
+SURELY_GAINED_SHARE = 0.5
+"""Of what is left, that the cost falls at the least where noise alone remains: priors may cost as much
+(origin: rule)."""
 FAR_ERROR = 5.0
 """Error over noise, from which refits are long, and given up where they do not contend (origin: speed)."""
 PLACE_SHARE = 0.4

@@ -19,6 +19,7 @@ from vegrip.errors import RecordingError
 from vegrip.identification.fit import whitening
 from vegrip.identification.fit.gaps import unseen_bumps
 from vegrip.identification.fit.preprocess import Measured
+from vegrip.identification.fit.unfelt import unfelt
 from vegrip.identification.recording import Recording
 from vegrip.model import BASE, ContactModel, Predictor
 from vegrip.model.channels import QUANTITIES
@@ -96,6 +97,7 @@ class Problem:
     """
 
     _pressed: Sequence[slice | NDArray[np.int64]] = (slice(None),)  # rows of each place
+    _unfelt: frozenset[str] = frozenset()  # parameters, by which derivatives are nothing
     threads = 1  # that find derivatives
     zeros: Zeros
     laws: Zeros
@@ -121,6 +123,8 @@ class Problem:
         within: ContactModel | None = None,
     ) -> None:
         self.model, self.measured = model, measured
+        shown = {"shows_slip": measured.sliding.size > 0, "shows_radius": measured.seen.size > 0}
+        self._unfelt = unfelt(model, **shown)
         self._columns = measured.columns if like is None else like._columns
         asked = np.zeros(len(measured.recording))
         asked[measured.seen], asked[measured.sliding] = 1.0, 2.0
@@ -447,6 +451,8 @@ class Problem:
         def derive(group: tuple[list[int], NDArray[np.int64]]) -> None:
             together, owner = group
             j, is_alone = together[0], len(together) == 1
+            if k.names[j] in self._unfelt:
+                return
             if known is not None and k.names[j] in known:
                 out[:, together] = np.stack([known[k.names[i]] for i in together], axis=1)
                 return

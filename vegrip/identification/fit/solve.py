@@ -183,7 +183,8 @@ def refine_optimum(
 
 def _corrected(J: Floats, A: Floats, missed: Floats, along: Floats) -> tuple[Floats, Floats]:
     """Return ``J + missed along'`` and its square, that of J corrected unless most of it cancels."""
-    new = J + np.outer(missed, along)
+    new = np.outer(missed, along)
+    new += J
     with np.errstate(over="ignore", invalid="ignore"):
         both = np.outer(J.T @ missed, along)
         square = A + both + both.T + (missed @ missed) * np.outer(along, along)
