@@ -23,6 +23,7 @@ from vegrip.grip.safety import NOT_MEASURED_S
 from vegrip.grip.safety.drive import DriveLimits
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.bench_endpoint import BenchEndpoint, Drive, Part
+from vegrip.transport.hands.drive_steps import range_of
 from vegrip.transport.hands.virtual_bench import VirtualBench
 from vegrip.transport.hands.wrist_load import LoadSettings, WristLoad, without_source
 from vegrip.transport.mapped.largest_force import largest_felt, largest_force
@@ -331,8 +332,8 @@ def _of_steps(drive: DriveLimits) -> Sequence[str]:
         return [
             "[drive] of the gripper's map says nothing of steps, pace and delay: it is asked for any force"
         ]
-    most = f" to {drive.maximum:g} N" if math.isfinite(drive.maximum) else ""
+    pace = f", at most {drive.rate:g} a second" if drive.rate else ""
     return [
-        f"the gripper makes forces from {drive.minimum:g}{most} in steps of {drive.resolution:g} N, at most "
-        f"{drive.rate:g} a second, {1e3 * drive.delay:.0f} ms late: what is needed is rounded up"
+        f"the gripper makes forces from {range_of(drive)}{pace}, {1e3 * drive.delay:.0f} ms late: what is "
+        "needed is rounded up"
     ]

@@ -85,6 +85,13 @@ def _changed(force: float, now: int) -> Commanded:
     return Commanded(force, now, Lower(now), Lower(now))
 
 
+def range_of(drive: DriveLimits) -> str:
+    """Return which forces ``drive`` makes, for a sentence."""
+    most = f" to {drive.maximum:g} N" if math.isfinite(drive.maximum) else " N on"
+    steps = f" in steps of {drive.resolution:g} N" if drive.resolution else ""
+    return f"{drive.minimum:g}{most}{steps}"
+
+
 def least_force_sentence(drive: DriveLimits, need: float) -> str:
     """Return that the least force of ``drive`` is far more than the ``need`` [N], "" where it is not."""
     if not TOUCH_N <= need < drive.minimum / MUCH_MORE:
