@@ -37,7 +37,7 @@ JAWS: Final = ("left", "right")
 """The fingers of a gripper without sensors in them, unless ``serves`` names them."""
 MOST_LAG: Final = 0.05
 """[s] by which a load is led at most, in a straight line: of a shake at 4 Hz it makes 1.6 times as much, and
-0.2 s would make 5.1 times. A drive that is slower holds the largest need of a second in any case."""
+0.2 s would make 5.1 times. A drive that is slower holds the largest need of half a second in any case."""
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from vegrip.grip.safety.drive import DriveLimits
 OPEN_N: Final = 0.05  # [N] less than this asks to open
 TOUCH_N: Final = 1.0  # [N] below which nothing may be held, but touched
 CALM_NS: Final = 10 * NS
-FALL_NS: Final = NS
+FALL_NS: Final = NS // 2  # between two peaks of the load of an object that is shaken at 1 Hz
 FAR_STEPS: Final = 2
 FAR_SHARE: Final = 0.1  # of the force; the need of a firm grip wavers by the dead band of 0.04
 STEP_SHARE: Final = 0.25  # of a step, left above a need that has fallen
