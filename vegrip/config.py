@@ -142,6 +142,16 @@ def parse_toml(text: str) -> dict[str, Any]:
     return table
 
 
+def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """Return both tables; where both have a key ``over`` holds, and of two tables the keys of both."""
+    inner = {
+        key: merged(base[key], value)
+        for key, value in over.items()
+        if isinstance(value, Mapping) and isinstance(base.get(key), Mapping)
+    }
+    return {**base, **over, **inner}
+
+
 def _check_whole(value: Any) -> None:
     if isinstance(value, Mapping):
         value = value.values()

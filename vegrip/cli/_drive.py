@@ -68,7 +68,7 @@ def calibrate_drive(
 
 def _target(launch: Path, source: "Source", *, force: bool) -> Path:
     """Return the file to write: the map itself with --force, else a copy beside the launch file."""
-    from vegrip.transport.maps.products import FOLDER
+    from vegrip.transport.maps.map_text import FOLDER
 
     is_own = FOLDER not in source.path.absolute().parents
     if is_own and force:

@@ -11,7 +11,6 @@ from vegrip.cli._outputs import FORCE, claim_file
 from vegrip.cli._terminal import complain, show, table
 from vegrip.cli.node import parsed
 from vegrip.clock import NS
-from vegrip.config import parse_toml
 from vegrip.errors import ConfigError, InputError, UsageError
 from vegrip.whole_file import write_whole
 
@@ -177,13 +176,13 @@ def _connect_product(
 ) -> None:
     from vegrip.connect.writer import checked
     from vegrip.transport.maps.map_text import changed_text
-    from vegrip.transport.maps.products import map_of
+    from vegrip.transport.maps.products import about, map_of
 
     text = map_of(name).read_text(encoding="utf-8")
-    kind = parse_toml(text)["transport"]["kind"]
-    if address and kind == "can":
+    is_on_can = about(name)["carrier"].startswith("can")
+    if address and is_on_can:
         raise UsageError(f"{name} is on a CAN bus; give --channel")
-    if channel and kind != "can":
+    if channel and not is_on_can:
         raise UsageError(f"{name} is no CAN device; give --address")
     given = {"address": address, "channel": channel}
     where = [(["transport", key], value) for key, value in given.items() if value]

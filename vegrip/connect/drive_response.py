@@ -91,16 +91,11 @@ class DriveResponse:
         return self.gain.value * setting + self.offset.value
 
     def as_dict(self) -> dict[str, Any]:
-        pairs = {
-            name: getattr(self, name) for name in ("gain", "offset", "delay", "hysteresis", "resolution")
-        }
-        return {
-            **{name: each.value for name, each in pairs.items()},
-            **{f"{name}_std": each.std for name, each in pairs.items()},
-            "curved": self.curved,
-            "finer": self.finer,
-            "range": list(self.range),
-        }
+        """Return all of it, a standard error beside its value as ``NAME_std``."""
+        found: dict[str, Any] = {}
+        for name, each in vars(self).items():
+            found |= {name: each.value, f"{name}_std": each.std} if isinstance(each, Found) else {name: each}
+        return found
 
 
 def respond(run: DriveRun) -> DriveResponse:

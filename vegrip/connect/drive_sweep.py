@@ -21,7 +21,7 @@ from vegrip.grip.safety.drive import DriveLimits
 from vegrip.messages import FingertipState, ForceCommand, Reason, make_row
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.bench import Bench
-from vegrip.transport.hands.bench_endpoint import LOST
+from vegrip.transport.hands.bench_endpoint import times_lost
 
 LEVELS: Final = 9
 FINE_STEPS: Final = 32
@@ -141,7 +141,7 @@ class Rig:
         self._drive, self._fingers, self._pads, self._clock = drive, fingers, pads, clock
         self._felt: dict[str, float] = {ours: math.nan for _, names in pads for ours in names.values()}
         self._received = dict.fromkeys(self._felt, clock.now() + round(FIRST_WORD_S * NS))  # [ns]
-        self._lost, self._known = self._losses(), drive.device_faults
+        self._lost, self._known = times_lost(self._drive), drive.device_faults
         self._setting, self._due, self._seq = math.nan, 1 << 62, 0  # nothing commanded yet
         self._time: list[float] = []
         self._force: list[float] = []
@@ -198,22 +198,15 @@ class Rig:
 
     def _climb(self, plan: SweepPlan, report: Report) -> list[float]:
         """Go up as long as the next level will not be felt as more than is allowed; return the levels."""
-        done: list[float] = []
-        felt: list[float] = []
+        done, felt, slope = [0.0], [0.0], 0.0
         for setting in plan.levels:
-            rise = (
-                felt[-1] - felt[-2]
-                if len(felt) > 1
-                else felt[-1] * (setting / done[-1] - 1.0)
-                if felt
-                else 0.0
-            )
-            if felt and felt[-1] + rise > plan.most:
+            if felt[-1] + slope * (setting - done[-1]) > plan.most:
                 break
             self._hold(setting, "up", plan.dwell, report)
             done.append(setting)
             felt.append(float(np.median(self._force[-8:])))
-        return done
+            slope = (felt[-1] - felt[-2]) / (done[-1] - done[-2])
+        return done[1:]
 
     def _hold(self, setting: float, stage: Stage, seconds: float, report: Report) -> None:
         self._setting, self._due = setting, 0
@@ -257,9 +250,6 @@ class Rig:
             self._time.append(arrival / NS)
             self._force.append(mean)
 
-    def _losses(self) -> int:
-        return sum(self._drive.rejected.get(name, 0) for name in LOST)
-
     def _check(self) -> None:
         now = self._clock.now()
         for finger, received in self._received.items():
@@ -267,7 +257,7 @@ class Rig:
                 raise DeviceError(
                     f"the pad of {finger} is silent, so the jaws are opened; `vegrip doctor` tries it"
                 )
-        if self._losses() > self._lost:
+        if times_lost(self._drive) > self._lost:
             raise DeviceError("the drive does not answer; what it does then is in docs/drives.md")
         if said := sorted(name for _, name in self._drive.device_faults - self._known):
             raise DeviceError(f"the drive says of itself: {', '.join(said)}; the jaws are opened")

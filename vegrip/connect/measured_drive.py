@@ -13,7 +13,7 @@ from vegrip.connect.drive_response import DriveResponse
 from vegrip.errors import ConfigError, InputError
 from vegrip.transport.hands.bench import Source
 from vegrip.transport.mapped.commands import law_of
-from vegrip.transport.maps.map_text import Setting, changed_text
+from vegrip.transport.maps.map_text import Setting, changed_text, whole
 from vegrip.transport.maps.schema import ALL
 
 LINEAR = ("force", "current")
@@ -23,7 +23,7 @@ LINEAR = ("force", "current")
 def measured_settings(source: Source, found: DriveResponse) -> list[Setting]:
     """Return what a map gets of what was found; forces of ``[drive]`` are those that are felt."""
     drive = source.plan.hand.drive
-    table = parse_toml(source.path.read_text(encoding="utf-8"))
+    table = whole(parse_toml(source.path.read_text(encoding="utf-8")), str(source.path))
     said: dict[str, float] = dict(found.settings)
     commands: list[Setting] = []
     for finger in source.commanded:

@@ -18,6 +18,7 @@ from vegrip.runtime.doctor import Finding, fail, ok, warn
 from vegrip.runtime.launch_file import NodeConfig, read_launch_file
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.bench import Bench, BenchSettings, Source, read_bench
+from vegrip.transport.hands.drive_steps import range_of
 from vegrip.types import Floats
 
 LISTEN_S: Final = 3.0  # [s] for a device to answer; a Bota takes two to begin
@@ -92,9 +93,7 @@ def _tried(name: str, source: Source, seconds: float, *, is_drive: bool) -> Find
 def _of_drive(name: str, source: Source, received: Received) -> Finding:
     if any(received.rejected.get(each) for each in ("unanswered", "silent", "link_lost", "no_traffic")):
         return _mute(name, source, received)
-    drive = source.plan.hand.drive
-    ends = f"{drive.minimum:g} to {drive.maximum:g} N in steps of {drive.resolution:g} N"
-    return ok(name, f"{source.where} answers; it makes {ends}")
+    return ok(name, f"{source.where} answers; it makes {range_of(source.plan.hand.drive)}")
 
 
 def _of_sensor(name: str, source: Source, received: Received) -> Finding:

@@ -20,7 +20,7 @@ from vegrip.grip.parameters import GraspParameters
 from vegrip.grip.safety.drive import DriveLimits
 from vegrip.runtime.launch_file import NodeConfig
 from vegrip.transport.hands.bench import JAWS
-from vegrip.transport.hands.drive_steps import step_above
+from vegrip.transport.hands.drive_steps import range_of, step_above
 from vegrip.transport.maps.products import about, names
 from vegrip.trials.closed_loop import SETTLED_S, Course, Scenario
 from vegrip.trials.fronts import least_forces
@@ -106,11 +106,9 @@ class BenchProduct:
         return {**self.node.transport, "virtual": True}, dict(self.node.transport)
 
     def describe(self) -> str:
-        drive = self.drive
         return (
-            f"{self.name}: the gripper makes {drive.minimum:g} to {drive.maximum:g} N in steps of "
-            f"{drive.resolution:g} N, {1e3 * drive.delay:.0f} ms late; the object is filled, shaken and "
-            "pulled; friction is known to 10 %"
+            f"{self.name}: the gripper makes {range_of(self.drive)}, {1e3 * self.drive.delay:.0f} ms late; "
+            "the object is filled, shaken and pulled; friction is known to 10 %"
         )
 
     def figures(self, course: Course) -> dict[str, float]:

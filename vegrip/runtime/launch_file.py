@@ -13,10 +13,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from vegrip.config import build, parameter, read_toml
+from vegrip.config import build, merged, parameter, read_toml
 from vegrip.errors import ConfigError, suggestion
 from vegrip.runtime.runner import LoopSettings
-from vegrip.transport.open import TRANSPORTS, check_settings, parts_of, settings_of_map
+from vegrip.transport.open import TRANSPORTS, check_settings, parts_of, settings_of_map, whole_map
 
 _NAME = re.compile(r"[a-zA-Z][a-zA-Z0-9_]*")
 
@@ -91,7 +91,7 @@ def find_launch_file(name: str) -> Path:
 def read_launch_file(path: Path) -> list[NodeConfig]:
     table = read_toml(path)
     if _is_map(table):
-        table = _launch_of(path, table)
+        table = _launch_of(path, whole_map(table, str(path)))
     elif not table.keys().isdisjoint(PARTS):
         table = _launch_of_parts(path, table)
     top = build(_LaunchFile, table, str(path))
@@ -111,7 +111,7 @@ def read_launch_file(path: Path) -> list[NodeConfig]:
 
 def _is_map(table: Mapping[str, Any]) -> bool:
     """Whether ``table`` is the map of a hand of another make: it has fingers and no nodes."""
-    return "node" not in table and isinstance(table.get("fingers"), Mapping)
+    return "node" not in table and ("like" in table or isinstance(table.get("fingers"), Mapping))
 
 
 def _launch_of(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
@@ -164,7 +164,7 @@ def _beside(path: Path, value: Any) -> Any:
 
 def _with_parts(path: Path, node: NodeConfig) -> NodeConfig:
     """Return ``node`` with parameters of the parts of its hand, where it has none itself."""
-    parameters = _merged(parts_of(node.transport, str(path))[1], node.parameters)
+    parameters = merged(parts_of(node.transport, str(path))[1], node.parameters)
     limits = parameters.get("limits", {})
     largest = limits.get("max_force", math.inf) if isinstance(limits, Mapping) else limits
     if not isinstance(largest, (int, float)) or not largest >= 0.0:
@@ -186,16 +186,7 @@ def with_map(path: Path, node: NodeConfig) -> NodeConfig:
     node = replace(node, transport={**node.transport, "map": str(found)})
     if node.program != "grasp_force":
         return node
-    return replace(node, parameters=_merged(settings_of_map(found), node.parameters))
-
-
-def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    inner = {
-        key: _merged(base[key], value)
-        for key, value in over.items()
-        if isinstance(value, Mapping) and isinstance(base.get(key), Mapping)
-    }
-    return {**base, **over, **inner}
+    return replace(node, parameters=merged(settings_of_map(found), node.parameters))
 
 
 def _node(table: Mapping[str, Any], where: str) -> NodeConfig:

@@ -220,6 +220,12 @@ def settings_of_map(path: Path) -> dict[str, Any]:
     return found
 
 
+def whole_map(table: Mapping[str, Any], where: str) -> Mapping[str, Any]:
+    """Return the map of a hand with what it takes from a product in the box."""
+    found: Mapping[str, Any] = importlib.import_module("vegrip.transport.maps.map_text").whole(table, where)
+    return found
+
+
 def parts_of(table: Mapping[str, Any], where: str) -> tuple[tuple[str, ...], dict[str, Any]]:
     """Return the fingers of a hand in parts, and the parameters of the grip controller that follow."""
     fingers, parameters = importlib.import_module(BENCH).settings_of_bench(table, where)

@@ -13,13 +13,16 @@ import pytest
 from drives import PATIENCE, command, press, until
 
 from vegrip.clock import NS
-from vegrip.errors import DeviceError
+from vegrip.config import read_toml
+from vegrip.errors import ConfigError, DeviceError
+from vegrip.runtime.launch_file import read_launch_file
 from vegrip.transport.byte_link import remedy
 from vegrip.transport.codec import Frame
 from vegrip.transport.hands import link_endpoint
 from vegrip.transport.hands.device_endpoint import virtual_device
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import open_plan
+from vegrip.transport.maps.map_text import whole
 from vegrip.transport.maps.products import map_of
 from vegrip.transport.open import Hand, open_endpoint
 
@@ -308,10 +311,33 @@ def test_a_port_that_is_busy_or_not_there_is_one_sentence(small):
     assert remedy("serial", "x", OSError(16, "busy")).startswith("the device at x cannot be opened")
 
 
+def flat(table, head=""):
+    """Return the values of a table of tables by their whole path."""
+    if not isinstance(table, dict):
+        return {head: table}
+    return {path: one for key, value in table.items() for path, one in flat(value, f"{head}.{key}").items()}
+
+
 @pytest.mark.parametrize("ending", ["", "-ur"])
 def test_the_maps_of_the_models_differ_in_names_and_forces_alone(ending):
-    texts = [map_of(name + ending).read_text().splitlines() for name in MODELS]
-    for lines in zip(*texts, strict=True):
-        if len(set(lines)) > 1:
-            told = r"[Rr]obotiq|Force 0 to 255|^(resolution|minimum|maximum|hysteresis|gain|offset) ="
-            assert re.search(told, lines[0])
+    first, *others = (flat(whole(read_toml(map_of(name + ending)), name)) for name in MODELS)
+    forces = {f".drive.{key}" for key in ("resolution", "minimum", "maximum", "hysteresis")}
+    forces |= {f".fingers.*.command.{key}" for key in ("gain", "offset")}
+    for other in others:
+        differing = {key for key in first.keys() | other.keys() if first.get(key) != other.get(key)}
+        assert differing <= {".like", ".product.name", *forces}
+
+
+def test_a_map_that_is_like_no_product_is_refused_with_those_that_there_are(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('like = "robotiq-2f58"\n')
+    with pytest.raises(ConfigError, match="'like' is 'robotiq-2f58'; did you mean robotiq-2f85"):
+        open_plan(path)
+
+
+def test_a_map_that_is_like_a_product_is_launched_as_one_that_says_all(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('like = "robotiq-2f140"\n[transport]\naddress = "/dev/ttyUSB3"\n')
+    (node,) = read_launch_file(path)
+    assert (node.fingers, node.parameters["limits"]["max_force"]) == (("jaw",), 60.0)
+    assert {"kind": "serial", "baud": 115_200, "address": "/dev/ttyUSB3"}.items() <= node.transport.items()

@@ -11,7 +11,7 @@ A hand of one map is the case where all of it is one file.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,6 +23,7 @@ from vegrip.grip.safety import NOT_MEASURED_S
 from vegrip.grip.safety.drive import DriveLimits
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.bench_endpoint import BenchEndpoint, Drive, Part
+from vegrip.transport.hands.drive_steps import range_of
 from vegrip.transport.hands.virtual_bench import VirtualBench
 from vegrip.transport.hands.wrist_load import LoadSettings, WristLoad, without_source
 from vegrip.transport.mapped.largest_force import largest_felt, largest_force
@@ -36,7 +37,7 @@ JAWS: Final = ("left", "right")
 """The fingers of a gripper without sensors in them, unless ``serves`` names them."""
 MOST_LAG: Final = 0.05
 """[s] by which a load is led at most, in a straight line: of a shake at 4 Hz it makes 1.6 times as much, and
-0.2 s would make 5.1 times. A drive that is slower holds the largest need of a second in any case."""
+0.2 s would make 5.1 times. A drive that is slower holds the largest need of half a second in any case."""
 
 
 @dataclass(frozen=True)
@@ -130,9 +131,17 @@ class Bench:
             if not self.sensors:
                 wait = found.get("watchdog", {})
                 merged["watchdog"] = wait | {"force_frozen_after": NOT_MEASURED_S}
-        if self.drive is not None:
-            merged = _merged_drive(merged, self)
-        return merged
+        return merged | self._of_drive(merged.get("limits", {})) if self.drive is not None else merged
+
+    def _of_drive(self, limits: Mapping[str, Any]) -> dict[str, Any]:
+        assert self.drive is not None  # noqa: S101 (asked by the caller)
+        hand = self.drive.plan.hand
+        known = [largest_force(self.drive.plan), *(largest_felt(source.plan) for source in self.sensors)]
+        forces = [one.force for one in known if one is not None]
+        limits = {**limits, **({"max_force": min(forces)} if forces else {}), **hand.limits}
+        lag = hand.drive.delay + (1.0 / hand.drive.rate if hand.drive.rate > 0.0 else 0.0)
+        grip = {"grip": {"drive_lag": round(min(lag, MOST_LAG), 4)}} if lag else {}
+        return {"limits": limits, "thumb": self.serves[0] if len(self.serves) == 2 else "", **grip}
 
     def _feels_load(self, finger: str) -> bool:
         return any(
@@ -173,43 +182,64 @@ def read_bench(given: BenchSettings, where: str) -> Bench:
         raise ConfigError(f"{where}: [load] needs from = 'wrist.toml', the map of the sensor at the wrist")
     load = build(LoadSettings, without_source(given.load), f"{where} [load]") if given.load else None
     wrist = read_source(load.source, where) if load is not None else None
-    _check_names(sensors, where)
-    _check_ports([*sensors, *(one for one in (drive, wrist) if one is not None)], where)
-    felt = [ours for source in sensors for ours in source.names.values()]
-    serves = (given.serves or tuple(felt) or JAWS) if drive is not None else ()
-    for finger in serves if sensors else ():
+    felt = tuple(ours for source in sensors for ours in source.names.values())
+    serves = (given.serves or felt or JAWS) if drive is not None else ()
+    bench = Bench(sensors, drive, wrist, load, serves)
+    for said in (*_misfits_of_parts(bench), *_misfits_of_drive(bench, given)):
+        raise ConfigError(f"{where}: {said}")
+    return bench
+
+
+def _misfits_of_parts(bench: Bench) -> Iterator[str]:
+    """Yield which parts have a finger, or a port, that another has."""
+    owner: dict[str, Source] = {}
+    for source in bench.sensors:
+        for ours in source.names.values():
+            if ours in owner:
+                yield (
+                    f"{ours} is a finger of {owner[ours].text} and of {source.text}; say whose is which, as "
+                    f"in 'left={source.text.rpartition('=')[2]}', or rename one in its file"
+                )
+            owner[ours] = source
+    at: dict[str, Source] = {}
+    for source in bench.parts.values():
+        port = str(source.transport.get("address", ""))
+        other = at.setdefault(port, source)
+        if port and (other.path, other.transport) != (source.path, source.transport):
+            yield f"{other.text} and {source.text} are both at {port}; each has its own port"
+
+
+def _misfits_of_drive(bench: Bench, given: BenchSettings) -> Iterator[str]:
+    """Yield what the drive cannot do for the fingers that it serves, or that there is none."""
+    drives, drive, served = "`vegrip connect --list` has those with commands", bench.drive, bench.serves
+    if drive is None:
+        if given.serves or bench.wrist is not None:
+            why = f"'serves' names {', '.join(given.serves)}" if given.serves else "[load] is of a gripper"
+            yield f"{why}, and no 'drive' presses; add drive = 'PRODUCT@PORT', {drives}"
+        return
+    felt = [ours for source in bench.sensors for ours in source.names.values()]
+    for finger in served if felt else ():
         if finger not in felt:
-            raise ConfigError(
-                f"{where}: 'serves' has {finger!r}, which no sensor feels; "
-                f"{suggestion(finger, felt, 'there are')}"
-            )
-    if drive is None and (given.serves or wrist is not None):
-        for_what = f"'serves' names {', '.join(given.serves)}" if given.serves else "[load] is of a gripper"
-        raise ConfigError(
-            f"{where}: {for_what}, and no 'drive' presses; add drive = 'PRODUCT@PORT', {_drives()}"
+            hint = suggestion(finger, felt, "there are")
+            yield f"'serves' has {finger!r}, which no sensor feels; {hint}"
+    if len(set(served)) < len(served):
+        yield f"'serves' names a finger twice: {', '.join(served)}"
+    if not drive.commanded:
+        yield f"{drive.text} maps no command, so it is no drive; {drives}"
+    if not felt and bench.wrist is None:
+        yield "nothing feels: name 'sensors', or a sensor at the wrist by [load] from = 'wrist.toml'"
+    if (least := drive.plan.hand.drive.minimum) >= given.largest:
+        yield (
+            f"limits.max_force is {given.largest:g} N, and the least that {drive.text} can is {least:g} N; "
+            "state what fingers and object bear, or take another gripper"
         )
-    if len(set(serves)) < len(serves):
-        raise ConfigError(f"{where}: 'serves' names a finger twice: {', '.join(serves)}")
-    if drive is not None and not drive.commanded:
-        raise ConfigError(f"{where}: {drive.text} maps no command, so it is no drive; {_drives()}")
-    if drive is not None and not sensors and wrist is None:
-        raise ConfigError(
-            f"{where}: nothing feels: name 'sensors', or a sensor at the wrist by [load] from = 'wrist.toml'"
-        )
-    if drive is not None and drive.plan.hand.drive.minimum >= given.largest:
-        raise ConfigError(
-            f"{where}: limits.max_force is {given.largest:g} N, and the least that {drive.text} can is "
-            f"{drive.plan.hand.drive.minimum:g} N; state what fingers and object bear, or take another "
-            "gripper"
-        )
-    for source in sensors:
-        both = [ours for name, ours in source.names.items() if ours in serves and name in source.commanded]
-        if both and drive is not None and source.path != drive.path:
-            raise ConfigError(
-                f"{where}: {both[0]} is commanded by {source.text} and by {drive.text}; leave it out of "
-                f"'serves', or take [fingers.{both[0]}.command] out of {source.text}"
-            )
-    return Bench(sensors, drive, wrist, load, serves)
+    for source in (one for one in bench.sensors if one.path != drive.path):
+        for finger in (ours for name, ours in source.names.items() if name in source.commanded):
+            if finger in served:
+                yield (
+                    f"{finger} is commanded by {source.text} and by {drive.text}; leave it out of 'serves', "
+                    f"or take [fingers.{finger}.command] out of {source.text}"
+                )
 
 
 def read_source(text: str, where: str) -> Source:
@@ -243,20 +273,14 @@ def open_bench(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
             f"{where}: no part has the finger {missing[0]!r}; "
             f"{suggestion(missing[0], bench.fingers, 'there are')}"
         )
+    parts = {}
     with ExitStack() as stack:
-        parts = _open_parts(bench, stack, where, virtual=given.virtual)
-        joined = _joined(bench, parts, given)
+        for name, source in bench.parts.items():
+            endpoint = stack.enter_context(source.open(f"{where} {source.text}", virtual=given.virtual))
+            role = name if name in ("drive", "wrist") else "sensor"
+            parts[name] = Part(name, source.where, endpoint, source.names, role)
         stack.pop_all()
-    return joined
-
-
-def _open_parts(bench: Bench, stack: ExitStack, where: str, *, virtual: bool) -> dict[str, Part]:
-    found = {}
-    for name, source in bench.parts.items():
-        endpoint = stack.enter_context(source.open(f"{where} {source.text}", virtual=virtual))
-        role = name if name in ("drive", "wrist") else "sensor"
-        found[name] = Part(name, source.where, endpoint, source.names, role)
-    return found
+    return _joined(bench, parts, given)
 
 
 def _joined(bench: Bench, parts: Mapping[str, Part], given: BenchSettings) -> Endpoint:
@@ -266,7 +290,9 @@ def _joined(bench: Bench, parts: Mapping[str, Part], given: BenchSettings) -> En
     drives = []
     if (driven := bench.drive) is not None:
         part = next(parts[name] for name, source in bench.parts.items() if source == driven)
-        limits = _bounded(driven.plan.hand.drive, given.largest)
+        limits = driven.plan.hand.drive
+        if limits.minimum < given.largest < limits.maximum:
+            limits = replace(limits, maximum=given.largest)
         drives.append(Drive(part, driven.commanded, bench.serves, limits))
     wrist = WristLoad(bench.load) if bench.load is not None else None
     return BenchEndpoint(list(parts.values()), drives, wrist, bench.sentences)
@@ -289,38 +315,6 @@ def settings_of_bench(table: Mapping[str, Any], where: str) -> tuple[tuple[str, 
     return bench.fingers, bench.parameters()
 
 
-def _bounded(drive: DriveLimits, largest: float) -> DriveLimits:
-    """Return ``drive`` with its steps ending at ``largest`` [N]."""
-    return replace(drive, maximum=largest) if drive.minimum < largest < drive.maximum else drive
-
-
-def _check_names(sensors: Iterable[Source], where: str) -> None:
-    owner: dict[str, Source] = {}
-    for source in sensors:
-        for ours in source.names.values():
-            if ours in owner:
-                raise ConfigError(
-                    f"{where}: {ours} is a finger of {owner[ours].text} and of {source.text}; say whose is "
-                    f"which, as in 'left={source.text.rpartition('=')[2]}', or rename one in its file"
-                )
-            owner[ours] = source
-
-
-def _check_ports(sources: Iterable[Source], where: str) -> None:
-    at: dict[str, Source] = {}
-    for source in sources:
-        port = str(source.transport.get("address", ""))
-        other = at.setdefault(port, source)
-        if port and (other.path, other.transport) != (source.path, source.transport):
-            raise ConfigError(
-                f"{where}: {other.text} and {source.text} are both at {port}; each has its own port"
-            )
-
-
-def _drives() -> str:
-    return "`vegrip connect --list` has those with commands"
-
-
 def _largest(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     """Return both; of two numbers the larger: one noise and one patience serve all fingers."""
     both: dict[str, Any] = {**base, **over}
@@ -333,27 +327,13 @@ def _largest(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]
     return both
 
 
-def _merged_drive(merged: dict[str, Any], bench: Bench) -> dict[str, Any]:
-    assert bench.drive is not None  # noqa: S101 (asked by the caller)
-    drive, hand = bench.drive.plan.hand.drive, bench.drive.plan.hand
-    known = [largest_force(bench.drive.plan), *(largest_felt(source.plan) for source in bench.sensors)]
-    forces = [one.force for one in known if one is not None]
-    limits = {"max_force": min(forces)} if forces else {}
-    lag = drive.delay + (1.0 / drive.rate if drive.rate > 0.0 else 0.0)
-    found = {**merged, "limits": {**merged.get("limits", {}), **limits, **hand.limits}}
-    if lag:
-        found["grip"] = {"drive_lag": round(min(lag, MOST_LAG), 4)}
-    found["thumb"] = bench.serves[0] if len(bench.serves) == 2 else ""
-    return found
-
-
 def _of_steps(drive: DriveLimits) -> Sequence[str]:
     if drive == DriveLimits():
         return [
             "[drive] of the gripper's map says nothing of steps, pace and delay: it is asked for any force"
         ]
-    most = f" to {drive.maximum:g} N" if math.isfinite(drive.maximum) else ""
+    pace = f", at most {drive.rate:g} a second" if drive.rate else ""
     return [
-        f"the gripper makes forces from {drive.minimum:g}{most} in steps of {drive.resolution:g} N, at most "
-        f"{drive.rate:g} a second, {1e3 * drive.delay:.0f} ms late: what is needed is rounded up"
+        f"the gripper makes forces from {range_of(drive)}{pace}, {1e3 * drive.delay:.0f} ms late: what is "
+        "needed is rounded up"
     ]

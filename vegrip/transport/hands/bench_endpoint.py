@@ -29,6 +29,10 @@ LOST: Final = ("link_lost", "silent", "bus_lost", "no_traffic")
 """What an endpoint counts when its device has gone."""
 
 
+def times_lost(endpoint: Endpoint) -> int:
+    return sum(endpoint.rejected.get(name, 0) for name in LOST)
+
+
 @dataclass(slots=True)
 class Part:
     """One device, or bus, of a hand."""
@@ -238,11 +242,11 @@ class BenchEndpoint(Joined):
         ]
 
     def _felt(self, part: Part, message: Message) -> Message:
-        finger = getattr(message, "finger", "")
-        ours = part.names.get(finger, finger)
-        if isinstance(message, DeviceReport):
-            return replace(message, finger=ours)
-        changes: dict[str, Any] = {"finger": ours} if ours != finger else {}
+        """Return ``message`` under our name of its finger, with the load that only the wrist feels."""
+        if not isinstance(message, (DeviceReport, FingertipState)):
+            return message
+        ours = part.names.get(message.finger, message.finger)
+        changes: dict[str, Any] = {"finger": ours} if ours != message.finger else {}
         if isinstance(message, FingertipState):
             if self._wrist is not None and ours in self._shared and math.isnan(message.tangential_force_x):
                 share, torque = self._wrist.share(message.stamp)
@@ -250,8 +254,7 @@ class BenchEndpoint(Joined):
                 changes |= {"torque_z": torque} if math.isnan(message.torque_z) else {}
             if self._balance is not None and self._balance.note(ours, message.normal_force, message.stamp):
                 self._counts["uneven_jaws"] += 1
-            return replace(message, **changes) if changes else message
-        return message
+        return replace(message, **changes) if changes else message
 
     def _ready(self, deadline: int) -> Sequence[Part]:
         """Wait up to ``deadline`` [ns]; return the parts to which something has come, all of them in turn."""
@@ -270,39 +273,37 @@ class BenchEndpoint(Joined):
         if not is_listening:  # the node did not receive meanwhile, as while it compiles
             self._begin_anew(now)
         for part in self._parts if len(self._parts) > 1 else ():
-            lost = sum(part.endpoint.rejected.get(name, 0) for name in LOST)
+            lost = times_lost(part.endpoint)
             last = part.received + SILENT_NS if part.received else self._opened + FIRST_WORD_NS
             is_mute = part.role != "drive" and now > last
             if is_mute or lost > part.lost:
                 part.lost_at = part.lost_at or now
-                self._counts[f"lost_{part.name}"] += 1
-                self._hints[f"lost_{part.name}"] = self._of_loss(part)
+                self._tell(f"lost_{part.name}", self._of_loss(part))
             elif part.received > part.lost_at > 0:
                 part.lost_at = 0
-                self._counts[f"back_{part.name}"] += 1
-                self._hints[f"back_{part.name}"] = f"{part.where} is received again"
+                self._tell(f"back_{part.name}", f"{part.where} is received again")
             part.lost = lost
         if self._balance is not None and self._drive is not None:
             self._look_at_jaws(self._balance, self._drive.limits.maximum)
         for drive in self._drives.values():
             if drive.commanded.force > 0.0 and (said := least_force_sentence(drive.limits, drive.need)):
-                self._counts["more_than_needed"] += 1
-                self._hints["more_than_needed"] = f"{said} ({drive.need:.1f} N)"
+                self._tell("more_than_needed", f"{said} ({drive.need:.1f} N)")
+
+    def _tell(self, name: str, hint: str) -> None:
+        self._counts[name] += 1
+        self._hints[name] = hint
 
     def _begin_anew(self, now: int) -> None:
         self._opened = now
         for part in self._parts:
             part.received = now if part.received else 0
-            part.lost = sum(part.endpoint.rejected.get(name, 0) for name in LOST)
+            part.lost = times_lost(part.endpoint)
 
     def _look_at_jaws(self, balance: JawBalance, most: float) -> None:
         felt = balance.means
         if beyond := [f"{name} {force:.0f} N" for name, force in felt.items() if abs(force) > 2.0 * most]:
-            self._counts["impossible_force"] += 1
-            self._hints["impossible_force"] = (
-                f"{', '.join(beyond)} is felt, and the gripper is commanded {most:g} N at most: 'unit' or "
-                "'scale' in the map of that pad is wrong"
-            )
+            said = f"{', '.join(beyond)} is felt, and the gripper is commanded {most:g} N at most"
+            self._tell("impossible_force", f"{said}: 'unit' or 'scale' in the map of that pad is wrong")
         before, self._uneven = self._uneven, self._counts["uneven_jaws"]
         if beyond or self._uneven == before:
             return
@@ -316,11 +317,8 @@ class BenchEndpoint(Joined):
     def _of_loss(self, part: Part) -> str:
         """Return which part has gone, and what is left."""
         if part.role == "drive" and self._drive is not None:
-            held = (
-                f"{commanded:.1f} N"
-                if (commanded := self._drive.commanded.force)
-                else "what it was commanded before"
-            )
+            force = self._drive.commanded.force
+            held = f"{force:.1f} N" if force else "what it was commanded before"
             return (
                 f"the drive {part.where} does not answer, so the force cannot change: it holds {held}, if it "
                 "holds by itself; it is opened again each second, and margins are still estimated"

@@ -20,7 +20,7 @@ from vegrip.grip.safety.drive import DriveLimits
 OPEN_N: Final = 0.05  # [N] less than this asks to open
 TOUCH_N: Final = 1.0  # [N] below which nothing may be held, but touched
 CALM_NS: Final = 10 * NS
-FALL_NS: Final = NS
+FALL_NS: Final = NS // 2  # between two peaks of the load of an object that is shaken at 1 Hz
 FAR_STEPS: Final = 2
 FAR_SHARE: Final = 0.1  # of the force; the need of a firm grip wavers by the dead band of 0.04
 STEP_SHARE: Final = 0.25  # of a step, left above a need that has fallen
@@ -83,6 +83,13 @@ def next_force(drive: DriveLimits, commanded: Commanded, need: float, now: int) 
 
 def _changed(force: float, now: int) -> Commanded:
     return Commanded(force, now, Lower(now), Lower(now))
+
+
+def range_of(drive: DriveLimits) -> str:
+    """Return which forces ``drive`` makes, for a sentence."""
+    most = f" to {drive.maximum:g} N" if math.isfinite(drive.maximum) else " N on"
+    steps = f" in steps of {drive.resolution:g} N" if drive.resolution else ""
+    return f"{drive.minimum:g}{most}{steps}"
 
 
 def least_force_sentence(drive: DriveLimits, need: float) -> str:

@@ -12,6 +12,7 @@ from vegrip.clock import NS
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.plan import Plan
+from vegrip.transport.maps.checksums import appended
 
 NO_FRAME: Final = 0
 """Bytes that more are needed for, as the size of a request."""
@@ -137,3 +138,26 @@ class VirtualDrive(Simulated):
     @abstractmethod
     def pressed(self) -> float:
         """Return the force that it presses with [N], 0 opened, NaN while it does not obey."""
+
+
+class FramedDrive(VirtualDrive):
+    """One whose messages begin with ``head``, say their length, and end with a checksum of two bytes."""
+
+    head = b""
+    length_at = 0  # [bytes] where two bytes have the length
+    around = 0  # [bytes] of a message that its length does not count
+    checksum = ""
+
+    def answered(self, data: bytes, now: int) -> tuple[int, bytes]:  # noqa: ARG002 (its jaws have gone)
+        if not data.startswith(self.head[: len(data)]):
+            self.counts["unknown_request"] += 1
+            return 1, b""
+        size = self.around + int.from_bytes(data[self.length_at : self.length_at + 2], "little")
+        if len(data) < self.length_at + 2 or len(data) < size:
+            return NO_FRAME, b""
+        body = data[: size - 2]
+        return size, self.answer(body, is_sound=appended(self.checksum, body) == data[:size])
+
+    @abstractmethod
+    def answer(self, body: bytes, *, is_sound: bool) -> bytes:
+        """Return what is answered to a message without its checksum."""

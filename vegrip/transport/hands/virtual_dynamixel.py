@@ -7,7 +7,7 @@ import math
 import struct
 from typing import Final
 
-from vegrip.transport.hands.virtual_drive import NO_FRAME, VirtualDrive
+from vegrip.transport.hands.virtual_drive import FramedDrive
 from vegrip.transport.mapped.commands import law_of
 from vegrip.transport.mapped.plan import Plan
 from vegrip.transport.maps.checksums import appended
@@ -23,10 +23,11 @@ CURRENT_BASED_POSITION: Final = 5
 OWN_SPEED: Final = 4000.0  # [counts/s] 60 rpm of 4096 counts
 
 
-class Dynamixel(VirtualDrive):
+class Dynamixel(FramedDrive):
     """Id 1 of its line."""
 
     ident = 1
+    head, length_at, around, checksum = HEAD, 5, 7, "dynamixel"
 
     def __init__(self, plan: Plan, latency: float = 0.0) -> None:
         super().__init__(plan, latency)
@@ -53,19 +54,12 @@ class Dynamixel(VirtualDrive):
         (current,) = struct.unpack_from("<h", self.table, GOAL_CURRENT)
         return self._law.force(current, math.nan, math.nan, math.nan) if self.jaws.target > 0.0 else 0.0
 
-    def answered(self, data: bytes, now: int) -> tuple[int, bytes]:  # noqa: ARG002 (its jaws have gone)
-        if not data.startswith(HEAD[: len(data)]):
-            self.counts["unknown_request"] += 1
-            return 1, b""
-        size = 7 + int.from_bytes(data[5:7], "little")
-        if len(data) < 7 or len(data) < size:
-            return NO_FRAME, b""
-        body = data[: size - 2]
-        if data[4] not in (self.ident, 0xFE):
-            return size, b""
-        if appended("dynamixel", body) != data[:size]:
-            return size, self._status(CRC_ERROR)
-        return size, self._obey(data[7], body[8:].replace(STUFFED, UNSTUFFED))
+    def answer(self, body: bytes, *, is_sound: bool) -> bytes:
+        if body[4] not in (self.ident, 0xFE):
+            return b""
+        return (
+            self._obey(body[7], body[8:].replace(STUFFED, UNSTUFFED)) if is_sound else self._status(CRC_ERROR)
+        )
 
     def _obey(self, instruction: int, parameters: bytes) -> bytes:
         if instruction == PING:

@@ -21,6 +21,8 @@ MOVING, MET_CLOSING, THERE = 0, 2, 3
 NOT_ACTIVATED: Final = 7
 CURRENT: Final = 20  # [10 mA] while it holds
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS = 1, 2
+FLAGS: Final = {"ACT": 0, "GTO": 3, "ATR": 4, "ARD": 5}  # bits of the first byte of the outputs
+VALUES: Final = {"POS": 3, "SPE": 4, "FOR": 5}  # bytes of the outputs
 
 
 class Robotiq(VirtualDrive):
@@ -28,7 +30,7 @@ class Robotiq(VirtualDrive):
 
     def __init__(self, plan: Plan, latency: float = 0.0) -> None:
         super().__init__(plan, latency)
-        self.commanded = dict.fromkeys(("ACT", "GTO", "ATR", "ARD", "POS", "SPE", "FOR"), 0)
+        self.commanded = dict.fromkeys((*FLAGS, *VALUES), 0)
         self.fault = 0
         self._force = 0  # that the present motion began with
         self._ready_at: int | None = None  # [ns]
@@ -92,23 +94,21 @@ class RobotiqRtu(Robotiq):
         if unit != UNIT:
             return size, b""
         answer = self._answer(function, first, count, data[:size], now)
-        body = (
-            bytes([UNIT, function]) + answer if len(answer) > 1 else bytes([UNIT, function | 0x80]) + answer
-        )
+        is_refused = len(answer) == 1
+        body = bytes([UNIT, function | is_refused << 7]) + answer
         return size, body + crc16(body).to_bytes(2, "little")
 
     def _answer(self, function: int, first: int, count: int, data: bytes, now: int) -> bytes:
         """Return what follows the function; one byte is an exception."""
         if function in (3, 4):
             return self._read(first, count)
-        if function == 6:
-            return data[2:6] if self._write(first, data[4:6], now) else bytes([ILLEGAL_ADDRESS])
-        if function == 16:
-            return data[2:6] if self._write(first, data[7:-2], now) else bytes([ILLEGAL_ADDRESS])
-        if function == 23:
-            to = int.from_bytes(data[6:8], "big")
-            return self._read(first, count) if self._write(to, data[11:-2], now) else bytes([ILLEGAL_ADDRESS])
-        return bytes([ILLEGAL_FUNCTION])
+        also = int.from_bytes(data[6:8], "big")  # where function 23 writes
+        writes = {6: (first, data[4:6]), 16: (first, data[7:-2]), 23: (also, data[11:-2])}
+        if function not in writes:
+            return bytes([ILLEGAL_FUNCTION])
+        if not self._write(*writes[function], now):
+            return bytes([ILLEGAL_ADDRESS])
+        return self._read(first, count) if function == 23 else data[2:6]
 
     def _read(self, first: int, count: int) -> bytes:
         here = {INPUTS: self.inputs(), OUTPUTS: self._outputs()}
@@ -118,9 +118,8 @@ class RobotiqRtu(Robotiq):
         return bytes([ILLEGAL_ADDRESS])
 
     def _outputs(self) -> bytes:
-        commanded = self.commanded
-        action = commanded["ACT"] | commanded["GTO"] << 3 | commanded["ATR"] << 4 | commanded["ARD"] << 5
-        return bytes([action, 0, 0, commanded["POS"], commanded["SPE"], commanded["FOR"]])
+        action = sum(self.commanded[name] << bit for name, bit in FLAGS.items())
+        return bytes([action, 0, 0, *(self.commanded[name] for name in VALUES)])
 
     def _write(self, first: int, data: bytes, now: int) -> bool:
         at = 2 * (first - OUTPUTS)
@@ -128,9 +127,8 @@ class RobotiqRtu(Robotiq):
             return False
         outputs = bytearray(self._outputs())
         outputs[at : at + len(data)] = data
-        action, bits = outputs[0], {"ACT": 0, "GTO": 3, "ATR": 4, "ARD": 5}
-        flags = {name: action >> bit & 1 for name, bit in bits.items()}
-        self.tell(flags | {"POS": outputs[3], "SPE": outputs[4], "FOR": outputs[5]}, now)
+        flags = {name: outputs[0] >> bit & 1 for name, bit in FLAGS.items()}
+        self.tell(flags | {name: outputs[at] for name, at in VALUES.items()}, now)
         return True
 
 

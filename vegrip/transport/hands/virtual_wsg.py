@@ -4,7 +4,7 @@ import math
 import struct
 from typing import Final
 
-from vegrip.transport.hands.virtual_drive import NO_FRAME, VirtualDrive
+from vegrip.transport.hands.virtual_drive import FramedDrive
 from vegrip.transport.mapped.plan import Plan
 from vegrip.transport.maps.checksums import appended
 
@@ -13,18 +13,18 @@ OPEN_MM: Final = 110.0  # [mm] its stroke
 SUCCESS, NOT_INITIALIZED, CHECKSUM_ERROR, UNKNOWN, FORMAT_ERROR = 0, 3, 11, 14, 15
 ACCESS_DENIED, PENDING, RANGE_ERROR = 16, 26, 28
 IDLE, GRIPPING, NO_PART, LOST, HOLDING, RELEASING = range(6)
-GOODBYE, HOMING, ACKNOWLEDGE, GRIP, RELEASE, LIMIT, SYSTEM, GRASP, WIDTH, FORCE = (
-    0x07, 0x20, 0x24, 0x25, 0x26, 0x32, 0x40, 0x41, 0x43, 0x45,
-)  # fmt: skip
-LENGTHS: Final = {
-    GOODBYE: 0, HOMING: 1, ACKNOWLEDGE: 3, GRIP: 8, RELEASE: 8, LIMIT: 4,
-    SYSTEM: 3, GRASP: 3, WIDTH: 3, FORCE: 3,
-}  # fmt: skip
+GOODBYE, HOMING, ACKNOWLEDGE, GRIP, RELEASE, LIMIT = 0x07, 0x20, 0x24, 0x25, 0x26, 0x32
+SYSTEM, GRASP, WIDTH, FORCE = 0x40, 0x41, 0x43, 0x45
+LENGTHS: Final = {GOODBYE: 0, HOMING: 1, ACKNOWLEDGE: 3, GRIP: 8, RELEASE: 8, LIMIT: 4} | dict.fromkeys(
+    (SYSTEM, GRASP, WIDTH, FORCE), 3
+)
 """Of the payload of each message that is understood [bytes]."""
 
 
-class Wsg(VirtualDrive):
+class Wsg(FramedDrive):
     """Jaws whose places are [mm] closed from fully open."""
+
+    head, length_at, around, checksum = HEAD, 4, 8, "weiss"
 
     def __init__(self, plan: Plan, latency: float = 0.0) -> None:
         super().__init__(plan, latency)
@@ -45,22 +45,14 @@ class Wsg(VirtualDrive):
     def pressed(self) -> float:
         return self._grips_with
 
-    def answered(self, data: bytes, now: int) -> tuple[int, bytes]:  # noqa: ARG002 (its jaws have gone)
-        if not data.startswith(HEAD[: len(data)]):
-            self.counts["unknown_request"] += 1
-            return 1, b""
-        size = 8 + int.from_bytes(data[4:6], "little")
-        if len(data) < 6 or len(data) < size:
-            return NO_FRAME, b""
-        what, payload, body = data[3], data[6 : size - 2], data[: size - 2]
-        if appended("weiss", body) != data[:size]:
-            return size, _message(what, CHECKSUM_ERROR)
+    def answer(self, body: bytes, *, is_sound: bool) -> bytes:
+        what, payload = body[3], body[6:]
+        if not is_sound:
+            return _message(what, CHECKSUM_ERROR)
         if what not in LENGTHS:
             self.counts["unknown_request"] += 1
-            return size, _message(what, UNKNOWN)
-        if len(payload) != LENGTHS[what]:
-            return size, _message(what, FORMAT_ERROR)
-        return size, self._obey(what, payload)
+            return _message(what, UNKNOWN)
+        return self._obey(what, payload) if len(payload) == LENGTHS[what] else _message(what, FORMAT_ERROR)
 
     def _obey(self, what: int, payload: bytes) -> bytes:
         state = {

@@ -1,9 +1,13 @@
-"""The text of a map: keys are set in it without another line changing."""
+"""The text of a map: keys are set in it without another line changing, and others come from the box."""
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
 
-from vegrip.config import toml_key, toml_value
+from vegrip.config import merged, read_toml, toml_key, toml_value
+from vegrip.errors import ConfigError, suggestion
+
+FOLDER: Final = Path(__file__).parent / "box"
 
 Setting = tuple[list[str], Any]
 """Path of a key, and what is set there."""
@@ -46,3 +50,13 @@ def _changed(text: str, path: list[str], value: Any, by: str) -> str:
         first = next((n for n, each in enumerate(lines) if each.startswith("database")), 0)
     lines.insert(first, line)
     return "\n".join(lines)
+
+
+def whole(table: Mapping[str, Any], where: str) -> Mapping[str, Any]:
+    """Return a map with all that it does not say from the product that it is ``like``."""
+    if "like" not in table:
+        return table
+    known = sorted(path.stem for path in FOLDER.glob("*.toml"))
+    if (name := table["like"]) not in known:
+        raise ConfigError(f"{where}: 'like' is {name!r}; {suggestion(str(name), known, 'there are')}")
+    return merged(whole(read_toml(FOLDER / f"{name}.toml"), name), table)

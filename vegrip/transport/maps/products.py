@@ -6,10 +6,9 @@ from typing import Any, Final
 
 from vegrip.config import parse_toml, read_toml
 from vegrip.errors import ConfigError, InputError, suggestion
-from vegrip.transport.maps.map_text import changed_text
+from vegrip.transport.maps.map_text import FOLDER, changed_text, whole
 from vegrip.transport.maps.schema import ALL, POLAR, REPORTED, UNKNOWN
 
-FOLDER: Final = Path(__file__).parent / "box"
 DRIVE: Final = 0x7E0
 """Identifier of the first command packet that a virtual device without commands is given."""
 
@@ -27,7 +26,7 @@ def map_of(name: str) -> Path:
 
 def about(name: str) -> dict[str, Any]:
     """Return what is known of a product, for ``vegrip connect --list``."""
-    table = read_toml(map_of(name))
+    table = whole(read_toml(map_of(name)), name)
     product, keys = table["product"], table["fingers"][ALL]
     channels = set(keys) - {"command", "taxels", *REPORTED} - POLAR
     channels |= {"normal_force"} if "taxels" in keys else set()
@@ -60,7 +59,7 @@ def virtual_text(path: Path, *, has_drive: bool = True) -> str:
     without commands is given a drive: a packet ``drive_FINGER`` each, with a force in it.
     """
     text = path.read_text(encoding="utf-8")
-    table = parse_toml(text)
+    table = whole(parse_toml(text), str(path))
     shared = table["fingers"].get(ALL, {})
     said: list[tuple[list[str], Any]] = []
     for name, value in table.get("product", {}).get("virtual", {}).items():

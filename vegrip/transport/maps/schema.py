@@ -41,6 +41,7 @@ from vegrip.grip.safety.drive import DriveLimits
 from vegrip.transport.maps.checksums import ChecksumMap
 from vegrip.transport.maps.conditions import ConditionMap
 from vegrip.transport.maps.dialogue import DeviceMap
+from vegrip.transport.maps.map_text import whole
 from vegrip.transport.maps.modbus import with_registers
 from vegrip.transport.maps.packets import PacketMap, read_packets
 from vegrip.transport.maps.signals import expanded
@@ -208,6 +209,7 @@ class SendingMap:
 class HandKeys:
     """The keys of a whole file."""
 
+    like: str = parameter("", doc="a product in the box, of which all holds that is not said here")
     database: str = parameter("", doc="file with their messages, beside this one")
     format: str = parameter("", choices=("", *FORMATS), doc="of messages on a network")
     nodes: dict[str, int] = parameter({}, doc="CANopen: node-ID by finger")
@@ -251,7 +253,7 @@ def read_map(path: Path | str) -> HandMap:
 
 def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
     """Return the map in ``table``; ``path`` names it in complaints, and its folder has the database."""
-    table = with_registers(table, str(path))
+    table = with_registers(whole(table, str(path)), str(path))
     top = _built(HandKeys, table, str(path))
     if top.format == "protobuf" and not top.database:
         raise ConfigError(
