@@ -13,7 +13,9 @@ SHORT_S = "12"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("bench", ["papillarray+robotiq", "wrist=bota+robotiq"])
+@pytest.mark.parametrize(
+    "bench", [pytest.param("papillarray+robotiq", marks=pytest.mark.long), "wrist=bota+robotiq"]
+)
 def test_what_a_bench_holds_does_not_slide(tmp_path, bench):
     command = [
         "demo",

@@ -18,7 +18,10 @@ NEIGHBOURS = {
 }
 
 
-@pytest.mark.parametrize("name", NEIGHBOURS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.long) if name == "jkr_adhesion" else name for name in NEIGHBOURS],
+)
 def test_of_two_that_resemble_each_other_the_hidden_one_is_said(hide, name) -> None:
     """Named, or one of a set, in which the other is not."""
     given, other = NEIGHBOURS[name]
