@@ -12,10 +12,8 @@ from vegrip.errors import InputError
 SHORT_S = "12"
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "bench", [pytest.param("papillarray+robotiq", marks=pytest.mark.long), "wrist=bota+robotiq"]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("bench", ["papillarray+robotiq", "wrist=bota+robotiq"])
 def test_what_a_bench_holds_does_not_slide(tmp_path, bench):
     command = [
         "demo",

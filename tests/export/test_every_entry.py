@@ -76,6 +76,7 @@ def test_no_compiler_warns_and_nothing_is_widened_to_double(
         assert (done.returncode, done.stderr) == (0, ""), source
 
 
+@pytest.mark.long
 def test_no_undefined_behaviour(entry: str, sanitized: Callable[..., None]) -> None:
     sanitized(entry, *sources(entry)[1:])
 

@@ -107,6 +107,7 @@ def test_whatever_dies_while_it_is_shaken_nothing_is_let_go_of(tmp_path, dead):
         assert min(run.told[-3500:]) >= before
 
 
+@pytest.mark.long
 def test_under_a_constant_load_the_drive_is_told_another_force_once_in_ten_seconds_at_most(tmp_path):
     run = Run(tmp_path, 3, disturbed=False, duration=30.0).until(30.0)
     told = run.told[2500:]  # from five seconds on it is lifted and quiet
