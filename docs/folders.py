@@ -60,14 +60,19 @@ def folder_of(path: Path) -> str:
 
 def imported(name: str, modules: dict[str, Path]) -> set[str]:
     """Return the modules of the project that a module imports, at its top or inside a function."""
-    names: set[str] = set()
-    for node in ast.walk(ast.parse(modules[name].read_text(encoding="utf-8"))):
+    return {full if full in modules else module for full, module in _imports(modules[name])} & modules.keys()
+
+
+@cache
+def _imports(path: Path) -> frozenset[tuple[str, str]]:
+    """Return what a file imports: a name that may be a module, and the module that has it if it is none."""
+    names: set[tuple[str, str]] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
+            names |= {(alias.name, alias.name) for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
-            both = ((f"{node.module}.{alias.name}", node.module) for alias in node.names)
-            names |= {full if full in modules else module for full, module in both}
-    return names & modules.keys()
+            names |= {(f"{node.module}.{alias.name}", node.module) for alias in node.names}
+    return frozenset(names)
 
 
 @cache

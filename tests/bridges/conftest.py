@@ -9,11 +9,16 @@ from tests.bridges.foxglove_peer import PATIENCE
 
 
 @pytest.fixture
-def serving(runtime):
+def serving(runtime, monkeypatch):
     """Run a coroutine function with the port of a server, which is ended after it."""
     pytest.importorskip("websockets")
+    from vegrip.bridges import foxglove_server
     from vegrip.bridges.foxglove_channels import Json
     from vegrip.bridges.foxglove_server import FoxgloveServer
+
+    monkeypatch.setattr(
+        foxglove_server, "LOOK_PERIOD", 0.05
+    )  # [s] and not a second, until a client hears of channels
 
     def run(source, conversation: Callable[..., Awaitable[None]], encoding=None):
         server = FoxgloveServer(source, encoding or Json())

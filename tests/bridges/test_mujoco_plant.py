@@ -71,6 +71,7 @@ def test_a_hand_of_five_fingers_is_refused(capsys) -> None:
     assert "mujoco" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_the_table_of_controllers_has_the_creep_of_the_simulator_beside(capsys) -> None:
     words = (
         "controllers --plant mujoco --grasp pinch --seeds 1 --duration 2.5 --only constant --world old --json"

@@ -20,6 +20,7 @@ def _folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
+@pytest.mark.long
 def test_a_step_a_call_leads_from_the_first_press_to_the_next_trial(tmp_path, capsys):
     assert main(["calibrate", "tip", "--radius", RADIUS, "--normal-force", "4", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)

@@ -30,6 +30,7 @@ def test_the_json_has_what_the_contract_names(
     assert "torque_z" not in told["overlap"]["channels"]
 
 
+@pytest.mark.long
 def test_of_a_hand_each_finger_is_told_by_its_name_and_no_other_hides_what_changed_of_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -82,6 +82,7 @@ def test_it_ends_by_itself_prints_its_contract_and_leaves_a_recording(tmp_path: 
     assert set(read_fingers(folder, announce=False)) == {"thumb", "index", "middle", "ring", "little"}
 
 
+@pytest.mark.long
 def test_as_a_product_it_holds_with_one_sensor_and_ctrl_c_ends_it_in_order(tmp_path: Path) -> None:
     folder = tmp_path / "demo"
     process = start("--as", "bota-sensone", "--duration", "600", "--no-plot", "-o", str(folder))

@@ -192,6 +192,9 @@ RUN_BY_ANOTHER = {name for name in RUN_HERE for other in RUN_HERE if is_run_by(n
 """Their examples are the first lines of another one."""
 LONG = {
     "controllers",
+    "changed",
+    "refine",
+    "report",
     "fleet",
     "experiment",
     "diagnose",

@@ -28,7 +28,9 @@ def recorded(folder: Path, depth, force, rows=slice(None)) -> str:
     return str(folder)
 
 
-@pytest.mark.parametrize("what", ODD)
+@pytest.mark.parametrize(
+    "what", [pytest.param(one, marks=pytest.mark.long) if "force" in one else one for one in ODD]
+)
 def test_a_diagnosis_says_in_a_sentence_that_the_model_never_touches(what, tmp_path, capsys):
     code = main(["diagnose", recorded(tmp_path / "odd", *ODD[what])])
     told = capsys.readouterr()

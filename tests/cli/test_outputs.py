@@ -114,7 +114,13 @@ PRINTING = {
 }
 
 
-@pytest.mark.parametrize("name", PRINTING)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(one, marks=pytest.mark.long) if one in ("changed", "fleet", "refine") else one
+        for one in PRINTING
+    ],
+)
 def test_what_cannot_be_written_is_a_sentence_and_the_result_is_printed_all_the_same(
     name: str, bench: Path, tmp_path: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
 ) -> None:

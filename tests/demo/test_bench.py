@@ -12,7 +12,7 @@ from vegrip.errors import InputError
 SHORT_S = "12"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("bench", ["papillarray+robotiq", "wrist=bota+robotiq"])
 def test_what_a_bench_holds_does_not_slide(tmp_path, bench):
     command = [

@@ -14,7 +14,7 @@ from vegrip.trials.closed_loop import Course, Scenario
 DURATION = 30.0
 
 
-@pytest.fixture(scope="module", params=range(4))
+@pytest.fixture(scope="module", params=range(2))
 def figure(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Figure:
     """The picture of made-up courses through the disturbances of a seed."""
     made: list[Figure] = []

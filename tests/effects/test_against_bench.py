@@ -96,7 +96,10 @@ def without(model):
     return model.with_value("mu", MU)
 
 
-@pytest.mark.parametrize("name", NORMAL)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.long) if name == "jkr_adhesion" else name for name in NORMAL],
+)
 def test_normal_force_is_that_of_the_bench(name) -> None:
     hidden, values = NORMAL[name]
     measured = on_bench({name: hidden}, 6)

@@ -21,7 +21,8 @@ WRONG = {
     "finger": (r"(#define LH_K_REASON_RAISE )1\b", r"\g<1>2"),
 }
 LONGEST = {"estimator": "update", "finger": "frame"}
-both_precisions = pytest.mark.parametrize("precision", ["double", "float"])
+in_floats = pytest.mark.long  # an export of its own, and what it does on a Cortex
+both_precisions = pytest.mark.parametrize("precision", ["double", pytest.param("float", marks=in_floats)])
 
 
 @pytest.fixture(params=["estimator", "finger"])
@@ -75,6 +76,7 @@ def test_no_compiler_warns_and_nothing_is_widened_to_double(
         assert (done.returncode, done.stderr) == (0, ""), source
 
 
+@pytest.mark.long
 def test_no_undefined_behaviour(entry: str, sanitized: Callable[..., None]) -> None:
     sanitized(entry, *sources(entry)[1:])
 
@@ -89,7 +91,9 @@ def test_cppcheck_finds_nothing(entry: str, firmware: Make) -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize(("precision", "machine"), [("double", "Cortex-M7"), ("float", "Cortex-M4F")])
+@pytest.mark.parametrize(
+    ("precision", "machine"), [("double", "Cortex-M7"), pytest.param("float", "Cortex-M4F", marks=in_floats)]
+)
 def test_it_runs_on_an_emulated_cortex(entry: str, precision: str, machine: str, firmware: Make) -> None:
     if shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None:
         pytest.skip("no arm-none-eabi-gcc or no qemu-system-arm")

@@ -17,6 +17,7 @@ RAMP_STEP = 0.25  # [N] that the fail-safe ramp climbs from one renewed command 
 NS = 1_000_000_000
 
 
+@pytest.mark.long
 def test_a_finger_takes_little_more_than_half(firmware: Callable[..., Firmware]) -> None:
     assert firmware("finger", "float")[1].ram < 5000
 
@@ -29,6 +30,7 @@ def test_the_hand_is_judged_as_in_double_and_forces_agree_within_two_millinewton
     assert 0.0 < found.largest < 2e-3
 
 
+@pytest.mark.long
 def test_hostile_states_are_judged_as_in_double() -> None:
     found = parted(hostile(record(None, 1.0, "hand"), 3))
     assert found.commands > 400

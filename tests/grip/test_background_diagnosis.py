@@ -70,7 +70,7 @@ def node(tmp_path):
     return made
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_with_nothing_hidden_it_stays_quiet_and_starts_no_process(node) -> None:
     told = health_of(node, contacts_of("nothing", 10, 2))
     assert all(one.consistent for one in told[50:])

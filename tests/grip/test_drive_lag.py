@@ -70,7 +70,14 @@ def behind_a_need(time_constant: float, dead: int = 0) -> float:
     return DT / (1.0 - math.exp(-DT / time_constant)) + dead * DT
 
 
-@pytest.mark.parametrize(("bandwidth", "rate"), [(5.0, 25.0), (12.0, 60.0), (30.0, 150.0), (80.0, 400.0)])
+@pytest.mark.parametrize(
+    ("bandwidth", "rate"),
+    [
+        (5.0, 25.0),
+        *(pytest.param(*one, marks=pytest.mark.long) for one in ((12.0, 60.0), (30.0, 150.0))),
+        (80.0, 400.0),
+    ],
+)
 def test_the_lag_of_a_drive_of_any_bandwidth_is_found_within_a_fifth(bandwidth: float, rate: float) -> None:
     time_constant = 1.0 / (2.0 * math.pi * bandwidth)
     q = followed(forces(grips(30.0), time_constant, rate))

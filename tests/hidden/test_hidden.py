@@ -16,9 +16,13 @@ NEIGHBOURS = {
     "second_contact": ({"force": 0.2, "reach": 5e-4, "gap": 9e-4}, "layer_over_core"),
     "layer_over_core": ({"thickness": 8e-3, "tip_radius": 0.01}, "second_contact"),
 }
+OFTEN = ("approach_tilt", "second_contact")  # one of each two
 
 
-@pytest.mark.parametrize("name", NEIGHBOURS)
+@pytest.mark.parametrize(
+    "name",
+    [name if name in OFTEN else pytest.param(name, marks=pytest.mark.long) for name in NEIGHBOURS],
+)
 def test_of_two_that_resemble_each_other_the_hidden_one_is_said(hide, name) -> None:
     """Named, or one of a set, in which the other is not."""
     given, other = NEIGHBOURS[name]

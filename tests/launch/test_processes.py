@@ -177,7 +177,7 @@ def test_a_mistake_is_one_sentence_and_the_exit_code(arguments, code, words, veg
     assert len(complaint.strip().splitlines()) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_who_listens_to_a_node_that_ends_is_told():
     node = start("node", "echo", "--set", "transport.channel=ending")
     try:
@@ -220,7 +220,7 @@ def last_status():
     return ask(find_node("echo"), "status") or {"deadline_misses": 0}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_canopen_hand_that_comes_with_vegrip_is_gripped(vegrip):
     launched = start("launch", "canopen")
     try:

@@ -20,6 +20,8 @@ OPEN = pytest.mark.xfail(reason="it slides by more than 3 mm before it is known"
 KINDS = ("slip", *COLUMNS)
 STRATA = [(one, other) for i, one in enumerate(KINDS) for other in KINDS[i:]]
 """Kinds of channels of two faults: ten."""
+OFTEN = (("slip", "slip"), ("slip", "tangential"), ("normal", "displacement"))
+"""Every kind of channel once at least, in every run; the others with the long ones."""
 
 
 def kind(fault: str) -> str:
@@ -42,13 +44,26 @@ def sampled(stratum: tuple[str, str]) -> Case:
     return replace(case, start=start, rise_at=start + 0.1 if start > 2.0 else 0.0, also=also, duration=30.0)
 
 
-@pytest.mark.parametrize("stratum", STRATA, ids=" and ".join)
+@pytest.mark.parametrize(
+    "stratum",
+    [
+        pytest.param(one, id=" and ".join(one), marks=() if one in OFTEN else pytest.mark.long)
+        for one in STRATA
+    ],
+)
 def test_two_faults_of_any_kind_drop_nothing_crush_nothing_and_are_named(stratum: tuple[str, str]) -> None:
     case = sampled(stratum)
     assert left_of(case) == [], case
 
 
-@pytest.mark.parametrize("fault", ["none", "random", "noisy", "absent", "stuck", "dead"])
+@pytest.mark.parametrize(
+    "fault",
+    [
+        "noisy",
+        "dead",
+        *(pytest.param(one, marks=pytest.mark.long) for one in ("none", "random", "absent", "stuck")),
+    ],
+)
 def test_a_wooden_object_is_held_whatever_the_slip_channel_says(fault: str) -> None:
     """With 0.81 of the tangential force, as the pads felt it."""
     told = run(Case(WOOD, fault, tangential_gain=0.81, duration=45.0, seed=2))

@@ -67,8 +67,24 @@ LYING = {
 }
 """Channels that tell of slides that are not."""
 
+OFTEN = (
+    "dead",
+    "dead, five fingers",
+    "a flag that died",
+    "later and later, drives of 5 Hz",
+    "tangential force falls to 0.4",
+    "stuck",
+    "2 % of the flags",
+    "there for 50 ms with a load that is not",
+)
+"""One of each kind, in every run; the others with the long ones."""
 
-@pytest.mark.parametrize("what", SILENT)
+
+def cases(table: dict[str, Case]) -> list[object]:
+    return [what if what in OFTEN else pytest.param(what, marks=pytest.mark.long) for what in table]
+
+
+@pytest.mark.parametrize("what", cases(SILENT))
 def test_a_channel_that_keeps_quiet_about_slides_drops_nothing_and_is_named(what: str) -> None:
     told = run(SILENT[what])
     broken = excused(SILENT[what], told, list(breaches(SILENT[what], told)))[0]
@@ -77,7 +93,7 @@ def test_a_channel_that_keeps_quiet_about_slides_drops_nothing_and_is_named(what
     assert broken == [], told
 
 
-@pytest.mark.parametrize("what", LYING)
+@pytest.mark.parametrize("what", cases(LYING))
 def test_a_channel_that_tells_of_slides_that_are_not_crushes_nothing_and_is_named(what: str) -> None:
     told = run(LYING[what])
     assert excused(LYING[what], told, list(breaches(LYING[what], told)))[0] == [], told

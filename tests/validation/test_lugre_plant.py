@@ -25,6 +25,7 @@ def pressed(hand: LugreHand, force: float, seconds: float) -> LugreHand:
     return hand
 
 
+@pytest.mark.long
 def test_two_faces_carry_the_weight_and_its_torque() -> None:
     hand = pressed(held(offset=5e-3), 12.0, 3.0)
     truth = hand.truths()

@@ -9,14 +9,17 @@ from validation.known_files import ALLOWED, log, table
 from vegrip.cli import main
 from vegrip.identification.recording import read_recording
 
-SEEDS = 120
+SEEDS, OFTEN = 120, 40
 SAID = re.compile(
     r"are left out|states were sent|suspicious|nothing( of \w+)? came|has no value|far from all"
 )
 
 
 @pytest.mark.parametrize("make", [table, log])
-@pytest.mark.parametrize("first", range(0, SEEDS, 20))
+@pytest.mark.parametrize(
+    "first",
+    [*range(0, OFTEN, 20), *(pytest.param(one, marks=pytest.mark.long) for one in range(OFTEN, SEEDS, 20))],
+)
 def test_what_is_lost_or_changed_is_said(make, first, tmp_path: Path, capsys) -> None:
     for seed in range(first, first + 20):
         path, truth = make(seed, tmp_path)

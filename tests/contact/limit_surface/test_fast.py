@@ -55,7 +55,7 @@ def test_a_number_of_a_table_that_is_a_hundredth_off_is_a_difference(part: str) 
 
 def test_radius_against_thirty_digits() -> None:
     rng = np.random.default_rng(7)
-    for k, d in zip(1 / rng.uniform(0.02, 1, 40), np.tan(rng.uniform(0, np.pi / 2, 40)), strict=True):
+    for k, d in zip(1 / rng.uniform(0.02, 1, 20), np.tan(rng.uniform(0, np.pi / 2, 20)), strict=True):
         f, m = thirty_digits(k, d)
         error = float(fast.radius(k, float(mp.atan2(m, f))) / mp.hypot(f, m) - 1)
         assert -INSIDE <= error <= OUTSIDE

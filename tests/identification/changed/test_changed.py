@@ -76,6 +76,7 @@ def test_a_slip_tells_a_gain_of_the_force_sensor_from_a_stiffness_and_without_on
         assert one.interval[0] < 6.0 < one.interval[1]
 
 
+@pytest.mark.long
 def test_two_changes_are_both_named_with_their_intervals() -> None:
     truth = {"mu": math.log(0.9), "zero_normal_force": 0.012}
     found = changed(*recorded(13, **truth))
@@ -86,6 +87,7 @@ def test_two_changes_are_both_named_with_their_intervals() -> None:
     assert by_name["zero_normal_force"].percent is None
 
 
+@pytest.mark.long
 def test_what_the_first_lacks_is_added_for_both_and_stays_in_newtons_on_a_softer_pad(tmp_path: Path) -> None:
     found = changed(sample(), sample(LATER_TABLE))  # with adhesion in both: 11 % softer, a zero of 14 mN
     assert (found.verdict, names(found)) == ("named", ["K", "zero_normal_force"])

@@ -57,7 +57,7 @@ def test_with_even_weights_the_evidence_is_that_of_the_fit(sticky) -> None:
     assert (misfit, error) == pytest.approx((found.search.misfit(last), last.error), rel=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_command_says_it_when_asked(tip, tmp_path, capsys) -> None:
     write_recording(tip(12, kinds=KINDS, pull=0.03), tmp_path / "tip")
     assert main(["diagnose", str(tmp_path / "tip"), "--draws", "10", "--json"]) == 0
@@ -67,7 +67,7 @@ def test_the_command_says_it_when_asked(tip, tmp_path, capsys) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "pull"), [(13, 0.03), (12, 0.012)])
+@pytest.mark.parametrize(("seed", "pull"), [pytest.param(13, 0.03, marks=pytest.mark.long), (12, 0.012)])
 def test_an_effect_is_certified_by_episodes_that_did_not_tell_its_values(sticky, seed, pull) -> None:
     assert certainty_of(sticky(seed, pull), draws=1).certified["adhesion"] < 1e-6
 

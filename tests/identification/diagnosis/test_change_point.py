@@ -54,7 +54,7 @@ def test_the_interval_holds_the_depth_of_a_second_object_and_its_stiffness_is_kn
     assert np.mean(np.abs(off) < 2.0) >= 0.8
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_slow_drift_has_no_instant(tip) -> None:
     drifting = tip(1, kinds=KINDS)
     drift = 1.0 + 0.2 * np.exp(-drifting.t / 25.0)
@@ -84,7 +84,9 @@ def test_a_diagnosis_says_when_and_by_how_much(tip) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "hidden"), [(6, ()), (5, ("cross_talk",))])  # which slips show in the force
+@pytest.mark.parametrize(
+    ("seed", "hidden"), [pytest.param(6, (), marks=pytest.mark.long), (5, ("cross_talk",))]
+)  # which slips show in the force
 def test_in_use_a_tear_is_a_sudden_change_and_no_slip_is(seed, hidden) -> None:
     slipping = make_recording(Case(hidden, "strong", seed, style="use"))
     t, force = slipping.t, slipping.columns["normal_force"]

@@ -188,7 +188,7 @@ def test_a_force_that_is_early_has_a_wrong_clock_and_no_effect_is_named(tip, sec
     ("kind", "name", "symbol"),
     [
         ("lag", "sensor_lag", "tau"),
-        ("delay", "sensor_delay", "T_y"),
+        pytest.param("delay", "sensor_delay", "T_y", marks=pytest.mark.long),
         ("displacement", "displacement_lag", "tau_d"),
     ],
 )
@@ -233,7 +233,7 @@ def test_what_a_fault_of_the_recording_would_imitate_is_said_with_the_name(bench
     assert any("clock is late" in one.text for one in found.doubts)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_flat_tops_are_the_end_of_the_scale(bench) -> None:
     force = bench().columns["normal_force"]
     found = diagnose(changed(bench(), normal_force=np.minimum(force, 0.7 * force.max())))

@@ -27,7 +27,7 @@ HIDDEN = {
 """Where the curve shows it, what is hidden, how well it comes out (a share), and of which parameters."""
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.long)])
 def test_nothing_is_named_where_nothing_is_hidden(bench, seed) -> None:
     told = diagnose(bench(seed=seed)).as_dict()
     assert told["verdict"] == "adequate"
@@ -36,7 +36,10 @@ def test_nothing_is_named_where_nothing_is_hidden(bench, seed) -> None:
     assert told["error"]["after"] == pytest.approx(1.0, abs=0.03)
 
 
-@pytest.mark.parametrize("name", HIDDEN)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.long) if name == "second_relaxation" else name for name in HIDDEN],
+)
 def test_the_hidden_effect_is_named_with_its_place_and_size_and_the_error_falls_to_the_noise(
     bench, name
 ) -> None:

@@ -31,7 +31,9 @@ def slips(loads: np.ndarray, hidden: dict[str, dict[str, float]], lost: float = 
     [
         (LOADS, {}, 0.1, "ambiguous", [], [["load_dependent_friction", "friction_trend"]]),
         (ANY_ORDER, {}, 0.1, "unexplained", [], []),
-        (ANY_ORDER, BY_LOAD, 0.0, "named", ["load_dependent_friction"], []),
+        pytest.param(
+            ANY_ORDER, BY_LOAD, 0.0, "named", ["load_dependent_friction"], [], marks=pytest.mark.long
+        ),
     ],
 )
 def test_a_law_of_friction_is_named_only_where_a_trend_over_time_explains_less(

@@ -20,7 +20,9 @@ NEVER_APART = (
 )
 
 
-@pytest.mark.parametrize("hidden", [HEALING, {"mullins_softening": LOSS}])
+@pytest.mark.parametrize(
+    "hidden", [HEALING, pytest.param({"mullins_softening": LOSS}, marks=pytest.mark.long)]
+)
 def test_softening_is_named_as_it_heals_or_stays_in_pauses_of_20_s(hidden) -> None:
     found = diagnose(recorded("softening", 0, hidden))
     assert found.verdict == "named"

@@ -72,6 +72,7 @@ def test_a_spectrum_has_the_amplitudes_that_are_there() -> None:
     assert [value[f"c_s{i}"] for i in (1, 2, 3)] == pytest.approx([0.0, 0.1, 0.0], abs=0.01)
 
 
+@pytest.mark.long
 def test_three_times_of_which_one_law_leaves_more_than_noise_are_named_a_spectrum() -> None:
     found = diagnosed({}, replace(TIP, amplitudes=(0.05, 0.3, 0.05), rates=(0.3, 3.1, 30.0)), LONG)
     assert (found.verdict, found.named) == ("named", ["relaxation_spectrum"])
@@ -88,6 +89,7 @@ def test_a_spectrum_and_the_two_laws_that_imitate_it_stand_beside_each_other() -
     ]
 
 
+@pytest.mark.long
 def test_a_power_law_that_leaves_noise_is_no_spectrum() -> None:
     found = diagnosed({"power_law_relaxation": {"amplitude": 0.3}}, TIP, LONG)
     assert (found.verdict, found.named) == ("named", ["power_law_relaxation"])

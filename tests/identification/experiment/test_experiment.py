@@ -216,6 +216,7 @@ def test_the_command_writes_a_protocol_that_reads_back(tmp_path, capsys) -> None
     assert "Traceback" not in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_an_ambiguous_diagnosis_has_its_experiment() -> None:
     found = diagnose(recorded("second_relaxation", 0.5), most=1)
     tried = [one.candidate.name for one in found.search.steps[0].tried][:2]

@@ -148,7 +148,7 @@ def test_a_lag_is_named_beside_places_that_differ(late_places) -> None:
     assert any("of 4 episodes has a stiffness of its own" in doubt.text for doubt in found.doubts)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_zeros_that_shift_between_episodes_are_no_other_places(tip) -> None:
     """As a rig's are whose touch is sought trial by trial: laws of each episode would make up for them."""
     recording = tip(24, kinds=("hold", "ramp", "hold"))

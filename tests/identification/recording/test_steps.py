@@ -91,7 +91,10 @@ def test_two_relaxation_times_are_found_in_relaxation_in_creep_and_in_both(
     assert values == pytest.approx(truth, rel=0.03)
 
 
-@pytest.mark.parametrize("effect", LAWS)
+@pytest.mark.parametrize(
+    "effect",
+    [pytest.param(one, marks=pytest.mark.long) if one == "power_law_relaxation" else one for one in LAWS],
+)
 def test_relaxation_and_creep_of_one_material_agree(tmp_path: Path, effect: str) -> None:
     relaxed, crept = (fitted(step(tmp_path, LAWS[effect][0], kind, 0.005), effect) for kind in KINDS)
     t = np.r_[0.0, T]

@@ -83,6 +83,7 @@ def gripper(runtime, tmp_path, monkeypatch) -> Iterator[Player]:
         yield player
 
 
+@pytest.mark.long
 def test_the_questions_are_answered_in_a_terminal_while_the_hand_is_on_the_bus(gripper, tmp_path) -> None:
     ours, theirs = pty.openpty()
     command = [

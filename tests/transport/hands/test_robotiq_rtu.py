@@ -139,6 +139,7 @@ def test_minimalmodbus_reads_writes_and_is_refused(small):
         assert time.monotonic() < end
     client.write_register(0x03EA, 0xFF40, functioncode=6)
     assert client.read_registers(0x03E8, 3) == [0x0100, 0, 0xFF40]
+    client.serial.timeout = 2.0  # [s] it waits so long for the rest of what a refusal is shorter by
     with pytest.raises(minimalmodbus.IllegalRequestError):
         client.read_registers(0x0100, 3)
     client.serial.close()

@@ -110,9 +110,14 @@ def test_a_matrix_has_the_shares_of_each_answer() -> None:
     [
         ("layer_over_core", "saturation", "short"),  # was exponential_stiffness, for sure
         ("presliding", "friction_ageing", "short"),  # was rate_dependent_friction, for sure
-        ("friction_ageing", "wet_contact", "short"),
-        ("healing_softening", "mullins_softening", "short"),
-        ("wet_contact", "rate_dependent_friction", "short"),
+        *(
+            pytest.param(*others, "short", marks=pytest.mark.long)
+            for others in (
+                ("friction_ageing", "wet_contact"),
+                ("healing_softening", "mullins_softening"),
+                ("wet_contact", "rate_dependent_friction"),
+            )
+        ),
     ],
 )
 def test_of_two_that_resemble_each_other_the_wrong_one_is_not_named(hidden, rival, style) -> None:

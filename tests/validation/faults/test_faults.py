@@ -11,9 +11,24 @@ from validation.faults.testbed import SAMPLING, STATE_RATE_HZ, Scene
 from vegrip.messages import Condition
 from vegrip.transport.canbus.traffic import TrafficPlan, forecast_traffic
 
+ALIKE = {
+    "1 % of all states lost for 10 ms",
+    "1 % of all states lost for 100 ms",
+    "1 % of all states lost for 1 s",
+    "10 % of all states lost for 10 ms",
+    "10 % of all states lost for 100 ms",
+    "100 % of all states lost for 10 ms",
+    "normal force stuck at 0 N",
+    "normal force stuck at 10 N",
+    "sensor clock jumps 10 s ahead",
+    "CPU of the gripping node starved for 0.08 s",
+}
+"""Of which a harder one of the same kind runs always."""
+
 
 def as_parameter(case):
-    return pytest.param(case, id=case.name, marks=[pytest.mark.long] if case.slow else [])
+    marks = [pytest.mark.long] if case.slow or case.name in ALIKE else []
+    return pytest.param(case, id=case.name, marks=marks)
 
 
 @pytest.mark.parametrize("case", [as_parameter(case) for case in table.CASES])

@@ -6,7 +6,7 @@ from validation.faults.wrong_values import FAULT_BEGIN_S, Fault, judge
 
 KNOWN = [
     ("torque_z", 1.9, 0.005),
-    ("tangential_force_x", 5.0, 0.005),
+    pytest.param("tangential_force_x", 5.0, 0.005, marks=pytest.mark.long),
     ("tangential_force_x", 0.0, 1.0),
     ("normal_force", -4.0, 1.0),
     ("slip", 1.0, 0.05),
@@ -24,7 +24,8 @@ def test_a_wrong_value_neither_lets_the_grip_down_nor_teaches_a_friction(channel
 
 
 @pytest.mark.parametrize(
-    ("channel", "value", "duration"), [("slip", 1.0, 0.05), ("slip", 1.0, 1.0), ("slip_speed", 0.5, 1.0)]
+    ("channel", "value", "duration"),
+    [pytest.param("slip", 1.0, 0.05, marks=pytest.mark.long), ("slip", 1.0, 1.0), ("slip_speed", 0.5, 1.0)],
 )
 def test_a_slip_channel_that_lies_neither_teaches_nor_keeps_the_grip_up_with_learning(
     channel, value, duration
@@ -34,7 +35,8 @@ def test_a_slip_channel_that_lies_neither_teaches_nor_keeps_the_grip_up_with_lea
 
 
 @pytest.mark.parametrize(
-    ("channel", "value", "duration"), [("torque_z", -1.9, 0.05), ("tangential_force_x", -5.0, 0.05)]
+    ("channel", "value", "duration"),
+    [("torque_z", -1.9, 0.05), pytest.param("tangential_force_x", -5.0, 0.05, marks=pytest.mark.long)],
 )
 def test_a_wrong_load_teaches_nothing_that_a_node_with_sound_input_does_not_learn(channel, value, duration):
     verdict = judge(Fault(channel, value, FAULT_BEGIN_S, duration, -1), learning=True)
@@ -44,7 +46,7 @@ def test_a_wrong_load_teaches_nothing_that_a_node_with_sound_input_does_not_lear
     assert verdict.risen < 0.1
 
 
-@pytest.mark.parametrize("value", [0.0, -1.9])
+@pytest.mark.parametrize("value", [pytest.param(0.0, marks=pytest.mark.long), -1.9])
 def test_a_torque_that_is_wrong_for_a_second_neither_teaches_nor_leaves_a_finger_fail_safe(value):
     """Zero would let the grip down to a slip; after the large one the tips recover from 15 N."""
     assert judge(Fault("torque_z", value, FAULT_BEGIN_S, 1.0, -1), learning=True).worst <= 1.0
