@@ -435,7 +435,7 @@ def diagnose(
     """
 
     def started(zeros: Zeros, laws: Zeros, radius: float | None = None) -> Fit:
-        give_back_memory()
+        give_back_memory(len(recording))
         of, tip = (recording, model) if radius is None else _of_radius(recording, model, radius)
         return fit(of, tip, noise=known, zeros=zeros, laws=laws, report=report)
 

@@ -476,7 +476,7 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
             tried_of(hint, extend_problem(base, hint, groups, cost))
             for hint, cost in zip(behind, most, strict=True)
         ]
-    give_back_memory()
+    give_back_memory(base.optimum.residual.size)
     return Step(base, hints, sorted(tried, key=lambda one: -one.verdict.gain))
 
 
