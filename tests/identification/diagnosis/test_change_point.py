@@ -15,9 +15,9 @@ from vegrip.identification.fit import fit
 from vegrip.identification.fit.problem import AT
 from vegrip.identification.recording import Recording
 
-SEEDS = range(20)
+SEEDS = range(12)
 KINDS = ("hold", "ramp", "hold", "ramp")
-FEWEST_HELD = 17  # of 20 intervals of 95 %: fewer by chance are one in 60
+FEWEST_HELD = 10  # of 12 intervals of 95 %: fewer by chance are one in 50
 
 
 def fitted(recording: Recording) -> CandidateFit:
