@@ -15,7 +15,7 @@ from vegrip.grip.kernels.limits import clamped, limited
 def start_control(f: Floats, t: Wholes, present: float, now: int) -> None:
     """Take over at the force ``present`` [N] that the finger has; NaN counts as none."""
     f.grip.held = f.grip.required = clamped(f, present)
-    f.grip.closed, t.turn.has_closed = 0.0, 0
+    f.grip.kept, f.grip.closed, t.turn.has_closed = 0.0, 0.0, 0
     t.turn.commanded = t.turn.asked = now
     t.turn.started = 1
     forget_policy(f, t)

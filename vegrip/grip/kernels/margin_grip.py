@@ -20,7 +20,7 @@ def wanted_force(f: Floats, t: Wholes, held: float, dt: float) -> tuple[float, i
         return grow_against_slip(f, t, held, dt), REASON_SLIP
     if t.need.trusted == 0:
         return held, REASON_UNTRUSTED
-    need = f.demand.least if t.need.in_contact == 1 else 0.0
+    need = max(f.grip.kept, f.demand.least) if t.need.in_contact == 1 else 0.0
     return with_play(f, held, follow_need(f, t, held, need, dt))
 
 

@@ -66,26 +66,26 @@ def load_in_transfer(f: Floats) -> float:
 
 
 def hold_unloaded(f: Floats, t: Wholes) -> None:
-    """Ask for no less than is held until a load is felt."""
+    """Keep no less than is held until a load is felt: what the margin grip does not go below."""
+    f.grip.kept = 0.0
     if t.need.in_contact == 0:
         t.turn.bears = 0
         return
     if t.need.trusted == 0 or t.turn.bears == 1 or t.setup.shares == 1:
         return
     t.turn.bears = 1 if is_load_felt(f) else 0
+    f.grip.kept = f.grip.required if t.turn.bears == 0 else 0.0
     if t.turn.has_closed == 0:
         take_over_closed(f, t)
-    if t.turn.bears == 0:
-        f.demand.least = max(f.grip.required, f.demand.least)
 
 
 def take_over_closed(f: Floats, t: Wholes) -> None:
-    """Ask once for the force with which the hand has closed by itself, where it is more than is held."""
+    """Keep once the force with which the hand has closed by itself, where it is more than is held."""
     force, much = f.state.normal_force, (1.0 - f.rule.dead_band) * f.grip.closed
     if t.turn.bears == 1 or force < much:
         t.turn.has_closed = 1
         if much > f.grip.held:
-            f.demand.least = max(f.grip.closed, f.demand.least)
+            f.grip.kept = f.grip.closed
     f.grip.closed = max(f.grip.closed, force)
 
 
