@@ -89,7 +89,9 @@ def test_other_hands_masses_and_drives_hold_as_well(case: str) -> None:
     one = figures("vegrip", case)
     assert (one["slips"], one["drops"]) == (0, 0)
     assert one["largest_micro_slip"] < 1e-4
-    assert one["force_over_least"] < 4.0
+    assert (
+        one["force_over_least"] < 5.0
+    )  # in six seconds: the close, of 12 N at the thumb, is kept until the lift
 
 
 def test_a_case_changes_what_its_name_says_and_nothing_else() -> None:
