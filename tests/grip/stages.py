@@ -151,6 +151,17 @@ class Takeover(Stage):
         return float(self.memory["DEMAND_LEAST"])
 
 
+class Closing(Stage):
+    """What is kept of the force of a close until a load is felt; each step is one state."""
+
+    def kept(self, force: float, load: float = 0.0, *, held: float = 0.5, touches: bool = True) -> float:
+        self.memory["STATE_NORMAL_FORCE"] = force
+        self.memory["GRIP_HELD"] = self.memory["GRIP_REQUIRED"] = held
+        self.demand(Demand(0.1, load, 0.0, in_contact=touches, trusted=True))
+        KERNELS.hold_unloaded(self.f, self.t)
+        return float(self.memory["GRIP_KEPT"])
+
+
 def limit_force(
     wanted: float, reason: Reason, held: float, dt: float, limits: LimitSettings
 ) -> tuple[float, Reason]:

@@ -6,7 +6,7 @@ from itertools import product
 
 import pytest
 
-from tests.grip.stages import KERNELS, Takeover
+from tests.grip.stages import KERNELS, Closing, Takeover
 from vegrip.clock import NS
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.safety import FailSafeSettings
@@ -75,3 +75,28 @@ def test_no_load_breaks_it(force: float) -> None:
 
 def test_before_it_began_nothing_is_bounded() -> None:
     assert Takeover(RAMP).bounded(11.0, LOAD, BEGIN) == 11.0
+
+
+@pytest.mark.parametrize(("force", "load"), [(2.5, 0.0), (3.0, 1.0)])
+def test_the_force_of_a_close_is_taken_over_once_when_it_falls_or_a_load_comes(
+    force: float, load: float
+) -> None:
+    closing = Closing()
+    assert [closing.kept(1.0), closing.kept(3.0), closing.kept(2.95)] == [0.5, 0.5, 0.5]
+    assert closing.kept(force, load) == 3.0
+    assert closing.kept(4.0, load, held=3.0) == (0.0 if load else 3.0)
+    assert closing.kept(2.0, load, held=3.0) == (0.0 if load else 3.0)
+
+
+def test_a_force_that_is_held_already_is_not_taken_over() -> None:
+    closing = Closing()
+    closing.kept(3.0, held=3.0)
+    assert closing.kept(2.5, held=3.0) == 3.0
+    assert closing.kept(5.0, 1.0, held=3.0) == 0.0
+
+
+def test_in_the_air_nothing_is_kept_and_the_next_object_stands_again() -> None:
+    closing = Closing()
+    assert closing.kept(3.0, 1.0) == 0.0
+    assert closing.kept(0.0, touches=False) == 0.0
+    assert closing.kept(1.0, held=1.2) == 1.2
