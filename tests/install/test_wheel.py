@@ -280,5 +280,6 @@ def _interrupted(words: list[str], running: subprocess.Popen[str]) -> None:
     assert running.poll() is None, (words, running.communicate())
     running.send_signal(signal.SIGINT)
     _, complaints = running.communicate(timeout=60)
-    assert running.returncode in (0, 130), (words, complaints)
+    # by SIGINT itself where it was still being imported: a shell calls that 130, too
+    assert running.returncode in (0, 130, -signal.SIGINT), (words, complaints)
     assert "Traceback" not in complaints
