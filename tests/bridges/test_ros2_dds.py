@@ -10,10 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.bridges.messages_of_a_hand import SENT
 from vegrip.bridges import ros2_types as ros2
 from vegrip.cli import main
 from vegrip.errors import DeviceError
 from vegrip.messages import Condition, ForceCommand, Lifecycle, ModelHealth, NodeStatus, Reason
+from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 
 pytest.importorskip("cyclonedds")
 
@@ -205,6 +207,13 @@ def test_what_nodes_say_goes_out_and_what_comes_in_goes_to_a_node(link: Link, pe
     with pytest.raises(KeyboardInterrupt):
         relay(link, Source(), Incoming(link, ("thumb",)), lambda state: got.append(state.normal_force))
     assert got == [float(n) for n in range(20)]
+
+
+def test_every_message_of_a_running_hand_goes_out_on_its_topic(link: Link) -> None:
+    outgoing, codec = Outgoing(link), MsgpackCodec(fingers=("thumb",))
+    for message in 2 * SENT:  # nodes and fingers share the topic of diagnostics, in any order
+        topic, _ = codec.encode(message)
+        outgoing.send(topic, message)
 
 
 def test_an_interface_that_is_not_there_is_one_sentence(capsys) -> None:

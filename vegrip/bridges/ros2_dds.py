@@ -189,12 +189,13 @@ class Outgoing:
     def send(self, topic: str, message: Message) -> None:
         kind, row = type(message), ros2.row_of(message, self._start)
         stamp = max(message.stamp + self._since_1970, 0)
-        values = [
-            row[name] if one["type"] == "string" else float(row[name] or "nan")
-            for name, one in ros2.TYPES[kind].items()
-        ]
-        own = own_idl_type(kind)
-        self._link.write(topic, own, own(*values))
+        if not isinstance(message, NodeStatus):  # ROS has a type of its own for that topic, below
+            values = [
+                row[name] if one["type"] == "string" else float(row[name] or "nan")
+                for name, one in ros2.TYPES[kind].items()
+            ]
+            own = own_idl_type(kind)
+            self._link.write(topic, own, own(*values))
         if isinstance(message, ForceCommand):
             place = topic.rpartition("/")[0] + "/wrench_command"
             sample = wrench(stamp, message.finger, message.normal_force)
