@@ -197,3 +197,13 @@ def test_a_finger_that_lets_go_of_the_object_is_not_let_go_of() -> None:
 def test_what_is_stated_is_wider_than_what_is_believed_by_what_changes_unfelt() -> None:
     assert stated_std(0.0) == pytest.approx(0.1)
     assert stated_std(0.3) == pytest.approx(math.hypot(0.3, 0.1))
+
+
+def test_a_load_that_asks_for_next_to_nothing_is_no_number_too_large() -> None:
+    """Of a friction that is known well the next slide lies so far off that its distance has no bound."""
+    g = grasp()
+    prove(g, 0.99)
+    for k in range(20):
+        absorb_slide(g, k % 2, MEAN, 0.01)
+    held(g, 1e-5)
+    assert math.isfinite(g.release.shift[0])

@@ -29,7 +29,7 @@ Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same 
 
 import math
 
-from vegrip.estimator.normal_law import upper_tail
+from vegrip.estimator.normal_law import inverse_mills, upper_tail
 from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 from vegrip.grip.slip_witness import *
 
@@ -42,9 +42,7 @@ def set_risk(g: GraspMemory, risk: float, noticed_risk: float, releases: bool) -
 
 def begin_release(g: GraspMemory) -> None:
     """Have lowered nothing."""
-    g.release.pause = g.release.ends = 0.0
     for i in range(BELIEF_MOST):
-        g.release.shift[i] = g.release.steady[i] = g.release.smooth[i] = 0.0
         g.release.still[i], g.release.counted[i] = -1.0, math.nan
 
 
@@ -137,11 +135,10 @@ def let_go(g: GraspMemory, i: int, dt: float, margin: float, touching: bool) -> 
     counted = g.release.counted[i]
     most, rate = math.inf, QUICK
     if p >= SURE:
-        z = (ln_u - mean) / std
+        z = max((ln_u - mean) / std, -OUTLIER)
         worth = max(math.exp(mean - counted) - 1.0 - WORTH, 0.0)
-        ratio = 2.5066282746310002 * upper_tail(z) * math.exp(0.5 * z * z) if z < 6.0 else 1.0 / z
         most = mean + CREDIBLE * std
-        rate = min(worth / (COST * g.belief.fingers) * std * ratio, QUICK)
+        rate = min(worth / (COST * g.belief.fingers) * std / inverse_mills(-z), QUICK)
     elif p < USUAL - RARE or rise_needed(g, dt) > BLIND or has_liar(g):
         return
     most = min(most, ln_u + rate * LEAD) - math.log(1.0 - margin) - counted

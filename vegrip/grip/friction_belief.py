@@ -35,19 +35,10 @@ from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
 
 
 def begin_belief(g: GraspMemory, fingers: int, drift: float) -> None:
-    """Begin with so many fingers of which nothing is expected yet; see :func:`expect_finger`."""
-    g.belief.fingers = fingers * 1.0
-    g.belief.version = g.belief.since = g.belief.prior_var = 0.0
-    g.belief.drift = drift
-    for i in range(BELIEF_ROW):
-        g.belief.mean[i] = 0.0
-        for j in range(BELIEF_ROW):
-            g.belief.p[i * BELIEF_ROW + j] = 0.0
+    """Begin, in a memory of zeros, with fingers of which nothing is expected yet: :func:`expect_finger`."""
+    g.belief.fingers, g.belief.drift = fingers * 1.0, drift
     for i in range(BELIEF_MOST):
-        g.belief.common[i] = g.belief.load[i] = g.belief.site[i] = 0.0
-        g.belief.site_weighted[i] = g.belief.site_load[i] = 0.0
         g.belief.record[i] = -math.inf
-        g.belief.doubted[i] = 0.0
 
 
 def expect_exponent(g: GraspMemory, mean: float, variance: float) -> None:
@@ -182,10 +173,10 @@ def absorb_slide(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
 
 def is_doubted(g: GraspMemory) -> bool:
     """Return whether what some slide has said may be a lie."""
-    found = 0.0
-    for i in range(int(g.belief.fingers)):
-        found = max(found, g.belief.doubted[i])
-    return found > 0.0
+    for i in range(int(g.belief.fingers)):  # noqa: SIM110 (compiled)
+        if g.belief.doubted[i] > 0.0:
+            return True
+    return False
 
 
 def keep_safe(g: GraspMemory) -> None:

@@ -4,13 +4,14 @@ from dataclasses import dataclass
 
 from vegrip.config import constant, fixed_parameter
 from vegrip.estimator.friction_prior import FrictionPrior
+from vegrip.grip.friction_numbers import BLIND, QUICK
 
 PUBLISHED = FrictionPrior()
 """What is believed of the friction of soft tips, if nothing is stated."""
 COARSEST_CREEP_M_S = 2e-4
 """Threshold of felt slip above which creep passes for holding, and probing would learn from it."""
-LATEST_SLIP_S = 0.03
-"""Delay of felt slip beyond which probing would slide too far."""
+LATEST_SLIP_S = BLIND / QUICK
+"""Delay of felt slip beyond which probing would slide too far, at the quickest."""
 
 
 @dataclass(frozen=True)
@@ -22,12 +23,9 @@ class FrictionSettings:
         doc="of tips and object at a normal force of 5 N; 0 = as the tip's model states, else as published",
     )  # fmt: skip
     coefficient_std: float = fixed_parameter(
-        0.0,
-        unit="1",
-        low=0.0,
-        high=2.0,
+        0.0, unit="1", low=0.0, high=2.0,
         doc="std of its logarithm; 0 = as the model states, else as published",
-    )
+    )  # fmt: skip
     load_exponent: float = fixed_parameter(
         PUBLISHED.load_exponent, unit="1", low=-0.5, high=0.9,
         doc="by which friction falls with the normal force: mu (N / 5 N)^-g",

@@ -23,8 +23,8 @@ from vegrip.messages import KNOWN, PROBED, ContactEstimate, Estimate, ModelHealt
 from vegrip.types import NamedNumbers
 
 CHANNELS_OF_SLIP = ("slip", "slip_speed")
-UNKNOWN_OBJECT = 0.2
-"""Std of ln mu from which on nothing is known of an object that would be worth to keep."""
+UNKNOWN_OBJECT = CREDIBLE * SCATTER
+"""Std of ln mu from which on nothing is known of an object: a slide or two would tell as much."""
 
 
 class GraspFriction:

@@ -3,7 +3,7 @@
 import math
 from typing import Final, NamedTuple
 
-from vegrip.clock import NS
+from vegrip.estimator.elapsed import step_time
 from vegrip.estimator.layout import Layout, layout_of
 from vegrip.estimator.memory import SLIPS
 from vegrip.estimator.settings import SensorNoise
@@ -16,8 +16,6 @@ from vegrip.messages import FingertipState
 from vegrip.model import ContactModel, paper_model
 from vegrip.types import NamedNumbers
 
-LONGEST_STEP_S: Final = 0.1
-"""A longer pause between two states counts as so much."""
 USUAL_NOISE: Final = SensorNoise()
 """Of the sensors of a finger whose estimator does not have it."""
 LOADING: Final = 0b1110
@@ -76,7 +74,7 @@ class OwnEstimate:
         x, y, torque = confirm_load(known, 0, x, y, torque, noise.tangential_force, noise.torque_z)
         if not memory["SETUP_LEADS"]:
             return self._estimator.least_force(*wanted, (math.sqrt(x * x + y * y), torque))
-        dt = min(max((state.stamp - memory["TURN_LED"]) / NS, 0.0), LONGEST_STEP_S)
+        dt = step_time(state.stamp, memory["TURN_LED"])
         memory["TURN_LED"] = state.stamp
         is_following = memory["TURN_STARTED"] and not (
             memory["GRIP_ELAPSED"] >= 0.0 or memory["INPUT_DOUBTFUL"]

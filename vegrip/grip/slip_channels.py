@@ -49,13 +49,10 @@ def begin_channels(g: GraspMemory, sliding: float, delay: float) -> None:
     g.slip.exponent = g.belief.mean[int(g.belief.fingers)]
     for at in range(2 * BELIEF_MOST):
         g.slip.sound[at], g.slip.silent[at] = USUAL, EVEN
-        g.slip.says[at], g.slip.silence[at] = math.nan, math.inf
-        g.slip.shows[at], g.slip.rate[at] = 0.0, RARE
+        g.slip.says[at], g.slip.silence[at], g.slip.rate[at] = math.nan, math.inf, RARE
     for i in range(BELIEF_MOST):
         g.slip.level[i] = g.slip.held[i] = g.slip.shown[i] = g.slip.begun[i] = -math.inf
-        g.slip.likely[i] = g.slip.likely_next[i] = g.slip.likely_age[i] = 0.0
         g.slip.top[i] = g.slip.top_next[i] = -math.inf
-        g.slip.slides[i] = g.slip.stays[i] = g.slip.stays_next[i] = 0.0
 
 
 def lying(g: GraspMemory, at: int) -> float:
@@ -93,7 +90,7 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
     before, g.slip.says[at] = g.slip.says[at], says
     looks = min(dt / LOOK, 1.0)
     usual = 1.0 - math.exp(-dt / RENEWED)
-    g.slip.sound[at] += usual * (1.0 - EVEN - RARE - g.slip.sound[at])
+    g.slip.sound[at] += usual * (USUAL - g.slip.sound[at])
     g.slip.silent[at] += usual * (EVEN - g.slip.silent[at])
     g.slip.silence[at] += dt
     g.slip.rate[at] += looks / RENEWED * (RARE - g.slip.rate[at])
@@ -270,13 +267,10 @@ def is_named(g: GraspMemory, at: int) -> bool:
 
 def has_liar(g: GraspMemory) -> bool:
     """Return whether some channel of the grasp that is sensed is surely not sound."""
-    least = 1.0
-    for i in range(int(g.belief.fingers)):
-        for k in range(2):
-            at = i + k * BELIEF_MOST
-            if g.slip.says[at] >= 0.0:
-                least = min(least, g.slip.sound[at])
-    return least < NAMED_AT
+    for at in range(2 * BELIEF_MOST):  # noqa: SIM110 (compiled)
+        if g.slip.says[at] >= 0.0 and is_named(g, at):
+            return True
+    return False
 
 
 def teller(g: GraspMemory, i: int) -> int:

@@ -19,17 +19,13 @@ Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same 
 
 import math
 
-from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
+from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.slip_channels import *
 
 
 def begin_witness(g: GraspMemory, noise: float) -> None:
     """Have seen nothing; ``noise`` is the std of a tangential force [N]."""
-    g.witness.noise, g.witness.least, g.witness.waits = noise, math.inf, 0.0
-    g.witness.first = g.witness.lagging = g.witness.pull = g.witness.lost = 0.0
-    g.witness.force = g.witness.rested = g.witness.chance = 0.0
-    for i in range(BELIEF_MOST):
-        g.witness.forces[i] = g.witness.pulls[i] = 0.0
+    g.witness.noise, g.witness.least = noise, math.inf
 
 
 def follow_forces(g: GraspMemory, i: int, dt: float, force: float, pull: float, touching: bool) -> None:

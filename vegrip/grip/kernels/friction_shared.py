@@ -6,7 +6,7 @@ the other.
 
 import math
 
-from vegrip.estimator.elapsed import elapsed_time
+from vegrip.estimator.elapsed import LONGEST_STEP, step_time
 from vegrip.estimator.kernels.friction import HELD, SLID
 from vegrip.estimator.kernels.load_law import remove_site
 from vegrip.estimator.kernels.load_loss import is_load_doubted
@@ -15,9 +15,6 @@ from vegrip.grip.force_release import *
 from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
 from vegrip.grip.kernels.generated import *
 from vegrip.grip.load_lead import *
-
-LONGEST_STEP = 0.1  # [s]; a longer pause between two states counts as so much
-NEW_CONTACT = 1e-4  # growth of the variance of ln mu between two states that only a new contact brings
 
 
 def prepare_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
@@ -31,7 +28,7 @@ def prepare_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
         believe_friction(f, g, i)
     f.friction.event = 0.0
     f.shared.before_var = f.friction.var
-    since_last = since(t.news.stamp, t.turn.learned) if t.turn.learned != 0 else 0.0
+    since_last = step_time(t.news.stamp, t.turn.learned) if t.turn.learned != 0 else 0.0
     screen_slip(f, g, i, since_last)
     if math.isnan(g.release.counted[i]):
         g.release.counted[i] = counted_on(g, i)
@@ -87,7 +84,7 @@ def update_shared_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     if t.setup.shares == 0:
         return
     i = t.setup.finger
-    dt = since(t.news.stamp, t.turn.learned) if t.turn.learned != 0 else 0.0
+    dt = step_time(t.news.stamp, t.turn.learned) if t.turn.learned != 0 else 0.0
     t.turn.learned = t.news.stamp
     g.belief.since += dt / float(t.setup.fingers)
     if g.belief.since >= LONGEST_STEP:
@@ -121,7 +118,7 @@ def give_evidence(f: Floats, g: GraspMemory, i: int) -> None:
         absorb_hold(g, i, f.friction.event_ln_u, f.friction.event_noise)
     elif f.friction.event == SLID:
         refuse_evidence(g)
-    elif f.friction.var > f.shared.before_var + NEW_CONTACT:
+    elif f.friction.var > f.shared.before_var + RISE * RISE:
         widen_own(g, i, f.friction.var - f.shared.before_var)
 
 
@@ -161,7 +158,7 @@ def load_to_answer(
     """
     if t.setup.leads == 0:
         return math.sqrt(x * x + y * y), torque
-    dt = since(t.news.stamp, t.turn.led)
+    dt = step_time(t.news.stamp, t.turn.led)
     t.turn.led = t.news.stamp
     follow_drive(g, t.setup.finger, dt, followed_command(f, t), f.state.normal_force)
     return lead_load(g, t.setup.finger, dt, x, y, torque)
@@ -171,8 +168,3 @@ def followed_command(f: Floats, t: Wholes) -> float:
     """Return the command [N] that the drive follows; NaN: there is none, or it is of a fault."""
     is_following = t.turn.started == 1 and not f.grip.elapsed >= 0.0 and t.input.doubtful == 0
     return f.grip.held if is_following else math.nan
-
-
-def since(stamp: int, before: int) -> float:
-    """Return the time between two states [s], as far as it counts."""
-    return min(max(float(elapsed_time(stamp, before)) / 1e9, 0.0), LONGEST_STEP)
