@@ -13,7 +13,7 @@ import pytest
 from vegrip.cli import main
 from vegrip.cli._written_settings import write_settings
 from vegrip.errors import InputError
-from vegrip.grip.friction_settings import COARSEST_CREEP_M_S
+from vegrip.grip.friction_settings import COARSEST_CREEP
 from vegrip.identification.calibration.session import Calibration, judge, load, save, usual_limits
 from vegrip.identification.calibration.trials import practice_tip, practise
 from vegrip.identification.experiment.design_space import RigLimits
@@ -154,6 +154,6 @@ def test_the_slides_of_a_calibration_tell_how_slip_is_felt(folder):
     found = load(calibration.folder).slip_channel()  # the speeds are kept with the trials
     assert found.lacking == ""
     speeds = calibration.trials[-1].speeds
-    assert min(speed for speed in speeds if speed > 0.0) < COARSEST_CREEP_M_S  # fine enough to probe by
+    assert min(speed for speed in speeds if speed > 0.0) < COARSEST_CREEP  # fine enough to probe by
     assert found.threshold == min(speed for speed in speeds if speed > 0.0)
     assert found.delay < 0.03

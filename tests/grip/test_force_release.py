@@ -137,6 +137,16 @@ def test_force_is_let_go_of_while_a_slide_would_be_noticed(sound, releases, lets
     assert (g.release.shift[0] > RISE) == lets_go
 
 
+@pytest.mark.parametrize(("lag", "lets_go"), [(0.025, True), (0.028, False)])
+def test_where_a_drive_is_late_the_load_is_no_witness(lag: float, *, lets_go: bool) -> None:
+    """What N falls on by is lost, too: 0.02 + 5 / s * lag may be 0.15."""
+    g = grasp()
+    prove(g, 0.48)
+    g.drive.state[0], g.drive.state[3] = 0.01, lag
+    held(g, 0.42)
+    assert (g.release.shift[0] > RISE) == lets_go
+
+
 def test_what_is_known_well_is_not_let_go_of() -> None:
     g = grasp()
     prove(g, 0.999)

@@ -38,7 +38,7 @@ def let_go(g: GraspMemory, rate: float, seconds: float, load: float = LOAD, fade
             hear_slip(g, i, DT, 0.0, math.nan)
             follow_utilisation(g, i, DT, pull / force, 0.02, 0.0, True)
             follow_forces(g, i, DT, force, pull + NOISE * rng.standard_normal(), True)
-        if sees_slide(g, 2.0 * DT, 0.5):
+        if sees_slide(g, 2.0 * DT, 0.5, False):
             return force / (0.5 * load / MU)
     return math.nan
 
@@ -61,7 +61,7 @@ def test_without_anything_let_go_of_nothing_is_seen() -> None:
     for k in range(500):
         for i in range(2):
             follow_forces(g, i, DT, 4.0 - 0.006 * k, 2.0 - 0.003 * k, True)
-        assert not sees_slide(g, 2.0 * DT, 0.0)
+        assert not sees_slide(g, 2.0 * DT, 0.0, False)
 
 
 @pytest.mark.parametrize(("comes_back", "named"), [(True, True), (False, False)])
@@ -73,7 +73,10 @@ def test_a_slide_was_missed_if_t_comes_back_with_n_and_not_else(comes_back: bool
         for i in range(2):
             hear_slip(g, i, DT, 0.0, math.nan)
             follow_forces(g, i, DT, 3.0, 0.5 if comes_back else 0.4, True)
-        sees_slide(g, 2.0 * DT, 0.0)
+        sees_slide(g, 2.0 * DT, 0.0, False)
+        pull = g.witness.pulls[0] + g.witness.pulls[1]
+        lost = min(math.log(pull / g.witness.pull), 0.0) if g.witness.waits > 0.0 else 0.0
+        assert g.witness.lack == pytest.approx(lost)  # until then the load counts as it was
     assert (g.slip.silent[0] > silent + 0.2) == named
     assert g.witness.waits == 0.0
 
@@ -95,3 +98,21 @@ def test_a_slow_fall_is_no_witness() -> None:
         told = [is_slow(g, DT, 4.0 * math.exp(-rate * k * DT)) for k in range(round(1.0 / rate / DT))]
         assert told[-1] == (g is slow)
         assert not told[0]
+
+
+@pytest.mark.parametrize(
+    ("falls", "is_asked", "slid"),
+    [(0.04, True, True), (0.04, False, False), (0.16, True, False), (-0.04, True, False)],
+    ids=["with N", "no change of the load", "by itself", "rises"],
+)
+def test_a_load_that_has_changed_with_n_is_asked_whether_it_slides(
+    falls: float, is_asked: bool, slid: bool
+) -> None:
+    """N has fallen by 6 %, and T by so much."""
+    g = grasp()
+    for k, (force, pull) in enumerate([(2.0, 0.5), (2.0, 0.5), (2.0 * 0.94, 0.5 * (1.0 - falls))]):
+        for i in range(2):
+            g.witness.forces[i], g.witness.pulls[i] = force, pull
+        found = sees_slide(g, 2.0 * DT, 0.5, is_asked and k == 2)
+    assert found == slid
+    assert (g.witness.waits > 0.0) == slid

@@ -115,10 +115,9 @@ def take_back(g: GraspMemory, held: bool) -> None:
 
     A load that would need more than ``CREDIBLE`` standard deviations above the mean may be wrong.
     """
-    exponent = g.belief.mean[int(g.belief.fingers)]
     for i in range(int(g.belief.fingers)):
         if g.release.shift[i] > RISE and held:
-            ln_u = g.slip.shown[i] - exponent * g.belief.load[i]
+            ln_u = g.slip.shown[i] - g.belief.mean[int(g.belief.fingers)] * g.belief.load[i]
             off = ln_u - believed_mean(g, i)
             if abs(off) < CREDIBLE * math.sqrt(believed_variance(g, i)):
                 absorb_hold(g, i, ln_u, SCATTER * SCATTER)
@@ -139,10 +138,18 @@ def let_go(g: GraspMemory, i: int, dt: float, margin: float, touching: bool) -> 
         worth = max(math.exp(mean - counted) - 1.0 - WORTH, 0.0)
         most = mean + CREDIBLE * std
         rate = min(worth / (COST * g.belief.fingers) * std / inverse_mills(-z), QUICK)
-    elif p < USUAL - RARE or rise_needed(g, dt) > BLIND or has_liar(g):
+    elif p < USUAL - RARE or rise_needed(g, dt) + QUICK * slowest_drive(g) > BLIND or has_liar(g):
         return
     most = min(most, ln_u + rate * LEAD) - math.log(1.0 - margin) - counted
     g.release.shift[i] = max(g.release.shift[i], min(g.release.shift[i] + rate * dt, most))
+
+
+def slowest_drive(g: GraspMemory) -> float:
+    """Return the longest lag of the drives [s]: so long N goes on falling after a slide is seen."""
+    slowest = 0.0
+    for i in range(int(g.belief.fingers)):
+        slowest = max(slowest, g.drive.state[3 * i])
+    return slowest
 
 
 def stated_std(std: float) -> float:
@@ -186,7 +193,7 @@ def decide(g: GraspMemory, i: int, dt: float, margin: float, touching: bool, cha
         total += g.release.shift[j]
     g.release.pause = max(g.release.pause - dt / float(n), 0.0)
     g.release.ends = max(g.release.ends - dt / float(n), 0.0)
-    if g.slip.slides[i] >= 0.5 or sees_slide(g, dt, total):
+    if g.slip.slides[i] >= 0.5 or sees_slide(g, dt, total, changed and chance_noticed(g) < SURE):
         if total > SCATTER:
             g.release.ends = 2.0 * (g.slip.delay + LOOK)
         take_back(g, False)

@@ -8,10 +8,10 @@ from vegrip.grip.friction_numbers import BLIND, QUICK
 
 PUBLISHED = FrictionPrior()
 """What is believed of the friction of soft tips, if nothing is stated."""
-COARSEST_CREEP_M_S = 2e-4
-"""Threshold of felt slip above which creep passes for holding, and probing would learn from it."""
-LATEST_SLIP_S = BLIND / QUICK
-"""Delay of felt slip beyond which probing would slide too far, at the quickest."""
+COARSEST_CREEP = 2e-4
+"""Threshold of felt slip [m/s] above which creep passes for holding, and probing would learn from it."""
+LATEST_SLIP = BLIND / QUICK
+"""Delay of felt slip [s] beyond which probing would slide too far, at the quickest."""
 
 
 @dataclass(frozen=True)
@@ -61,10 +61,8 @@ class FrictionSettings:
     @property
     def why_too_coarse(self) -> str:
         """Why the slip channel does not allow probing; empty when it does."""
-        if self.slip_threshold > COARSEST_CREEP_M_S:
-            return (
-                f"slip is felt from {self.slip_threshold:g} m/s on, probing needs {COARSEST_CREEP_M_S:g} m/s"
-            )
-        if self.slip_delay > LATEST_SLIP_S:
-            return f"slip is felt {self.slip_delay:g} s late, probing needs {LATEST_SLIP_S:g} s or less"
+        if self.slip_threshold > COARSEST_CREEP:
+            return f"slip is felt from {self.slip_threshold:g} m/s on, probing needs {COARSEST_CREEP:g} m/s"
+        if self.slip_delay > LATEST_SLIP:
+            return f"slip is felt {self.slip_delay:g} s late, probing needs {LATEST_SLIP:g} s or less"
         return ""

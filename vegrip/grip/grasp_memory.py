@@ -13,9 +13,7 @@ from typing import Annotated, Any, Final, get_type_hints
 import numpy as np
 
 BELIEF_MOST: Final = 20  # fingers
-BELIEF_ROW: Final = (
-    BELIEF_MOST + 1
-)  # numbers of the joint belief: of each finger, and the exponent behind them
+BELIEF_ROW: Final = BELIEF_MOST + 1  # numbers of the joint belief: of each finger, then the exponent
 
 Each = Annotated[MutableSequence[float], BELIEF_MOST]
 """A number of every finger."""
@@ -122,6 +120,7 @@ class Witness:
     least: float  # least y of late; inf: no force is lowered
     pull: float  # [N] T then
     force: float  # [N] N when y was least
+    lack: float  # of ln T, by which it is less than then while a slide is judged
     lost: float  # [N] by which T had fallen when the slide was seen
     chance: float  # probability that it was one
     waits: float  # [s] until it is judged; 0: nothing is to be judged

@@ -57,8 +57,11 @@ def is_slow(g: GraspMemory, dt: float, force: float) -> bool:
     return force < (1.0 - BLIND) * g.witness.first and rate < SLOW
 
 
-def sees_slide(g: GraspMemory, dt: float, let_go: float) -> bool:
-    """Return whether the object has begun to slide, force having been ``let_go`` of [ln N]."""
+def sees_slide(g: GraspMemory, dt: float, let_go: float, changed: bool) -> bool:
+    """Return whether the object has begun to slide, force having been ``let_go`` of [ln N].
+
+    A load that has ``changed`` meanwhile, though no more than N may have made it, is asked, too.
+    """
     n = int(g.belief.fingers)
     force, pull = 0.0, 0.0
     for i in range(n):
@@ -73,7 +76,7 @@ def sees_slide(g: GraspMemory, dt: float, let_go: float) -> bool:
         g.witness.first = g.witness.lagging = force
         return False
     y = FOLLOWS * math.log(force) - math.log(pull)
-    if y - g.witness.least > rise_needed(g, dt):
+    if y - g.witness.least > (0.0 if changed else rise_needed(g, dt)):
         if math.log(g.witness.pull / pull) > GOES_AWAY * math.log(g.witness.force / force):
             g.witness.least = math.inf
             return False
@@ -89,7 +92,6 @@ def sees_slide(g: GraspMemory, dt: float, let_go: float) -> bool:
         return True
     part = 1.0 if y <= g.witness.least else 1.0 - math.exp(-part / PAUSE)
     if g.witness.least == math.inf:
-        part = 1.0
         g.witness.least = y
     g.witness.least += part * (y - g.witness.least)
     g.witness.pull += part * (pull - g.witness.pull)
@@ -101,11 +103,12 @@ def wait_for_verdict(g: GraspMemory, dt: float, pull: float) -> None:
     """Wait until the grip is back; then a slide that no channel has told was missed."""
     g.witness.waits -= dt
     g.witness.rested += dt
+    g.witness.lack = min(math.log(max(pull, NEARLY_NONE) / g.witness.pull), 0.0)
     if pull < g.witness.low:
         g.witness.low = g.witness.high = pull
     g.witness.high = max(g.witness.high, pull)
     if g.witness.waits > 0.0:
         return
-    g.witness.waits = 0.0
+    g.witness.waits = g.witness.lack = 0.0
     if g.witness.high > g.witness.low + 0.5 * g.witness.lost:
         judge_slide(g, g.witness.rested + 2.0 * g.slip.delay, g.witness.chance)

@@ -35,7 +35,7 @@ def prepare_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     counted, std = g.release.counted[i], math.sqrt(believed_variance(g, i) + NEARLY_NONE)
     f.asked.quantile = min(max((believed_mean(g, i) - counted) / std, 0.0), OUTLIER)
     more = counted - (believed_mean(g, i) - f.asked.quantile * std)
-    f.asked.margin = 1.0 - (1.0 - f.rule.wanted_margin) * math.exp(g.release.shift[i] + more)
+    f.asked.margin = 1.0 - (1.0 - f.rule.wanted_margin) * math.exp(g.release.shift[i] + g.witness.lack + more)
 
 
 def screen_slip(f: Floats, g: GraspMemory, i: int, dt: float) -> None:
