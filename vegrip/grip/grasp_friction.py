@@ -144,8 +144,7 @@ class GraspFriction:
         g, i = self.memory, self._places[finger]
         if g.release.shift[i] > RISE:
             return PROBED
-        is_known = believed_variance(g, i) < UNKNOWN_OBJECT**2 and chance_noticed(g) >= SURE
-        return KNOWN if is_known else ""
+        return KNOWN if believed_variance(g, i) < UNKNOWN_OBJECT**2 and chance_noticed(g) >= SURE else ""
 
     def name_suspect(self, health: ModelHealth) -> ModelHealth:
         """Return ``health`` with the channel that is not sound, instead of what the model fails at.

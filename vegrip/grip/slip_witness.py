@@ -60,7 +60,8 @@ def is_slow(g: GraspMemory, dt: float, force: float) -> bool:
 def sees_slide(g: GraspMemory, dt: float, let_go: float, changed: bool) -> bool:
     """Return whether the object has begun to slide, force having been ``let_go`` of [ln N].
 
-    A load that has ``changed`` meanwhile, though no more than N may have made it, is asked, too.
+    A load that has ``changed`` meanwhile may slide, too, where N may have made it: until it comes back it
+    counts as it was, but no channel is judged by it.
     """
     n = int(g.belief.fingers)
     force, pull = 0.0, 0.0
@@ -76,7 +77,8 @@ def sees_slide(g: GraspMemory, dt: float, let_go: float, changed: bool) -> bool:
         g.witness.first = g.witness.lagging = force
         return False
     y = FOLLOWS * math.log(force) - math.log(pull)
-    if y - g.witness.least > (0.0 if changed else rise_needed(g, dt)):
+    is_seen = y - g.witness.least > rise_needed(g, dt)
+    if is_seen or (changed and y > g.witness.least):
         if math.log(g.witness.pull / pull) > GOES_AWAY * math.log(g.witness.force / force):
             g.witness.least = math.inf
             return False
@@ -85,11 +87,11 @@ def sees_slide(g: GraspMemory, dt: float, let_go: float, changed: bool) -> bool:
         likely = 0.0
         for i in range(n):
             likely = max(likely, g.slip.likely[i])
-        g.witness.chance = chance(logit(likely) + logit(SURE))
+        g.witness.chance = chance(logit(likely) + logit(SURE)) if is_seen else 0.0
         if g.witness.lost > 0.0:
             g.witness.waits, g.witness.rested = RETURN + g.slip.delay, 0.0
             g.witness.low = g.witness.high = pull
-        return True
+        return is_seen
     part = 1.0 if y <= g.witness.least else 1.0 - math.exp(-part / PAUSE)
     if g.witness.least == math.inf:
         g.witness.least = y
