@@ -22,6 +22,10 @@ QUIET = SensorSettings(
     slip_speed=0.0, force_bias=0.0, displacement_bias=0.0, force_step=0.0, displacement_step=0.0,
     torque_step=0.0, contact_radius=0.0, radius_sensor=True,
 )  # fmt: skip
+ALL_HIDDEN = [
+    pytest.param(name, marks=pytest.mark.long) if name == "jkr_adhesion" else name for name in HIDDEN
+]
+"""The one that iterates takes five times as long as any other."""
 FRICTIONAL = {"load_dependent_friction", "rate_dependent_friction", "friction_ageing", "wet_contact"}
 
 
@@ -55,7 +59,7 @@ def plain():
     return run(SLIDE, rings=6)
 
 
-@pytest.mark.parametrize("name", HIDDEN)
+@pytest.mark.parametrize("name", ALL_HIDDEN)
 def test_every_hidden_effect_leaves_the_other_channels_alone(name, plain) -> None:
     """Those of patch and friction do not touch the normal direction; those of the sensor nothing true."""
     other = run(SLIDE, rings=6, **{name: {}})
@@ -73,7 +77,7 @@ def test_every_hidden_effect_leaves_the_other_channels_alone(name, plain) -> Non
         assert "true_friction_coefficient" not in changed
 
 
-@pytest.mark.parametrize("name", HIDDEN)
+@pytest.mark.parametrize("name", ALL_HIDDEN)
 def test_every_hidden_effect_stays_finite_through_every_motion(name) -> None:
     trial = run(hold(1e-3, 0.3), creep(1.0, 0.3), triangles(1e-3, 1e-2, 1), rings=4, **{name: {}})
     assert all(np.all(np.isfinite(values)) for values in trial.values())

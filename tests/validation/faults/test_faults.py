@@ -17,11 +17,14 @@ ALIKE = {
     "1 % of all states lost for 1 s",
     "10 % of all states lost for 10 ms",
     "10 % of all states lost for 100 ms",
+    "10 % of all states lost for 1 s",
     "100 % of all states lost for 10 ms",
     "normal force stuck at 0 N",
     "normal force stuck at 10 N",
+    "normal force NaN",
     "sensor clock jumps 10 s ahead",
     "CPU of the gripping node starved for 0.08 s",
+    "a node babbles an identifier below all of ours",
 }
 """Of which a harder one of the same kind runs always."""
 
