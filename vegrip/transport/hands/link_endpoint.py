@@ -359,7 +359,6 @@ class MappedLinkEndpoint(Endpoint):
         self.arrivals: Sequence[int] = ()
         self._codec, self.broken = codec, codec.broken
         self._faults: Counter[str] = Counter()
-        self._has_received = False  # a packet of the map
         plan = codec.plan
         self._conditions = _conditions(plan, self._faults)
         self._orders, self._ready = _orders(plan), plan.hand.device.ready
@@ -419,7 +418,7 @@ class MappedLinkEndpoint(Endpoint):
             self.receive(0.01)
 
     def _unready(self, device: DeviceMap) -> str:
-        if not self._has_received:
+        if not self.heard:
             noise = ", ".join(f"{name} {count}" for name, count in self.rejected.items())
             return (
                 f"does not answer as {self._codec.plan.hand.path} says within {device.patience:g} s "
@@ -544,7 +543,7 @@ class MappedLinkEndpoint(Endpoint):
 
     def _hear(self, device: Device, frame: Frame, now: int) -> None:
         name = self._of.get(frame.arbitration_id, "")
-        self._has_received = True
+        self.heard = now
         self._conditions.take(name, frame.data)
         if self._conditions.judges(name, self._ready):
             device.missed_when_ready = device.dialogue.missed
