@@ -199,7 +199,7 @@ class BenchEndpoint(Joined):
 
     @property
     def hints(self) -> Mapping[str, str]:  # type: ignore[override]
-        return self._hints
+        return {name: one for part in self._parts for name, one in part.endpoint.hints.items()} | self._hints
 
     @property
     def sentences(self) -> Sequence[str]:

@@ -221,6 +221,10 @@ def _flaw(packet: Packet, data: bytes) -> str:
 
 MOST_CHUNKS: Final = 64  # taken in one go; a babbling device must not keep the loop from its ticks
 REOPEN_PERIOD: Final = NS  # [ns] between two attempts to open a lost device
+NOT_READY: Final = (
+    "it is sent no command, and the force cannot change; see that nothing falls, and start the node again, "
+    "which may move its jaws"
+)
 MOST_SPACING: Final = NS // 50  # [ns] between packets that come at once
 
 
@@ -351,8 +355,9 @@ class MappedLinkEndpoint(Endpoint):
 
     After opening nothing raises. Besides the names of the codec ``rejected`` has those of
     :class:`~vegrip.transport.hands.link_endpoint.PacketStream`, of
-    :class:`~vegrip.transport.maps.dialogue.Dialogue`, ``link_lost``, ``unsent``, ``silent``, and
-    ``command_held`` (commands repeated after their lifetime).
+    :class:`~vegrip.transport.maps.dialogue.Dialogue`, ``link_lost``, ``unsent``, ``silent``,
+    ``not_ready`` (commands kept from a device that says that it is not), and ``command_held`` (commands
+    repeated after their lifetime).
     """
 
     def __init__(self, links: Sequence[tuple[Link, Open]], codec: MappedCodec) -> None:
@@ -362,6 +367,7 @@ class MappedLinkEndpoint(Endpoint):
         plan = codec.plan
         self._conditions = _conditions(plan, self._faults)
         self._orders, self._ready = _orders(plan), plan.hand.device.ready
+        self.hints = {"not_ready": f"{plan.hand.path.stem} is no longer {self._ready!r}: {NOT_READY}"}
         self._lines = {packet.name: packet.line for packet in plan.database.packets}
         self._counted = {name: each.counted for name, each in plan.hand.packets.items() if each.counted}
         self._device_of = {packet.number: packet.device for packet in plan.database.packets}
@@ -527,6 +533,7 @@ class MappedLinkEndpoint(Endpoint):
         """Return the command of now, with what follows where it is new, or may not have been received."""
         outgoing.is_wanted, dialogue = False, device.dialogue
         if not self._obeys(device):
+            self._faults["not_ready"] += self._ready not in self._conditions.now
             return []
         order, line = self._orders[outgoing.name], self._lines.get(outgoing.name)
         found = []
