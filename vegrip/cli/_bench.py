@@ -78,7 +78,9 @@ def _check(sensors: Sequence[str], sides: Sequence[str], output: Path, heaviest:
     if doubled := next((side for side in sides if sides.count(side) > 1), ""):
         raise UsageError(f"--fingers has {doubled!r} twice; each pad has its own name")
     if wrong := next((side for side in sides if not NAME.fullmatch(side)), ""):
-        raise UsageError(f"--fingers has {wrong!r}; a name has letters, digits, - and _, and is that of a file")
+        raise UsageError(
+            f"--fingers has {wrong!r}; a name has letters, digits, - and _, and is that of a file"
+        )
     if output.name in (f"{side}.toml" for side in sides):
         raise UsageError(f"{output} is also the map of that pad; give -o another name, as bench.toml")
     if not math.isfinite(heaviest):

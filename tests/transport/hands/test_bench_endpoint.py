@@ -263,3 +263,14 @@ def test_a_fault_that_a_part_says_is_named_with_its_port(rig):
     part.endpoint._conditions.now.add("too_hot")
     assert rig.endpoint.device_faults == {(part.where, "too_hot")}
     assert "gripper.toml" in part.where
+
+
+def test_a_file_that_feels_and_presses_is_opened_once(tmp_path):
+    path = write_bench(tmp_path)
+    path.write_text('sensors = ["gripper.toml"]\ndrive = "gripper.toml"\n')
+    (node,) = read_launch_file(path)
+    assert node.fingers == ("gripper",)
+    with ExitStack() as stack:
+        Devices(tmp_path, stack, ("gripper",))
+        endpoint = stack.enter_context(closing(open_endpoint(node.transport, Hand(node.fingers))))
+        assert len(endpoint._parts) == 1
