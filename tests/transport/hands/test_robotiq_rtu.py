@@ -238,6 +238,7 @@ def test_what_was_silent_says_that_it_is_ready_before_it_is_commanded_anything(s
         small.device.commanded, small.device.answered = dict.fromkeys(small.device.commanded, 0), answered
         endpoint.send(command(80.0, PATIENCE))
         until(endpoint, lambda: "activation_lost" in endpoint.conditions)
+        press(endpoint, 90.0, lambda: endpoint.rejected.get("not_ready", 0) > 0)  # its opening waits, too
         assert small.device.commanded["ACT"] == 0
 
 

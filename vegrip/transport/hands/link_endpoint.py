@@ -356,7 +356,7 @@ class MappedLinkEndpoint(Endpoint):
     After opening nothing raises. Besides the names of the codec ``rejected`` has those of
     :class:`~vegrip.transport.hands.link_endpoint.PacketStream`, of
     :class:`~vegrip.transport.maps.dialogue.Dialogue`, ``link_lost``, ``unsent``, ``silent``,
-    ``not_ready`` (commands kept from a device that says that it is not), and ``command_held`` (commands
+    ``not_ready`` (looks at a command that waits for a device which is not), and ``command_held`` (commands
     repeated after their lifetime).
     """
 
@@ -368,6 +368,7 @@ class MappedLinkEndpoint(Endpoint):
         self._conditions = _conditions(plan, self._faults)
         self._orders, self._ready = _orders(plan), plan.hand.device.ready
         self.hints = {"not_ready": f"{plan.hand.path.stem} is no longer {self._ready!r}: {NOT_READY}"}
+        self._was_ready = False
         self._lines = {packet.name: packet.line for packet in plan.database.packets}
         self._counted = {name: each.counted for name, each in plan.hand.packets.items() if each.counted}
         self._device_of = {packet.number: packet.device for packet in plan.database.packets}
@@ -422,6 +423,7 @@ class MappedLinkEndpoint(Endpoint):
             if time.monotonic() > deadline:
                 raise DeviceError(f"the device at {address} {self._unready(device)}")
             self.receive(0.01)
+        self._was_ready = True
 
     def _unready(self, device: DeviceMap) -> str:
         if not self.heard:
@@ -516,6 +518,8 @@ class MappedLinkEndpoint(Endpoint):
         for outgoing in self._codec.encoder.wanted():
             identifier = self._codec.plan.database.messages[outgoing.name].identifier
             device = self._devices[self._device_of[identifier]]
+            if self._was_ready and self._ready not in self._conditions.now:
+                self._faults["not_ready"] += 1
             device.dialogue.order(outgoing.name, partial(self._made, outgoing, device))
             device.talk(now)
 
@@ -533,7 +537,6 @@ class MappedLinkEndpoint(Endpoint):
         """Return the command of now, with what follows where it is new, or may not have been received."""
         outgoing.is_wanted, dialogue = False, device.dialogue
         if not self._obeys(device):
-            self._faults["not_ready"] += self._ready not in self._conditions.now
             return []
         order, line = self._orders[outgoing.name], self._lines.get(outgoing.name)
         found = []
