@@ -86,3 +86,10 @@ def test_a_missing_file_of_vegrip_itself_is_not_blamed_on_the_folder_of_the_user
     assert (
         capsys.readouterr().err == f"vegrip: {tmp_path}/fw: cannot be written (No such file or directory)\n"
     )
+
+
+def test_a_bus_is_not_recorded_for_ever_where_seconds_were_given(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert cli.main(["record", "--seconds", "6"]) == 2
+    assert "--seconds belongs to --node" in capsys.readouterr().err

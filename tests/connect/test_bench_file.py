@@ -1,8 +1,11 @@
 """A bench is written from products and few answers, and what was written is read as a hand in parts."""
 
+import io
+import sys
+
 import pytest
 
-from vegrip.cli import main
+from vegrip.cli import _bench, main
 from vegrip.connect.bench_file import largest_for, sources_of, which_is_pressed
 from vegrip.errors import ConfigError, InputError
 from vegrip.runtime.launch_file import read_launch_file
@@ -40,12 +43,41 @@ def test_a_bench_is_written_and_read_as_a_hand_of_two_fingers_and_one_drive(tmp_
         ["--sensor", "contactile-papillarray", *GRIPPER, "-o", "bench.toml"],
         [*PADS, "--drive", "bota-sensone@/dev/ttyUSB0", "-o", "bench.toml"],
         [*PADS, *GRIPPER, "-o", "bench.toml", "--heaviest", "100"],
+        [*PADS, *GRIPPER, "-o", "bench.toml", "--heaviest", "nan"],
+        [*PADS, *GRIPPER, "-o", "left.toml"],  # the map of the left pad, too
+        [*PADS, *GRIPPER, "-o", "bench.toml", "--fingers", "left,left"],
+        [*PADS, *GRIPPER, "-o", "bench.toml", "--fingers", "a/b,c"],
+        [*PADS[:2], *PADS[:2], *GRIPPER, "-o", "bench.toml"],
     ],
 )
 def test_what_is_no_bench_is_refused(tmp_path, monkeypatch, arguments, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["connect", *arguments, "--no-ask"]) in (2, 3)
     assert "Traceback" not in capsys.readouterr().err
+    assert not list(tmp_path.glob("left.toml"))
+
+
+class Terminal(io.StringIO):
+    """What a person types."""
+
+    def isatty(self):
+        return True
+
+
+def test_odd_answers_are_asked_for_again_and_a_sign_holds_for_all_pads_of_a_product(tmp_path, monkeypatch):
+    typed = ["", "", "up", "-y", "", "heavy", "nan", "-1", "0", "0.4"]
+    monkeypatch.setattr(sys, "stdin", Terminal("\n".join(typed) + "\n"))
+    felt = iter([dict.fromkeys(PADS[1::2], 0.1), {PADS[1]: -0.1, PADS[3]: -5.0}])
+    monkeypatch.setattr(_bench, "listen_to_all", lambda *_: next(felt))
+    path = tmp_path / "bench.toml"
+    assert main(["connect", *PADS, *GRIPPER, "-o", str(path)]) == 0
+    (node,) = read_launch_file(path)
+    assert node.parameters["limits"]["max_force"] < 26.0
+    left, right = ((tmp_path / f"{side}.toml").read_text() for side in ("left", "right"))
+    assert 'address = "/dev/ttyACM1"' in left  # it was the second that was pressed
+    assert 'axes = ["-y", "x", "z"]' in left
+    assert "sign = -1" in left
+    assert "sign = -1" in right
 
 
 def test_the_pad_that_is_pressed_tells_which_it_is_and_its_sign():

@@ -1,8 +1,11 @@
 """``vegrip connect --sensor --drive``: the questions of a bench, and its files."""
 
+import math
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
 import typer
 
@@ -17,13 +20,15 @@ from vegrip.connect.bench_file import (
     sources_of,
     which_is_pressed,
 )
-from vegrip.errors import InputError, UsageError
+from vegrip.errors import UsageError, VegripError
 from vegrip.runtime.launch_file import read_launch_file
 from vegrip.transport.hands.bench import JAWS, Source
 from vegrip.transport.maps.map_text import Setting
 from vegrip.whole_file import write_whole
 
-LISTEN_S = 3.0  # [s] at rest, and while a pad is pressed
+LISTEN_S: Final = 3.0  # [s] at rest, and while a pad is pressed
+NAME: Final = re.compile(r"[\w-]+")
+MOST_KG: Final = 1000.0  # that is asked for; more is a slip of the hand
 
 
 def connect_bench(
@@ -43,6 +48,7 @@ def connect_bench(
     sides = [name.strip() for name in fingers.split(",") if name.strip()] or list(JAWS[: len(sensors)])
     if len(sides) != len(sensors):
         raise UsageError(f"{len(sensors)} sensors and {len(sides)} --fingers; name one for each sensor")
+    _check(sensors, sides, output, heaviest)
     sources, presses = sources_of(sensors), sources_of([drive])[0]
     answers = Answers(sides, {}, {}, heaviest)
     if ask and sys.stdin.isatty():
@@ -55,15 +61,37 @@ def connect_bench(
     for path, source, side in zip(files, sources, answers.sides, strict=True):
         write_whole(path, map_of_pad(source, side, answers, said))
     write_whole(output, launch)
-    read_launch_file(output)  # says what does not fit together
+    try:
+        read_launch_file(output)  # says what does not fit together
+    except VegripError:
+        for path in (output, *files):
+            path.unlink()
+        raise
     written = ", ".join(str(path) for path in (output, *files))
     typer.echo(f"written: {written}; next: vegrip doctor {output}, then vegrip launch {output}")
+
+
+def _check(sensors: Sequence[str], sides: Sequence[str], output: Path, heaviest: float) -> None:
+    """Refuse what would write two parts into one file, or into another folder."""
+    if doubled := next((text for text in sensors if sensors.count(text) > 1), ""):
+        raise UsageError(f"--sensor {doubled} is given twice; each pad has its own port")
+    if doubled := next((side for side in sides if sides.count(side) > 1), ""):
+        raise UsageError(f"--fingers has {doubled!r} twice; each pad has its own name")
+    if wrong := next((side for side in sides if not NAME.fullmatch(side)), ""):
+        raise UsageError(
+            f"--fingers has {wrong!r}; a name has letters, digits, - and _, and is that of a file"
+        )
+    if output.name in (f"{side}.toml" for side in sides):
+        raise UsageError(f"{output} is also the map of that pad; give -o another name, as bench.toml")
+    if not math.isfinite(heaviest):
+        raise UsageError(f"--heaviest is {heaviest:g}; give a mass in kg")
 
 
 def _asked(sources: Sequence[Source], sides: Sequence[str], heaviest: float) -> Answers:
     """Ask which pad is where, which axis points up, and how heavy objects are."""
     named = {source.text: source for source in sources}
     signs: dict[str, int] = {}
+    sign_of: dict[Path, int] = {}  # by product
     order = dict(zip(named, sides, strict=True))
     typer.prompt("touch nothing, and press Enter", default="", show_default=False)
     rest = listen_to_all(named, LISTEN_S)
@@ -72,16 +100,32 @@ def _asked(sources: Sequence[Source], sides: Sequence[str], heaviest: float) -> 
             f"press the pad of the {side} jaw, keep it pressed, Enter", default="", show_default=False
         )
         pressed, sign = which_is_pressed(rest, listen_to_all(named, LISTEN_S))
-        signs[side] = sign
+        signs[side] = sign_of[named[pressed].path] = sign
         if order[pressed] != side:
             complain(f"{side} and {order[pressed]} are swapped: {pressed} is {side}, and is written so")
             other = next(text for text, each in order.items() if each == side)
             order[other], order[pressed] = order[pressed], side
     up = {}
     for side in sides:
-        axis = typer.prompt(f"which axis of the {side} sensor points up, {', '.join(AXES)}", default="x")
-        if axis not in AXES:
-            raise InputError(f"{axis!r} is no axis; there are {', '.join(AXES)}")
-        up[side] = axis
-    mass = heaviest or typer.prompt("mass of the heaviest object [kg]", default=0.5, type=float)
+        question = f"which axis of the {side} sensor points up, {', '.join(AXES)}"
+        up[side] = typer.prompt(question, default="x", value_proc=_axis)
+    mass = heaviest or typer.prompt("mass of the heaviest object [kg]", default="0.5", value_proc=_mass)
+    for text, side in order.items():  # what one of a product does with its sign, the other does too
+        signs.setdefault(side, sign_of.get(named[text].path, 1))
     return Answers([order[source.text] for source in sources], up, signs, mass)
+
+
+def _axis(text: str) -> str:
+    if text.strip() not in AXES:
+        raise typer.BadParameter(f"{text!r} is no axis; there are {', '.join(AXES)}")
+    return text.strip()
+
+
+def _mass(text: str) -> float:
+    try:
+        mass = float(text)
+    except ValueError:
+        mass = math.nan
+    if not 0.0 < mass < MOST_KG:
+        raise typer.BadParameter(f"{text!r} is no mass; give a number of kg, as 0.5")
+    return mass

@@ -53,6 +53,8 @@ def record(
             node_name, output or Path(f"recordings/{node_name.strip('/')}"), seconds, force=force
         )
         return
+    if seconds:
+        raise UsageError("--seconds belongs to --node NAME; a bus is recorded until Ctrl-C")
     node = configured("record", config, None, None, values or [])
     folder = output or Path(node.parameters.get("folder") or f"recordings/{datetime.now(UTC):%Y%m%d-%H%M%S}")
     written = {"folder": str(folder)} | ({"radius": parse_length(radius, "--radius")} if radius else {})

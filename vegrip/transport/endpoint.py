@@ -52,6 +52,8 @@ class Endpoint(ABC):
     """When each message of the last :meth:`receive` arrived here [ns], as closely as the bus shows."""
     broken: Mapping[str, int] = NONE_BROKEN
     """States that arrived and could not be understood, by finger; the same mapping every time."""
+    heard: int = 0
+    """When a device last said anything that is understood, a state or not [ns]; 0: never, or not known."""
     brings: str = ""
     """How states of our own layout come as bytes, for who answers them so; else all come as messages."""
     hints: Mapping[str, str] = MappingProxyType({})

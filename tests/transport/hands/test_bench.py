@@ -84,6 +84,11 @@ def opened(folder, text):
             'sensors = ["left.toml", "same.toml"]\ndrive = "gripper.toml"',
             "each has its own port",
         ),
+        (
+            'sensors = ["left=contactile-papillarray@/dev/ttyA", "right=contactile-papillarray@/dev/ttyA"]\n'
+            'drive = "gripper.toml"',
+            "are both at /dev/ttyA; each has its own port",
+        ),
         (TWO + 'drive = "stiff.toml"', "'unit'"),
     ],
 )

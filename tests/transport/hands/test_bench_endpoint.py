@@ -3,12 +3,14 @@
 import re
 import time
 from contextlib import ExitStack, closing
+from types import SimpleNamespace
 
 import pytest
 from benches import Devices, command, write_bench
 
 from vegrip.clock import NS
 from vegrip.errors import ConfigError, DeviceError
+from vegrip.grip.safety.drive import DriveLimits
 from vegrip.messages import FingertipState
 from vegrip.runtime.launch_file import read_launch_file
 from vegrip.transport.hands import bench_endpoint
@@ -107,6 +109,35 @@ def test_a_drive_that_dies_is_named_and_the_sensors_are_still_heard(rig, monkeyp
     assert "25" in said
     before = len(rig.heard)
     rig.until(lambda: len(rig.heard) > before, left=25.0, right=25.0)
+
+
+def test_a_drive_that_is_lost_presses_as_it_was_commanded_when_it_last_answered_until_it_is_back(
+    rig, monkeypatch
+):
+    monkeypatch.setattr(bench_endpoint, "LOOK_NS", 0)
+    rig.until(lambda: rig.press(left=25.0, right=25.0) or bool(rig.devices.told), left=25.0, right=25.0)
+    rig.devices.unplug("gripper")
+    rig.until(lambda: "lost_drive" in rig.endpoint.rejected, left=25.0, right=25.0)
+    drive = rig.endpoint._drive
+    rig.until(lambda: rig.press(left=55.0, right=55.0) or drive.commanded.force > 55.0)
+    late = time.monotonic_ns() + NS
+    assert drive.pressing(late) == pytest.approx(20.0 + 6 * 0.84 - 0.5)  # 25.04 N less its hysteresis
+    assert "back_drive" not in rig.endpoint.rejected
+    rig.devices.plug("gripper")
+    rig.until(lambda: "back_drive" in rig.endpoint.rejected, left=25.0, right=25.0, gripper=25.0)
+    rig.until(lambda: rig.press(left=55.0, right=55.0) or rig.devices.told[-1] > 55.0)
+
+
+def test_while_a_new_force_is_on_its_way_a_drive_presses_with_the_lesser_of_both():
+    endpoint = SimpleNamespace(send=lambda _: None, rejected={}, heard=0)
+    part = bench_endpoint.Part("drive", "", endpoint, {}, "drive")
+    limits = DriveLimits(minimum=20.0, maximum=235.0, resolution=1.0, delay=0.05)
+    drive = bench_endpoint.Drive(part, ("jaws",), ("left", "right"), limits)
+    felt = []
+    for second, force in enumerate((20.0, 26.0, 0.0), 1):
+        drive.take(command("left", force, second * NS))
+        felt += [drive.pressing(second * NS + wait) for wait in (NS // 100, NS // 10)]
+    assert felt == [0.0, 20.0, 20.0, 26.0, 0.0, 0.0]
 
 
 def test_jaws_that_feel_different_forces_are_named_with_both(rig, monkeypatch):
@@ -232,3 +263,14 @@ def test_a_fault_that_a_part_says_is_named_with_its_port(rig):
     part.endpoint._conditions.now.add("too_hot")
     assert rig.endpoint.device_faults == {(part.where, "too_hot")}
     assert "gripper.toml" in part.where
+
+
+def test_a_file_that_feels_and_presses_is_opened_once(tmp_path):
+    path = write_bench(tmp_path)
+    path.write_text('sensors = ["gripper.toml"]\ndrive = "gripper.toml"\n')
+    (node,) = read_launch_file(path)
+    assert node.fingers == ("gripper",)
+    with ExitStack() as stack:
+        Devices(tmp_path, stack, ("gripper",))
+        endpoint = stack.enter_context(closing(open_endpoint(node.transport, Hand(node.fingers))))
+        assert len(endpoint._parts) == 1

@@ -47,3 +47,11 @@ def test_a_short_difference_and_a_value_that_is_missing_are_not_seen():
     )
     assert not balance.note("left", float("nan"), 401 * PERIOD)
     assert not balance.note("third", 5.0, 402 * PERIOD)
+
+
+def test_a_jaw_that_is_silent_is_not_compared_with_what_it_felt_before():
+    balance = JawBalance("left", "right")
+    for number in range(1, 200):
+        assert not balance.note("left", 20.0, number * PERIOD)
+        assert not balance.note("right", 20.0, number * PERIOD)
+    assert not any(balance.note("left", 30.0, number * PERIOD) for number in range(200, 2000))

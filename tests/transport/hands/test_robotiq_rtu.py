@@ -222,6 +222,8 @@ def test_a_gripper_that_loses_its_activation_is_not_moved_by_itself(small, monke
             end = time.monotonic() + 0.15
             press(endpoint, force, partial(lambda end: time.monotonic() > end, end))
         assert endpoint.rejected["activation_lost"] == 1
+        assert endpoint.rejected["not_ready"] > 0
+        assert "is no longer 'activated': it is sent no command" in endpoint.hints["not_ready"]
         assert small.device.commanded["ACT"] == 0
         small.device.commanded["ACT"] = 1  # by its owner
         press(endpoint, 120.0, lambda: small.presses(120.0))
@@ -236,6 +238,7 @@ def test_what_was_silent_says_that_it_is_ready_before_it_is_commanded_anything(s
         small.device.commanded, small.device.answered = dict.fromkeys(small.device.commanded, 0), answered
         endpoint.send(command(80.0, PATIENCE))
         until(endpoint, lambda: "activation_lost" in endpoint.conditions)
+        press(endpoint, 90.0, lambda: endpoint.rejected.get("not_ready", 0) > 0)  # its opening waits, too
         assert small.device.commanded["ACT"] == 0
 
 

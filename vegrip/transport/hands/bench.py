@@ -3,7 +3,7 @@
 ::
 
     sensors = ["left.toml", "right.toml"]    # files, or [FINGER=]PRODUCT@PORT
-    drive = "robotiq-2f@/dev/ttyUSB0"
+    drive = "robotiq-2f85@/dev/ttyUSB0"
     serves = ["left", "right"]               # the drive's fingers; none: all
     load = { from = "wrist.toml", mass = 0.9 }
 
@@ -13,7 +13,7 @@ A hand of one map is the case where all of it is one file.
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -59,7 +59,7 @@ class Source:
 
     text: str  # as it is named
     path: Path
-    plan: Plan
+    plan: Plan = field(compare=False)  # that of the map
     transport: Mapping[str, Any]
     names: Mapping[str, str]  # its finger -> that of the hand
 
@@ -205,7 +205,7 @@ def _misfits_of_parts(bench: Bench) -> Iterator[str]:
     for source in bench.parts.values():
         port = str(source.transport.get("address", ""))
         other = at.setdefault(port, source)
-        if port and (other.path, other.transport) != (source.path, source.transport):
+        if port and other is not source:
             yield f"{other.text} and {source.text} are both at {port}; each has its own port"
 
 

@@ -25,6 +25,7 @@ ROUND_NS: Final = 2 * NS // 1000  # [ns] after which each part is asked again: i
 LOOK_NS: Final = NS // 5  # [ns] between two looks at how the parts are
 SILENT_NS: Final = NS  # [ns] without a word of a part that had spoken
 FIRST_WORD_NS: Final = 3 * NS  # [ns] for its first: an opening takes its time
+MUTE_NS: Final = NS // 4  # [ns] without an answer of a drive: a command may not have been taken
 LOST: Final = ("link_lost", "silent", "bus_lost", "no_traffic")
 """What an endpoint counts when its device has gone."""
 
@@ -57,6 +58,8 @@ class Drive:
     limits: DriveLimits
     commanded: Commanded = field(default_factory=Commanded)
     felt: float = math.nan  # [N] as it says itself
+    known: float = 0.0  # [N] commanded when it last answered
+    _before: float = 0.0  # [N] that it surely pressed with when the command changed
     _needs: dict[str, float] = field(default_factory=dict)
     _sent: int = NOT_YET
 
@@ -69,9 +72,12 @@ class Drive:
         if not 0.0 <= command.normal_force < math.inf:
             return
         self._needs[command.finger] = command.normal_force
-        before, now = self.commanded, command.stamp
+        before, now, sure = self.commanded, command.stamp, self._sure(command.stamp)
         self.commanded = next_force(self.limits, before, self.need, now)
         is_new = self.commanded.force != before.force
+        self._before = sure if is_new else self._before
+        if self.commanded.force != self.known and self._answers(now):
+            self.known = self.commanded.force
         if not is_new and self.limits.rate > 0.0 and now - self._sent < NS / self.limits.rate:
             return
         self._sent = now
@@ -82,10 +88,20 @@ class Drive:
 
     def pressing(self, now: int) -> float:
         """Return what it surely presses with [N]: what it says, else what was commanded less hysteresis."""
-        if not math.isnan(self.felt):
+        if not (math.isnan(self.felt) or self.part.lost_at):
             return self.felt
+        return max(self._sure(now) - self.limits.hysteresis, 0.0)
+
+    def _answers(self, now: int) -> bool:
+        lost, heard = times_lost(self.part.endpoint), self.part.endpoint.heard
+        return not self.part.lost_at and lost <= self.part.lost and not 0 < heard < now - MUTE_NS
+
+    def _sure(self, now: int) -> float:
+        """Return the least force [N] that its last commands leave it at; one that is lost took no other."""
+        if self.part.lost_at:
+            return self.known
         is_there = now - self.commanded.at >= self.limits.delay * NS
-        return max(self.commanded.force - self.limits.hysteresis, 0.0) if is_there else 0.0
+        return self.commanded.force if is_there else min(self._before, self.commanded.force)
 
 
 class Joined(Endpoint):
@@ -110,8 +126,8 @@ class Joined(Endpoint):
 class BenchEndpoint(Joined):
     """All parts of a hand as one.
 
-    Besides what the parts count, ``rejected`` has ``lost_NAME`` of a part that has gone, ``back_NAME`` of a
-    sensor that has come back, ``uneven_jaws`` of states in which two opposed fingers felt too unlike forces,
+    Besides what the parts count, ``rejected`` has ``lost_NAME`` of a part that has gone, ``back_NAME`` of one
+    that has come back, ``uneven_jaws`` of states in which two opposed fingers felt too unlike forces,
     ``impossible_force`` of looks at a pad that feels twice what the drive can, and ``more_than_needed`` of
     looks at a drive whose least force is far above what is needed; :attr:`hints` says which, in its words.
 
@@ -183,7 +199,7 @@ class BenchEndpoint(Joined):
 
     @property
     def hints(self) -> Mapping[str, str]:  # type: ignore[override]
-        return self._hints
+        return {name: one for part in self._parts for name, one in part.endpoint.hints.items()} | self._hints
 
     @property
     def sentences(self) -> Sequence[str]:
@@ -273,13 +289,13 @@ class BenchEndpoint(Joined):
         if not is_listening:  # the node did not receive meanwhile, as while it compiles
             self._begin_anew(now)
         for part in self._parts if len(self._parts) > 1 else ():
-            lost = times_lost(part.endpoint)
+            lost, heard = times_lost(part.endpoint), max(part.received, part.endpoint.heard)
             last = part.received + SILENT_NS if part.received else self._opened + FIRST_WORD_NS
             is_mute = part.role != "drive" and now > last
             if is_mute or lost > part.lost:
                 part.lost_at = part.lost_at or now
                 self._tell(f"lost_{part.name}", self._of_loss(part))
-            elif part.received > part.lost_at > 0:
+            elif (heard if part.role == "drive" else part.received) > part.lost_at > 0:
                 part.lost_at = 0
                 self._tell(f"back_{part.name}", f"{part.where} is received again")
             part.lost = lost
@@ -317,7 +333,7 @@ class BenchEndpoint(Joined):
     def _of_loss(self, part: Part) -> str:
         """Return which part has gone, and what is left."""
         if part.role == "drive" and self._drive is not None:
-            force = self._drive.commanded.force
+            force = self._drive.known
             held = f"{force:.1f} N" if force else "what it was commanded before"
             return (
                 f"the drive {part.where} does not answer, so the force cannot change: it holds {held}, if it "

@@ -55,6 +55,7 @@ class JawBalance:
         one, other = self._jaws.values()
         allowed = NOISES * math.sqrt(one.variance + other.variance)
         allowed += max(GAIN_ERROR * (one.mean + other.mean) / 2.0, LEAST_N)
-        if self._even == NOT_YET or not abs(one.mean - other.mean) > allowed:
+        is_silent = abs(one.stamp - other.stamp) > MEAN_S * NS  # one of them: what it felt is no longer felt
+        if self._even == NOT_YET or is_silent or not abs(one.mean - other.mean) > allowed:
             self._even = stamp
         return stamp - self._even > LASTING_NS

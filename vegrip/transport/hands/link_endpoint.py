@@ -221,6 +221,10 @@ def _flaw(packet: Packet, data: bytes) -> str:
 
 MOST_CHUNKS: Final = 64  # taken in one go; a babbling device must not keep the loop from its ticks
 REOPEN_PERIOD: Final = NS  # [ns] between two attempts to open a lost device
+NOT_READY: Final = (
+    "it is sent no command, and the force cannot change; see that nothing falls, and start the node again, "
+    "which may move its jaws"
+)
 MOST_SPACING: Final = NS // 50  # [ns] between packets that come at once
 
 
@@ -351,18 +355,20 @@ class MappedLinkEndpoint(Endpoint):
 
     After opening nothing raises. Besides the names of the codec ``rejected`` has those of
     :class:`~vegrip.transport.hands.link_endpoint.PacketStream`, of
-    :class:`~vegrip.transport.maps.dialogue.Dialogue`, ``link_lost``, ``unsent``, ``silent``, and
-    ``command_held`` (commands repeated after their lifetime).
+    :class:`~vegrip.transport.maps.dialogue.Dialogue`, ``link_lost``, ``unsent``, ``silent``,
+    ``not_ready`` (looks at a command that waits for a device which is not), and ``command_held`` (commands
+    repeated after their lifetime).
     """
 
     def __init__(self, links: Sequence[tuple[Link, Open]], codec: MappedCodec) -> None:
         self.arrivals: Sequence[int] = ()
         self._codec, self.broken = codec, codec.broken
         self._faults: Counter[str] = Counter()
-        self._has_received = False  # a packet of the map
         plan = codec.plan
         self._conditions = _conditions(plan, self._faults)
         self._orders, self._ready = _orders(plan), plan.hand.device.ready
+        self.hints = {"not_ready": f"{plan.hand.path.stem} is no longer {self._ready!r}: {NOT_READY}"}
+        self._was_ready = False
         self._lines = {packet.name: packet.line for packet in plan.database.packets}
         self._counted = {name: each.counted for name, each in plan.hand.packets.items() if each.counted}
         self._device_of = {packet.number: packet.device for packet in plan.database.packets}
@@ -417,9 +423,10 @@ class MappedLinkEndpoint(Endpoint):
             if time.monotonic() > deadline:
                 raise DeviceError(f"the device at {address} {self._unready(device)}")
             self.receive(0.01)
+        self._was_ready = True
 
     def _unready(self, device: DeviceMap) -> str:
-        if not self._has_received:
+        if not self.heard:
             noise = ", ".join(f"{name} {count}" for name, count in self.rejected.items())
             return (
                 f"does not answer as {self._codec.plan.hand.path} says within {device.patience:g} s "
@@ -511,6 +518,8 @@ class MappedLinkEndpoint(Endpoint):
         for outgoing in self._codec.encoder.wanted():
             identifier = self._codec.plan.database.messages[outgoing.name].identifier
             device = self._devices[self._device_of[identifier]]
+            if self._was_ready and self._ready not in self._conditions.now:
+                self._faults["not_ready"] += 1
             device.dialogue.order(outgoing.name, partial(self._made, outgoing, device))
             device.talk(now)
 
@@ -544,7 +553,7 @@ class MappedLinkEndpoint(Endpoint):
 
     def _hear(self, device: Device, frame: Frame, now: int) -> None:
         name = self._of.get(frame.arbitration_id, "")
-        self._has_received = True
+        self.heard = now
         self._conditions.take(name, frame.data)
         if self._conditions.judges(name, self._ready):
             device.missed_when_ready = device.dialogue.missed
