@@ -2,6 +2,7 @@
 
 import math
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -193,6 +194,21 @@ def test_only_what_another_program_reads_is_asked_of_nodes(link: Link, peer) -> 
     assert outgoing.wanted(topics) == ["/hand/thumb/force_command"]
     process.stdin.close()
     until(lambda: not outgoing.wanted(topics))
+
+
+@pytest.mark.parametrize("more", [[], ["--states", "tcp://127.0.0.1:*"]])
+def test_ctrl_c_within_cyclone_dds_ends_the_bridge_without_an_error(
+    runtime, monkeypatch, capsys, more: list[str]
+) -> None:
+    def look(self: Link) -> None:
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt:  # as the library turns whatever its callbacks raise into this
+            raise Exception("Callfunc endpoint constructor errored.") from None
+
+    monkeypatch.setattr(Link, "look", look)
+    assert main(["bridge", "ros2", "--domain", "227", *more]) == 130
+    assert not capsys.readouterr().err
 
 
 def test_an_interface_that_is_not_there_is_one_sentence(capsys) -> None:

@@ -225,11 +225,12 @@ def relay(
     source: NodeTopics,
     incoming: Incoming | None = None,
     send: Callable[[Message], object] | None = None,
+    is_over: Callable[[], bool] = bool,
 ) -> None:
-    """Pass on until interrupted: what nodes say to ``link``, and what comes in to ``send``."""
+    """Pass on until ``is_over``: what nodes say to ``link``, and what comes in to ``send``."""
     outgoing, topics, look_due = Outgoing(link), list[str](), 0.0
     period = READ_PERIOD if incoming is None else COMMANDED_PERIOD_S
-    while True:
+    while not is_over():
         if time.monotonic() >= look_due:
             topics, look_due = outgoing.wanted(source.look()), time.monotonic() + LOOK_PERIOD_S
             link.look()
