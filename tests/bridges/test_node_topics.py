@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from vegrip.bridges.node_topics import NodeTopics
-from vegrip.messages import FingertipState, SlipMargin
+from vegrip.messages import FingertipState, Lifecycle, NodeStatus, SlipMargin
 from vegrip.runtime.control_socket import ControlServer
 from vegrip.runtime.registry import Entry, registered
 from vegrip.runtime.telemetry import Direction
@@ -90,3 +90,16 @@ def test_a_topic_that_nobody_asks_for_costs_its_node_nothing(running) -> None:
     assert hand.telemetry.wants(FingertipState, "thumb", Direction.OUT)
     assert not grip.telemetry.wanted
     topics.rest()
+
+
+def test_the_status_of_every_node_comes(running) -> None:
+    topics, heard = NodeTopics(), set()
+    ends = time.monotonic() + PATIENCE
+    while len(heard) < 2 and time.monotonic() < ends:
+        for node, name in zip(running, ("/hand", "/grip"), strict=True):
+            node.telemetry.listen()
+            node.say(NodeStatus(1, name, 1, Lifecycle.ACTIVE), Direction.OUT)
+        topics.look()
+        heard |= {message.node for _, message in topics.read({"/diagnostics"})}
+    topics.rest()
+    assert heard == {"/hand", "/grip"}

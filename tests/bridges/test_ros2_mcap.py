@@ -146,8 +146,8 @@ def test_a_bag_of_two_frames_on_one_topic_is_asked_about(tmp_path: Path, capsys)
 
     with (tmp_path / "two.mcap").open("wb") as stream, Ros2Mcap(stream, {}) as mcap:
         for n in range(40):
-            data = ros2.wrench_message(n * 10**7, ("thumb", "palm")[n % 2], (0, 0, 1.0), (0, 0, 0))
-            mcap._standard("/wrench", ros2.WRENCH, data, n * 10**7)
+            data = ros2.wrench_of({"normal_force": "1"}, n * 10**7, ("thumb", "palm")[n % 2])
+            mcap._put("/wrench", ros2.WRENCH, data, n * 10**7)
     chart = "normal_force=/wrench:wrench.force.z"
     words = ["import", str(tmp_path / "two.mcap"), "-o", str(tmp_path / "out"), "--map", chart]
     assert main([*words, "--unit", "normal_force=N"]) == 3
@@ -257,3 +257,19 @@ def test_the_hands_that_run_are_known_by_their_parameters(monkeypatch) -> None:
     said = ros2_mcap.running_hands()
     assert said["hand"] == "/right/grasp_force"
     assert said["pad.index"] == "radius 0.009 m, model pad.toml"
+
+
+def test_diagnostics_are_of_the_type_that_ros_expects_there(tmp_path: Path) -> None:
+    from tests.bridges.messages_of_a_hand import SENT
+    from vegrip.bridges.ros2_mcap import Ros2Mcap
+    from vegrip.bridges.ros2_types import row_of
+
+    path = tmp_path / "all.mcap"
+    with path.open("wb") as stream, Ros2Mcap(stream, {}) as mcap:
+        for message in SENT:
+            name = type(message).__name__
+            topic = "/diagnostics" if name == "NodeStatus" else f"/hand/thumb/{name}"
+            mcap.add(topic, type(message), row_of(message, 0), 10**9)
+    found = read(path)["/diagnostics"]
+    said = {array.status[0].name: array.status[0].message for array in found}
+    assert said == {"vegrip/thumb": "stale", "/grip": "active"}

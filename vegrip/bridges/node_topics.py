@@ -1,4 +1,4 @@
-"""The topics of running nodes, each received at one place: at its sender, else at one of its receivers."""
+"""The topics of running nodes, each received at its senders, else at one of its receivers."""
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -19,8 +19,8 @@ class Source:
     """Where a topic is received, and what travels on it."""
 
     kind: type[Message]
-    entry: Entry
-    direction: str  # "out": its sender is received, "in": a receiver, of what no node here sends
+    direction: str  # "out": its senders are received, "in": a receiver, of what no node here sends
+    entries: list[Entry]  # several senders of diagnostics, each of its own
 
 
 class NodeTopics:
@@ -42,25 +42,24 @@ class NodeTopics:
                 route = topics.incoming(topic)
                 known = found.get(topic)
                 if route is not None and (known is None or (known.direction, direction) == ("in", "out")):
-                    found[topic] = Source(route.schema.cls, entry, direction)
+                    found[topic] = Source(route.schema.cls, direction, [entry])
+                elif known is not None and direction == known.direction == "out":
+                    known.entries.append(entry)
         self._sources = self._sources | found
         return {topic: source.kind for topic, source in self._sources.items()}
 
     def read(self, topics: Collection[str], period: float = READ_PERIOD) -> list[tuple[str, Message]]:
         """Return topic and message of what comes on ``topics`` within ``period`` [s]."""
-        sources = {topic: self._sources[topic] for topic in topics if topic in self._sources}
         self._reader = self._reader or TelemetryReader(())
-        for topic, source in sources.items():
-            if (pair := (source.entry.name, topic)) not in self._asked:
-                self._asked.add(pair)
-                self._reader.add(source.entry, [self._begin + topic])
-        received = [
-            (topic, message, (entry.name, direction))
-            for entry, topic, direction, message in self._reader.read(period)
-            if topic in sources
-        ]
-        places = {topic: (source.entry.name, source.direction) for topic, source in sources.items()}
-        return [(topic, message) for topic, message, place in received if place == places[topic]]
+        places = set()
+        for topic in self._sources.keys() & topics:
+            for entry in self._sources[topic].entries:
+                places.add((entry.name, topic, self._sources[topic].direction))
+                if (pair := (entry.name, topic)) not in self._asked:
+                    self._asked.add(pair)
+                    self._reader.add(entry, [self._begin + topic])
+        received = self._reader.read(period)
+        return [(topic, one) for entry, topic, way, one in received if (entry.name, topic, way) in places]
 
     def rest(self) -> None:
         """Leave the nodes alone until :meth:`read` is called again: a node forgets who has disconnected."""

@@ -4,6 +4,7 @@ In: ``/hand/FINGER/wrench`` (WrenchStamped, compression positive along z) and ``
 whose position of the name FINGER is the displacement [m]), which go to a node as FingertipState. Out:
 ``/hand/FINGER/wrench_command``, ``/diagnostics`` and every other topic of the nodes as ``vegrip_msgs``.
 Reliable, volatile, the last 100; on the loopback interface and without multicast unless stated otherwise.
+What no program reads is neither asked of a node nor written.
 """
 
 import math
@@ -25,15 +26,14 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from vegrip.bridges import ros2_types as ros2
-from vegrip.bridges.node_topics import NodeTopics
-from vegrip.clock import NS
+from vegrip.bridges.node_topics import READ_PERIOD, NodeTopics
 from vegrip.errors import DeviceError
-from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, ModelHealth, NodeStatus
+from vegrip.messages import FingertipState, Message
 
 DEPTH: Final = 100  # messages kept for a reader that is slow, then the oldest give way
 BLOCKED_MS: Final = 10  # [ms] that a write waits for such a reader at most
 LOOK_PERIOD_S: Final = 1.0  # [s] between two looks at which topics and other programs there are
-READ_PERIOD_S: Final = 0.001  # [s] of one look at the telemetry: by so much what comes in may be late
+COMMANDED_PERIOD_S: Final = 0.001  # [s] of one look at the telemetry: by so much what comes in may be late
 MOST_AT_ONCE: Final = 256  # messages taken from one topic in a turn
 CONFIG: Final = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface {interface}/></Interfaces>
 <AllowMulticast>{multicast}</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>
@@ -45,10 +45,10 @@ KINDS: Final[Mapping[str, Any]] = {
 
 
 @cache
-def idl_type(name: str, text: str = "") -> Any:
+def idl_type(name: str) -> Any:
     """Return the class of a ROS 2 type, from its lines in ``.msg``; its name on the wire is that of ROS 2."""
     fields: dict[str, Any] = {}
-    for line in (text or ros2.PARTS[name]).splitlines():
+    for line in ros2.PARTS[name].splitlines():
         kind, member = line.partition("#")[0].split()
         if "=" in member:
             continue
@@ -58,10 +58,6 @@ def idl_type(name: str, text: str = "") -> Any:
         fields[member] = sequence[one] if kind.endswith("[]") else one
     package, _, short = name.rpartition("/")
     return make_idl_struct(f"{short}_", f"{package.replace('/', '.')}.dds_.{short}_", fields)
-
-
-def own_idl_type(kind: type[Message]) -> Any:
-    return idl_type(ros2.own_type(kind), ros2.own_lines(kind))
 
 
 @dataclass
@@ -113,12 +109,20 @@ class Link:
         self._others.clear()
         del self._participant, self._domain
 
-    def write(self, topic: str, kind: Any, sample: Any) -> None:
-        """Publish ``sample`` of the class ``kind``."""
+    def is_read(self, topic: str, name: str) -> bool:
+        """Offer ``topic`` of the type ``name``; return whether another program reads it."""
         if topic not in self._writers:
-            self._writers[topic] = DataWriter(self._participant, self._topic(topic, kind), self._qos)
+            kind = self._topic(topic, idl_type(name))
+            self._writers[topic] = DataWriter(self._participant, kind, self._qos)
+        return bool(self._writers[topic].get_matched_subscriptions())
+
+    def write(self, topic: str, data: bytes) -> None:
+        """Publish the bytes of a message on a topic that was offered."""
+        writer = self._writers[topic]
+        sample = object.__new__(writer.topic.data_type)
+        sample.serialize = lambda **_: data  # which the writer asks it for
         try:
-            self._writers[topic].write(sample)
+            writer.write(sample)
         except DDSException:  # a reader that is slow has blocked it
             self.left_out += 1
 
@@ -167,55 +171,27 @@ class Link:
         return Topic(self._participant, f"rt{topic}", kind, self._qos)
 
 
-def header(stamp: int, frame: str) -> Any:
-    """Return a std_msgs/Header; ``stamp`` [ns] since 1970."""
-    seconds, rest = divmod(stamp, NS)
-    return idl_type("std_msgs/msg/Header")(idl_type("builtin_interfaces/msg/Time")(seconds, rest), frame)
-
-
-def wrench(stamp: int, frame: str, force_z: float) -> Any:
-    vector = idl_type("geometry_msgs/msg/Vector3")
-    both = idl_type("geometry_msgs/msg/Wrench")(vector(0.0, 0.0, force_z), vector(0.0, 0.0, 0.0))
-    return idl_type(ros2.WRENCH)(header(stamp, frame), both)
-
-
 class Outgoing:
-    """Messages of nodes to DDS."""
+    """Messages of nodes to DDS, those that other programs read."""
 
     def __init__(self, link: Link) -> None:
         self._link, self._start = link, time.monotonic_ns()
         self._since_1970 = time.time_ns() - self._start
 
+    def wanted(self, topics: Mapping[str, type[Message]]) -> list[str]:
+        """Offer ``topics``, and return those that are read."""
+        return [topic for topic, kind in topics.items() if self._ends(topic, kind)]
+
     def send(self, topic: str, message: Message) -> None:
-        kind, row = type(message), ros2.row_of(message, self._start)
-        stamp = max(message.stamp + self._since_1970, 0)
-        if not isinstance(message, NodeStatus):  # ROS has a type of its own for that topic, below
-            values = [
-                row[name] if one["type"] == "string" else float(row[name] or "nan")
-                for name, one in ros2.TYPES[kind].items()
-            ]
-            own = own_idl_type(kind)
-            self._link.write(topic, own, own(*values))
-        if isinstance(message, ForceCommand):
-            place = topic.rpartition("/")[0] + "/wrench_command"
-            sample = wrench(stamp, message.finger, message.normal_force)
-            self._link.write(place, idl_type(ros2.WRENCH), sample)
-        if isinstance(message, ModelHealth | NodeStatus):
-            self._link.write("/diagnostics", idl_type(ros2.DIAGNOSTICS), diagnostics(message, row, stamp))
+        if ends := self._ends(topic, kind := type(message)):
+            row, stamp = ros2.row_of(message, self._start), max(message.stamp + self._since_1970, 0)
+            for end, name in ends:
+                self._link.write(end, ros2.message_of(name, topic, kind, row, stamp))
 
-
-def diagnostics(message: ModelHealth | NodeStatus, row: ros2.Row, stamp: int) -> Any:
-    """Return the state of a node, or of what is felt by a finger, as ``rqt_robot_monitor`` shows it."""
-    if isinstance(message, NodeStatus):
-        name, said = message.node, message.state.name.lower()
-        level = ros2.OK if message.state is Lifecycle.ACTIVE else ros2.WARN
-    else:
-        name, said = f"vegrip/{message.finger}", row["condition"]
-        level = ros2.OK if message.consistent and said == "ok" else ros2.WARN
-    pair, status = (idl_type(f"diagnostic_msgs/msg/{one}") for one in ("KeyValue", "DiagnosticStatus"))
-    values = [pair(key, cell) for key, cell in row.items()]
-    whole = status(level, name, said, "vegrip", values)
-    return idl_type(ros2.DIAGNOSTICS)(header(stamp, ""), [whole])
+    def _ends(self, topic: str, kind: type[Message]) -> list[tuple[str, str]]:
+        ends = ros2.ends_of(topic, kind).items()
+        ours = (end for end in ends if (kind, end[1]) != (FingertipState, ros2.WRENCH))  # which comes in
+        return [(end, name) for end, name in ours if self._link.is_read(end, name)]
 
 
 class Incoming:
@@ -249,14 +225,18 @@ def relay(
     source: NodeTopics,
     incoming: Incoming | None = None,
     send: Callable[[Message], object] | None = None,
+    is_over: Callable[[], bool] = bool,
 ) -> None:
-    """Pass on until interrupted: what nodes say to ``link``, and what comes in to ``send``."""
-    outgoing, topics, look_due = Outgoing(link), dict[str, type[Message]](), 0.0
-    while True:
+    """Pass on until ``is_over``: what nodes say to ``link``, and what comes in to ``send``."""
+    outgoing, topics, look_due = Outgoing(link), list[str](), 0.0
+    period = READ_PERIOD if incoming is None else COMMANDED_PERIOD_S
+    while not is_over():
         if time.monotonic() >= look_due:
-            topics, look_due = source.look(), time.monotonic() + LOOK_PERIOD_S
+            topics, look_due = outgoing.wanted(source.look()), time.monotonic() + LOOK_PERIOD_S
             link.look()
-        for topic, message in source.read(topics, READ_PERIOD_S):
+            if not topics:
+                source.rest()
+        for topic, message in source.read(topics, period):
             outgoing.send(topic, message)
         if incoming is not None and send is not None:
             for state in incoming.read(time.monotonic_ns()):

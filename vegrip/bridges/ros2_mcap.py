@@ -5,6 +5,7 @@
     /hand/thumb/state           vegrip_msgs/msg/FingertipState, and so on: every topic, the columns as fields
     /hand/thumb/wrench          geometry_msgs/msg/WrenchStamped, what the fingertip feels, frame ``thumb``
     /hand/thumb/wrench_command  geometry_msgs/msg/WrenchStamped, the commanded normal force along z
+    /diagnostics                diagnostic_msgs/msg/DiagnosticArray, nodes and the health of every finger
     /vegrip/events              foxglove_msgs/msg/Log: slip begins and ends, what the model fails to explain,
                                 verdicts of `vegrip diagnose`
     metadata ``vegrip``         hand, pad, date, version, verdicts; again when another hand is heard
@@ -31,7 +32,7 @@ from vegrip.identification.recording.data import Recording
 from vegrip.identification.recording.mcap import read_all, tables_of
 from vegrip.identification.recording.report import LoadReport
 from vegrip.identification.recording.rosbag import bag_library
-from vegrip.messages import FingertipState, ForceCommand, Message, ModelHealth
+from vegrip.messages import FingertipState, Message, ModelHealth
 from vegrip.whole_file import whole_file
 
 EVENTS: Final = "/vegrip/events"
@@ -84,20 +85,13 @@ class Ros2Mcap:
 
     def add(self, topic: str, kind: type[Message], row: Row, stamp: int) -> None:
         """Write a message with what belongs to it; ``stamp`` [ns], not negative."""
-        self._put(topic, ros2.own_type(kind), ros2.own_lines(kind), ros2.own_message(kind, row), stamp)
-        hand, _, _ = topic.rpartition("/")
-        finger = hand.rpartition("/")[2]
-        if kind is FingertipState:
-            self._standard(f"{hand}/wrench", ros2.WRENCH, ros2.wrench_of(row, stamp, finger), stamp)
-        if kind is ForceCommand:
-            force = (0.0, 0.0, float(row["normal_force"] or "nan"))
-            data = ros2.wrench_message(stamp, finger, force, (0.0, 0.0, 0.0))
-            self._standard(f"{hand}/wrench_command", ros2.WRENCH, data, stamp)
+        for end, name in ros2.ends_of(topic, kind).items():
+            self._put(end, name, ros2.message_of(name, topic, kind, row, stamp), stamp)
         for level, text in self._events(topic, kind, row):
-            self.event(stamp, level, finger, text)
+            self.event(stamp, level, ros2.hand_of(topic).rpartition("/")[2], text)
 
     def event(self, stamp: int, level: str, finger: str, text: str) -> None:
-        self._standard(EVENTS, ros2.LOG, ros2.log_message(stamp, level, finger, text), stamp)
+        self._put(EVENTS, ros2.LOG, ros2.log_message(stamp, level, finger, text), stamp)
 
     def flush(self) -> None:
         """Hand what is written to the system, now and then."""
@@ -120,14 +114,11 @@ class Ros2Mcap:
         if said != before:
             yield ("warning", said) if said else ("info", f"over: {before}")
 
-    def _standard(self, topic: str, name: str, data: bytes, stamp: int) -> None:
-        self._put(topic, name, "", data, stamp)
-
-    def _put(self, topic: str, name: str, text: str, data: bytes, stamp: int) -> None:
+    def _put(self, topic: str, name: str, data: bytes, stamp: int) -> None:
         if topic not in self._channels:
             if name not in self._schemas:
-                text = text or ros2.definition(name)
-                self._schemas[name] = self._writer.register_schema(name, "ros2msg", text.encode())
+                text = ros2.definition(name).encode()
+                self._schemas[name] = self._writer.register_schema(name, "ros2msg", text)
             self._channels[topic] = self._writer.register_channel(topic, "cdr", self._schemas[name])
         self._writer.add_message(self._channels[topic], stamp, data, stamp)
         self.messages += 1

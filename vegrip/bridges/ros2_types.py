@@ -5,13 +5,13 @@ fields; their ``.msg`` files are in ``proto/ros2``.
 """
 
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 from vegrip.clock import NS
 from vegrip.identification.recording.mcap import properties
 from vegrip.identification.recording.writer import csv_header, csv_row
-from vegrip.messages import Message
+from vegrip.messages import FingertipState, ForceCommand, Message, ModelHealth, NodeStatus
 from vegrip.transport.codec.schema import CLASSES
 
 Row = Mapping[str, str]
@@ -28,7 +28,9 @@ LOG_LEVELS: Final = {"info": 2, "warning": 3, "error": 4}
 """Of foxglove_msgs/msg/Log."""
 OK, WARN, ERROR, STALE = range(4)
 """Of diagnostic_msgs/msg/DiagnosticStatus."""
-PARTS: Final = {
+COMMANDED: Final = dict.fromkeys(("tangential_force_x", "tangential_force_y", "torque_z"), "0")
+"""What a command has beside its normal force."""
+STANDARD: Final = {
     "builtin_interfaces/msg/Time": "int32 sec\nuint32 nanosec\n",
     "std_msgs/msg/Header": "builtin_interfaces/Time stamp\nstring frame_id\n",
     "geometry_msgs/msg/Vector3": "float64 x\nfloat64 y\nfloat64 z\n",
@@ -48,7 +50,7 @@ PARTS: Final = {
         "uint32 line\n"
     ),
 }
-"""Type -> its own lines; :func:`definition` adds those of its parts."""
+"""Type -> its own lines, without those of its parts."""
 
 
 def own_type(kind: type[Message]) -> str:
@@ -65,8 +67,26 @@ def own_lines(kind: type[Message]) -> str:
     return "\n".join(lines) + "\n"
 
 
+PARTS: Final = STANDARD | {own_type(kind): own_lines(kind) for kind in TYPES}
+"""Type -> its own lines; :func:`definition` adds those of its parts."""
+
+
+def ends_of(topic: str, kind: type[Message]) -> dict[str, str]:
+    """Return the topics, with their types, on which messages of ``kind`` go out."""
+    ends = {} if kind is NodeStatus else {topic: own_type(kind)}  # ROS has a type of its own for those
+    if kind in (FingertipState, ForceCommand):
+        ends[hand_of(topic) + ("/wrench" if kind is FingertipState else "/wrench_command")] = WRENCH
+    if kind in (ModelHealth, NodeStatus):
+        ends["/diagnostics"] = DIAGNOSTICS
+    return ends
+
+
+def hand_of(topic: str) -> str:
+    return topic.rpartition("/")[0]
+
+
 def definition(name: str) -> str:
-    """Return a standard type with all its parts, as ``ros2msg`` schemas have them."""
+    """Return a type with all its parts, as ``ros2msg`` schemas have them."""
     text, waiting, done = PARTS[name], _parts(PARTS[name]), {name}
     while waiting:
         part = waiting.pop(0)
@@ -117,6 +137,29 @@ class Cdr:
         return LITTLE_ENDIAN + self._body
 
 
+def message_of(name: str, topic: str, kind: type[Message], row: Row, stamp: int) -> bytes:
+    """Return the message of the type ``name`` for a ``row`` that came on ``topic`` at ``stamp`` [ns]."""
+    finger = hand_of(topic).rpartition("/")[2]
+    if name == DIAGNOSTICS:
+        return diagnostics(f"vegrip{hand_of(topic).replace('/hand/', '/')}", row, stamp)
+    if name != WRENCH:
+        return own_message(kind, row)
+    return wrench_of(row if kind is FingertipState else COMMANDED | dict(row), stamp, finger)
+
+
+def diagnostics(name: str, row: Row, stamp: int) -> bytes:
+    """Return the state of a node, or of what a finger feels, as ``rqt_robot_monitor`` shows it."""
+    said, good = row.get("condition", ""), ("ok", "1")
+    if "node" in row:
+        name, said, good = row["node"], row["state"], ("active", "")
+    level = OK if (said, row.get("consistent", "")) == good else WARN
+    cdr = Cdr().header(stamp, "").put("I", 1).put("B", level).text(name).text(said).text("vegrip")
+    cdr.put("I", len(row))
+    for key, cell in row.items():
+        cdr.text(key).text(cell)
+    return cdr.done()
+
+
 def own_message(kind: type[Message], row: Row) -> bytes:
     """Return our type of ``kind``; what is not known is NaN."""
     cdr = Cdr()
@@ -134,16 +177,9 @@ def log_message(stamp: int, level: str, name: str, text: str) -> bytes:
     return Cdr().time(stamp).put("B", LOG_LEVELS[level]).text(text).text(name).text("").put("I", 0).done()
 
 
-def wrench_message(stamp: int, frame: str, force: Iterable[float], torque: Iterable[float]) -> bytes:
-    """Return a WrenchStamped; ``stamp`` [ns], ``force`` x, y, z [N], ``torque`` x, y, z [N m]."""
-    return Cdr().header(stamp, frame).put("d", *force, *torque).done()
-
-
 def wrench_of(row: Row, stamp: int, frame: str) -> bytes:
-    """Return what a fingertip feels, in the contact frame; compression is positive along z, NaN not known."""
-
-    def number(name: str) -> float:
-        return float(row.get(name, "") or "nan")
-
-    force = (number("tangential_force_x"), number("tangential_force_y"), number("normal_force"))
-    return wrench_message(stamp, frame, force, (0.0, 0.0, number("torque_z")))
+    """Return a WrenchStamped in the contact frame; compression is positive along z, NaN not known."""
+    names = ("tangential_force_x", "tangential_force_y", "normal_force")
+    force = [float(row.get(name, "") or "nan") for name in names]
+    torque = float(row.get("torque_z", "") or "nan")
+    return Cdr().header(stamp, frame).put("d", *force, 0.0, 0.0, torque).done()

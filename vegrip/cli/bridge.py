@@ -5,7 +5,10 @@ import ipaddress
 import json
 import math
 import os
+import signal
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -113,12 +116,14 @@ def ros2(
         if not states:  # those that come in are commanded by: they do not wait
             _give_way()
             announce()
-            relay(link, source)
+            with _interrupts() as is_over:
+                relay(link, source, is_over=is_over)
         else:
             hand = Hand(names, namespace=namespace)
-            with open_endpoint({"kind": "zmq", "publish": states}, hand, "--states") as endpoint:
+            address = {"kind": "zmq", "publish": states}
+            with open_endpoint(address, hand, "--states") as endpoint, _interrupts() as is_over:
                 announce()
-                relay(link, source, Incoming(link, names, namespace), endpoint.send)
+                relay(link, source, Incoming(link, names, namespace), endpoint.send, is_over)
     finally:
         source.rest()
         if link.left_out:
@@ -151,6 +156,19 @@ def mcap(
     finally:
         source.rest()
         typer.echo(f"{output}: {count} messages")
+
+
+@contextmanager
+def _interrupts() -> Iterator[Callable[[], bool]]:
+    """Yield whether Ctrl-C was pressed; raised within Cyclone DDS it would come out as another error."""
+    pressed: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
+    try:
+        yield lambda: bool(pressed)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if pressed:
+        raise KeyboardInterrupt
 
 
 def _give_way() -> None:

@@ -80,8 +80,8 @@ def test_python_reads_the_same(tmp_path: Path) -> None:
     ("options", "said"),
     [
         ([], "there are observation.state (3), observation.images.wrist (4, 4, 3), action"),
-        (["--map", "normal_force=observation.state"], "say which number with [index]"),
-        (["--map", "normal_force=observation.state[3]"], "say which number with [index]"),
+        (["--map", "normal_force=observation.state"], "say which number, [0] to [2]"),
+        (["--map", "normal_force=observation.state[3]"], "say which number, [0] to [2]"),
         (["--map", "normal_force=action[0]"], "leave the index away"),
         (["--map", "normal_force=observation.force"], "there is no column 'observation.force'"),
         (["--map", "normal_force=observation.state.fy"], "there is no column 'observation.state.fy'"),
@@ -128,6 +128,21 @@ def test_a_set_without_its_info_is_called_one(tmp_path: Path, capsys) -> None:
     (made / "meta/info.json").unlink()
     assert imported(made, *FORCES) == 3
     assert "lacks meta/info.json" in capsys.readouterr().err
+
+
+def test_a_set_of_which_only_the_description_was_fetched_is_called_one(tmp_path: Path, capsys) -> None:
+    made = write_set(tmp_path / "set")
+    (made / "data").rename(tmp_path / "elsewhere")
+    assert imported(made, *FORCES) == 3
+    assert "there is no data/chunk-*/*.parquet" in capsys.readouterr().err
+
+
+def test_a_set_without_a_row_is_refused_for_that(tmp_path: Path, capsys) -> None:
+    made = write_set(tmp_path / "set")
+    for file in (made / "data").rglob("*.parquet"):
+        pq.write_table(pq.read_table(file).slice(0, 0), file)
+    assert imported(made, *FORCES) == 3
+    assert "there is no row in its" in capsys.readouterr().err
 
 
 def test_two_fingers_in_one_file_are_two_recordings(tmp_path: Path) -> None:

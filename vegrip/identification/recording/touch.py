@@ -79,7 +79,11 @@ class Frames:
 def is_touch(path: Path) -> bool:
     """Return whether it is one by its name, or a folder that is laid out as a data set."""
     if path.is_dir():
-        return _is_zarr(path) or all((path / one).is_dir() for one in ("meta", "data"))
+        return (
+            _is_zarr(path)
+            or (path / "meta" / "info.json").is_file()
+            or all((path / one).is_dir() for one in ("meta", "data"))
+        )
     return path.suffix.lower() in (".npz", *HDF5)
 
 
@@ -269,6 +273,8 @@ def _read_set(path: Path, wanted: Wanted) -> Frames:
         table = pa.concat_tables(parts, promote_options="permissive")
     except pa.ArrowException as error:
         raise RecordingError(f"{path}: its files of data do not fit ({_first_line(error)})") from None
+    if table.column_names and not table.num_rows:
+        raise RecordingError(f"{path}: there is no row in its {len(files)} files of data")
     columns = {name: _values(path, name, table[name], pa) for name in table.column_names}
     shapes = {name: _shape((0, *_list(features.get(name, {}).get("shape")))) for name in there}
     return Frames(columns, shapes, axes, radii, rate, said)
@@ -357,7 +363,9 @@ def _picked(path: Path, frames: Frames, column: str) -> Floats:
         key, at = base, [frames.axes[base].index(name), *at]
     values = frames.columns[key]
     if len(at) != values.ndim - 1 or any(i >= n for i, n in zip(at, values.shape[1:], strict=True)):
-        say = "say which number with [index]" if values.ndim > 1 else "leave the index away"
+        last = "".join(f"[{n - 1}]" for n in values.shape[1:])
+        first = "[0]" * (values.ndim - 1)
+        say = f"say which number, {first} to {last}" if first else "leave the index away"
         raise RecordingError(f"{path}: {key} has {_shape(values.shape) or 'a number'} in a row; {say}")
     return np.asarray(values[(slice(None), *at)], dtype=np.float64)
 
