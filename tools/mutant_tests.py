@@ -101,7 +101,7 @@ class Record:
             for code in self.seen.values():
                 if code.co_filename.startswith(f"{ROOT}vegrip/"):
                     entered.add(f"{code.co_filename.removeprefix(ROOT)}:{code.co_qualname}")
-                elif Path(code.co_filename).name.startswith("vegrip_plain_"):
+                elif "/vegrip_plain_" in code.co_filename:
                     entered.add(f"generated:{code.co_name}")
             entered |= {f"text:{key}" for key in self.loaded}
             self.seen, self.loaded = {**outer[0], **self.seen}, outer[1] | self.loaded
