@@ -81,7 +81,7 @@ def test_an_eds_that_cannot_serve_is_refused_in_a_sentence(tmp_path, text, eds, 
 
 @pytest.mark.parametrize("node", [1, 32, 127])
 def test_a_pdo_without_an_identifier_of_its_own_has_that_of_the_predefined_connections(tmp_path, node):
-    """CiA 301: TPDO 1 .. 4 at 180h, 280h, 380h, 480h and RPDO 1 .. 4 at 200h .. 500h, each with the node-ID."""
+    """CiA 301: TPDO 1 .. 4 from 180h on in steps of 100h, RPDO 1 .. 4 from 200h on, and the node-ID."""
     text = re.sub(r"(?ms)^\[1[48]00sub1\].*?(?=^\[)", "", EDS.read_text())
     places = {"RPDO": (0x1400, 0x1600), "TPDO": (0x1800, 0x1A00)}
     for first in (one for pair in places.values() for one in pair):
