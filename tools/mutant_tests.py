@@ -1,9 +1,9 @@
 """The part of a mutation round that runs within pytest: record what each test enters, and run chosen tests.
 
 ``VEGRIP_MUTANT_TASK`` is a JSON file. With ``record`` each test is traced, and a file is left that tells the
-functions of vegrip that it enters, the generated texts that it loads, and how long it takes. With ``tests``
-only these run, in their order, within their limits. As a program it runs pytest in forks of itself, for each
-line with arguments that it reads.
+functions of vegrip that it enters, those of a generated text that plain Python runs, the generated texts that
+it loads, and how long it takes. With ``tests`` only these run, in their order, within their limits. As a
+program it runs pytest in forks of itself, for each line with arguments that it reads.
 """
 
 import contextlib
@@ -101,6 +101,8 @@ class Record:
             for code in self.seen.values():
                 if code.co_filename.startswith(f"{ROOT}vegrip/"):
                     entered.add(f"{code.co_filename.removeprefix(ROOT)}:{code.co_qualname}")
+                elif "/vegrip_plain_" in code.co_filename:
+                    entered.add(f"generated:{code.co_name}")
             entered |= {f"text:{key}" for key in self.loaded}
             self.seen, self.loaded = {**outer[0], **self.seen}, outer[1] | self.loaded
 

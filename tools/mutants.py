@@ -263,6 +263,20 @@ def functions_with(mutant: Mutant) -> set[str]:
     return found
 
 
+def is_in(mutant: Mutant, text: str) -> bool:
+    """Return whether a generated text has what is changed: the line, or all functions of its file.
+
+    What reaches through a dot, or stands in parentheses, is written otherwise there.
+    """
+    functions = _functions_of(mutant.path)
+    return mutant.before in text or (bool(functions) and all(one in text for one in functions))
+
+
+@cache
+def _functions_of(path: str) -> list[str]:
+    return re.findall(r"^def \w+\(", texts("vegrip")[path], re.MULTILINE)
+
+
 @dataclass(frozen=True)
 class Traced:
     """A test as it was recorded: how long it took, the functions that it enters, the texts that it loads."""
@@ -325,7 +339,8 @@ class Records:
         files = [file for file, far in related(mutant.path).items() if far in distances]
         self.load(files)
         functions = functions_with(mutant)
-        changed = {f"text:{key}" for key, text in self.texts.items() if mutant.before in text}
+        functions |= {f"generated:{name.rpartition(':')[2]}" for name in functions}
+        changed = {f"text:{key}" for key, text in self.texts.items() if is_in(mutant, text)}
         tests = [one for file in files for one in self.tests[file]]
         users = Counter(text for one in tests for text in one.enters & changed)
         near = {mutant.path, *users_of(mutant.path)}
@@ -343,7 +358,7 @@ class Records:
 
     def is_text(self, mutant: Mutant) -> bool:
         """Return whether a change is in a text that is compiled, as far as is known by now."""
-        return any(mutant.before in text for text in self.texts.values())
+        return any(is_in(mutant, text) for text in self.texts.values())
 
 
 class Runner:

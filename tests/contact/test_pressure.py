@@ -154,3 +154,11 @@ def test_after_a_step_the_pressure_fades_like_the_force() -> None:
 def test_an_exponent_that_is_not_positive_is_refused(k: float) -> None:
     with pytest.raises(DomainError, match="exponent"):
         pressure.coefficient(k)
+
+
+def test_a_uniform_pressure_reaches_to_the_edge_and_no_other_does() -> None:
+    """Hardening without end is a uniform pressure, N/(pi a^2) up to r = a."""
+    edge, beyond = pressure.matthews_pressure([3e-3, 3.001e-3], 2.0, 3e-3, math.inf)
+    assert edge == pytest.approx(2.0 / (math.pi * 9e-6), rel=1e-12)
+    assert beyond == 0.0
+    assert pressure.matthews_pressure(3e-3, 2.0, 3e-3, 5.0) == 0.0

@@ -206,6 +206,16 @@ def test_evidence_begins_in_the_middle_of_a_true_stay_in_the_air() -> None:
     assert ring.columns()["normal_force"][0] == pytest.approx(600.0, abs=4)
 
 
+def test_of_a_long_air_the_second_after_the_contact_and_the_end_are_kept() -> None:
+    """At 6 ms a second is 166 rows; 32 rows stand before the next contact, however long the air was."""
+    for air in (500, 517):
+        ring = SampleRing()
+        ring.note(kept(400 + air, lambda i, end=100 + air: not 100 <= i < end, 6_000_000))
+        rows = [*range(100, 266), *range(100 + air - 32, 100 + air)]
+        expected = [*rows[len(rows) // 2 :], *range(100 + air, 400 + air)]
+        assert ring.columns()["normal_force"].tolist() == expected
+
+
 def test_evidence_in_which_the_touch_never_ends_is_all_there() -> None:
     ring = SampleRing()
     ring.note(kept(100, lambda _: True))

@@ -272,3 +272,31 @@ def test_samples_count_only_after_a_rest_in_a_slow_motion_that_the_force_follows
     assert after([2.0 + 12.5 * DT * k for k in range(60)]) == 0.0  # perhaps at its rate limit
     assert after(ramp, 0.51) == 0.0  # does not listen
     assert after([*ramp[:30], math.nan, *ramp[30:34]]) == pytest.approx(after(ramp[:30]))
+
+
+def test_drives_that_begin_anew_have_nothing_of_what_was_before() -> None:
+    used, fresh = GraspMemory(), GraspMemory()
+    used.array[:] = 7.0
+    for q in (used, fresh):
+        begin_drives(q, NOISE)
+    for name in ("lag", "known", "begun", "moved", "misfit", "seen", "state", "p"):
+        assert list(getattr(used.drive, name)) == list(getattr(fresh.drive, name)), name
+    assert used.drive.noise == NOISE
+
+
+@pytest.mark.parametrize(
+    "sample",
+    [(DT, 2.0, math.inf), (DT, math.inf, 2.0), (DT, -math.inf, math.inf), (DT, 2.0, math.nan),
+     (0.0, 2.0, 2.0), (-DT, 2.0, 2.0), (0.0501, 2.0, 2.0)],
+)  # fmt: skip
+def test_a_sample_that_is_no_number_or_too_late_begins_anew(sample: tuple[float, float, float]) -> None:
+    q = GraspMemory()
+    begin_drives(q, NOISE)
+    follow_drive(q, FINGER, 0.05, 2.0, 2.0)  # the longest gap still counts
+    assert q.drive.begun[FINGER] == 1.0
+    follow_drive(q, FINGER, *sample)
+    assert q.drive.begun[FINGER] == 0.0
+    follow_drive(q, FINGER, DT, 3.0, 2.5)
+    begun = (q.drive.command, q.drive.play, q.drive.model, q.drive.force)
+    assert [one[FINGER] for one in begun] == [3.0, 3.0, 2.5, 2.5]
+    assert q.drive.slope[FINGER] == 0.0

@@ -69,6 +69,21 @@ def test_a_load_half_as_large_again_is_looked_ahead_to(play: Play, need: float, 
     assert play.run(2.0, steady(need))[-1].limit == said
 
 
+@pytest.mark.parametrize(("torque", "said"), [(0.014, ""), (0.024, "near"), (math.nan, "")])
+def test_half_as_much_torque_again_is_looked_ahead_to_as_well(
+    play: Play, monkeypatch: pytest.MonkeyPatch, torque: float, said: str
+) -> None:
+    """Needed are 3 N for the force and 200 N for each N m: half as much again is 10 N at 0.0183 N m."""
+
+    def least(self: ConeEstimator, _margin: float, _confidence: float, load: tuple[float, float]) -> float:
+        return 3.0 / (2.0 * WANTED) * load[0] + 200.0 * load[1]
+
+    monkeypatch.setattr(ConeEstimator, "least_force", least)
+    given = play.state
+    play.state = lambda count, **values: given(count, torque_z=torque, **values)
+    assert play.run(1.0, steady(2.0))[-1].limit == said
+
+
 def test_what_is_reached_is_said_in_command_health_and_log(
     play: Play, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -2,14 +2,15 @@
 
 import math
 from dataclasses import fields, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from vegrip.clock import NS
 from vegrip.errors import ConfigError, UsageError
-from vegrip.grip.grasp_action import GraspGoal, ReleaseGoal
-from vegrip.messages import FingertipState, ForceCommand, GraspPhase, GraspStatus
+from vegrip.grip.grasp_action import GraspGoal, ReleaseGoal, _look
+from vegrip.messages import Condition, FingertipState, ForceCommand, GraspPhase, GraspStatus
 from vegrip.trials import candidates
 from vegrip.trials.closed_loop import GRASPS
 from vegrip.virtual import VirtualHand
@@ -169,3 +170,36 @@ def test_goals_that_cannot_be_are_refused_in_a_sentence():
     bench.node.deactivate()
     with pytest.raises(UsageError, match="is not active"):
         bench.node.release({})
+
+
+@pytest.mark.parametrize(
+    ("force", "held", "touches", "limited", "soft", "largest"),
+    [
+        (4.0, 4.99, True, False, (), 4.0),
+        (4.0, 5.0, True, True, (), 4.0),
+        (4.0, 6.0, False, False, (), 4.0),  # only what touches counts
+        (0.4, 4.0, True, False, ("index",), 1.0),
+        (math.nan, 4.0, True, False, (), 1.0),
+    ],
+)
+def test_a_look_finds_who_touches_who_is_at_the_limit_and_who_presses_too_little(
+    force, held, touches, limited, soft, largest
+):
+    """Beside a thumb that presses with 1 N and holds 1 N, and a finger that is stale."""
+
+    def finger(force, held, touches, bound, condition=Condition.OK):
+        told = SimpleNamespace(contact=lambda _: SimpleNamespace(in_contact=touches))
+        told.margin = lambda _: SimpleNamespace(lower_bound=bound)
+        numbers = SimpleNamespace(felt=lambda: (force, 0.0))
+        return SimpleNamespace(condition=condition, numbers=numbers, held=held, reports=told)
+
+    fingers = {
+        "thumb": finger(1.0, 1.0, True, math.nan),
+        "index": finger(force, held, touches, 0.3),
+        "ring": finger(9.0, 9.0, True, 0.1, Condition.STALE),
+    }
+    found = _look(fingers, 0, 5.0)
+    assert found.touching == (("thumb", "index") if touches else ("thumb",))
+    assert (found.is_limited, found.soft, found.force) == (limited, soft, largest)
+    assert found.bounds == ({"index": 0.3} if touches else {})
+    assert found.faults == ("ring stale",)

@@ -8,12 +8,13 @@ import pytest
 import vegrip
 from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.grip import grasp_friction
 from vegrip.grip.controller import GripController
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.node import GraspForce
 from vegrip.grip.settings import ControlSettings
 from vegrip.grip.slip_channels import SCATTER
-from vegrip.messages import PROBED, FingertipState
+from vegrip.messages import KNOWN, PROBED, FingertipState
 
 NAMES = ("thumb", "index")
 LEARNING = FrictionSettings(shared=True, probing=True)
@@ -211,6 +212,28 @@ def test_health_says_that_friction_is_probed_and_a_finger_that_does_not_learn_sa
         seen.append(told)
     assert seen[0] >= {"", PROBED}
     assert seen[1] == {""}
+
+
+@pytest.mark.parametrize(
+    ("std", "noticed", "shift", "said"),
+    [
+        (0.199, 0.95, 0.0, KNOWN),
+        (0.201, 0.95, 0.0, ""),
+        (0.199, 0.949, 0.0, ""),
+        (0.201, 0.949, 0.0, ""),
+        (0.199, 0.95, 0.2, PROBED),
+        (0.5, 0.5, 0.2, PROBED),
+    ],
+)
+def test_friction_is_known_where_it_is_narrow_and_a_slide_would_be_noticed(
+    monkeypatch: pytest.MonkeyPatch, std: float, noticed: float, shift: float, said: str
+) -> None:
+    friction = controller().friction
+    monkeypatch.setattr(grasp_friction, "believed_variance", lambda *_: std**2)
+    monkeypatch.setattr(grasp_friction, "chance_noticed", lambda _: noticed)
+    friction.memory.release.shift[1] = shift
+    assert friction.friction_counted_on("index") == said
+    assert friction.friction_counted_on("thumb") == (said if shift == 0.0 else KNOWN * (noticed > 0.9))
 
 
 LOAD = ("normal_force", "tangential_force_x", "tangential_force_y")

@@ -53,6 +53,13 @@ def test_estimates_are_told_less_often_than_commands(make_node: MakeNode, state:
     assert kinds.count(ModelHealth) == 6  # every 0.2 s, and when the finger is first believed
 
 
+def test_reports_of_a_kind_count_up_one_by_one_from_0(make_node: MakeNode, state: MakeState) -> None:
+    node = make_node()
+    answers = [m for i in range(1, 501) for m in node.on_message(state(i), i * PERIOD)]
+    for kind, count in ((ContactEstimate, 50), (SlipMargin, 50), (ModelHealth, 6)):
+        assert [m.seq for m in answers if isinstance(m, kind)] == list(range(count))
+
+
 def test_a_change_of_the_condition_is_told_with_the_state_or_tick_that_shows_it(
     make_node: MakeNode, state: MakeState
 ) -> None:

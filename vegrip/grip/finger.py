@@ -96,7 +96,6 @@ class GraspFinger:
         self.policy: GripPolicy | None = None if settings.is_built_in else make_policy(settings)
         """A policy in Python; None: the step has it."""
         self._forgotten = 0  # how often the policy was asked to forget
-        self._lifetime = 0  # [ns] of a command
         self._put_first({**FRESH, **UNRECEIVED})
         self._settings = settings
         self.reports = FingerReports(self.numbers, settings, phase)
@@ -119,7 +118,7 @@ class GraspFinger:
         memory, self.wanted, self._settings = self.memory, wanted, settings
         write_rules(memory, settings)
         memory["RULE_QUANTILE"] = quantile(wanted[1])
-        self._lifetime = round(settings.limits.lifetime * NS)
+        self._lifetime = round(settings.limits.lifetime * NS)  # [ns] of a command
         memory["SETUP_RENEWAL"] = math.ceil(RENEWAL * settings.limits.lifetime * NS)
         if self.policy is not None:
             apply_policy(self.policy, settings)

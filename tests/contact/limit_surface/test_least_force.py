@@ -204,3 +204,19 @@ def test_compiled_search_answers_nan_where_the_checked_one_raises() -> None:
     assert math.isnan(fast.least_normal_force(math.nan, 0.0, 0.5, 0.005, 2.0))
     assert math.isnan(fast.least_normal_force(1.0, 0.1, 0.5, 0.005, 0.5))
     assert math.isnan(fast.least_normal_force(1.0, 0.1, 0.5, 0.005, 2.0, 1.0, -1.0))
+
+
+@pytest.mark.parametrize("mu", [0.5, math.inf])
+def test_no_load_needs_no_force_and_a_load_without_end_none_that_there_is(mu: float) -> None:
+    assert fast.least_normal_force(0.0, 0.0, mu, 0.005, 2.0) == 0.0
+    if mu < math.inf:
+        for load in ((math.inf, 0.0), (0.0, -math.inf), (-math.inf, math.inf)):
+            assert fast.least_normal_force(*load, mu, 0.005, 2.0) == math.inf
+
+
+def test_a_contact_of_which_no_power_is_given_stays_as_it_is() -> None:
+    search, gauge = fast.least_normal_force.py_func, fast.gauge(2.0, 1.0, 0.004 / 0.005)
+    assert search(1.0, 0.004, 0.5, 0.005, 2.0) == pytest.approx(gauge / 0.5, rel=1e-12)
+    given = search(1.0, 0.004, 0.5, 0.005, 2.0, 1.0, 0.3, 0.0)
+    assert search(1.0, 0.004, 0.5, 0.005, 2.0, radius_power=0.3) == given
+    assert given != pytest.approx(gauge / 0.5, rel=1e-3)

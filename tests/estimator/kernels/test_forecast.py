@@ -48,6 +48,21 @@ def test_force_and_indentation_go_on_along_the_stiffness_of_the_drive(kernels, m
     assert m[at : at + kernels.NS].tolist() == trial
 
 
+@pytest.mark.parametrize("stiffness", [1e-3, 1.0, 1e3])
+def test_a_light_touch_is_held_as_exactly_as_a_firm_one(kernels, m, monkeypatch, stiffness) -> None:
+    """A force ``K d^1.5`` of which a fifth relaxes is held by ``d = d_0 / 0.8^(2/3)``, whatever K is."""
+
+    def force_at(_m, _values, _at, delta, *_):
+        elastic = stiffness * delta**1.5
+        return 0.0, elastic, 0.8 * elastic, 0.0
+
+    monkeypatch.setattr(kernels, "advance", force_at)
+    m[kernels.SET_HOLD], m[kernels.TRIED0 + kernels.DELTA] = 0.0, 1.0
+    delta, _, _, force = kernels.try_hold(m, kernels.TRIED0, stiffness, 0.5, (1.0, stiffness))
+    assert force == pytest.approx(stiffness, rel=1e-7)
+    assert delta == pytest.approx(0.8 ** (-2.0 / 3.0), rel=1e-7)
+
+
 def test_a_load_needs_a_contact_that_has_force_and_area(kernels) -> None:
     assert kernels.gauge_of(2.0, 3e-3, 2.5, 0.5, LOAD) == fast.gauge(2.5, 0.4, 1e-3 / 3e-3)
     for force, radius in ((0.0, 3e-3), (2.0, 0.0), (-1.0, 3e-3)):
@@ -173,3 +188,22 @@ def test_the_worst_gauge_is_the_greatest_over_parts_of_the_horizon(kernels, m, m
     assert worst == 0.9
     assert [before for before, _ in steps] == [7.0, 7.0, 8.0, 8.0, 8.0]
     assert [dt for _, dt in steps] == pytest.approx([0.0, 0.2, 0.3, 0.5, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("pressed", "margin", "wanted"),
+    [(0.5, 0.5, 0.5), (0.501, 0.5, None), (0.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.001, 0.0, None),
+     (0.0, 0.999, 0.001), (0.0, 1.0, None), (0.0, 1.5, None)],
+)  # fmt: skip
+def test_no_force_suffices_where_the_deepest_press_does_not_or_all_of_the_surface_is_to_stay_unused(
+    kernels, m, monkeypatch, pressed, margin, wanted
+) -> None:
+    asked = []
+    monkeypatch.setattr(kernels, "load_to_hold", lambda _m, tangential, torque: (tangential, torque))
+    monkeypatch.setattr(kernels, "worst_gauge", lambda _m, _y, depth, *_: asked.append(depth) or pressed)
+    monkeypatch.setattr(kernels, "least_depth", lambda *given: asked.append(given[3:]) or 1e-3)
+    monkeypatch.setattr(kernels, "begin_hold", lambda m, y: (9.0, 9.0, 1e3 * m[y + kernels.DELTA]))
+    found = kernels.least_force(m, 0.3, 0.0, margin, 1.6)
+    assert found == (math.inf if wanted is None else pytest.approx(1.0))
+    if wanted is not None:
+        assert asked[1] == pytest.approx((wanted, m[kernels.Y0 + kernels.DELTA], 1.6))

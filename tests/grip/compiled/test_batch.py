@@ -136,3 +136,27 @@ def test_the_loop_answers_batches_and_reports_besides(hand_log: Log) -> None:
         # the log runs faster than its own time: forces rise so steeply that at times none would do
         assert set(ours.batches.clipped) <= {"force_reserve"}
         assert set(ours.rejected) <= {"clipped"}
+
+
+def test_reports_of_several_fingers_stand_in_a_batch_one_behind_the_other(hand_log: Log, mode: str) -> None:
+    node, given = node_for(hand_log, mode), batches_of(hand_log)
+    for now, payload in given[:60]:
+        node.on_batch(payload, payload[13], now, now)
+        list(node.reports(hand_log.fingers[0], now))  # the first report of a finger goes as messages
+    later = given[59][0] + 10**9
+    packed = node.batch.report(hand_log.fingers[::-1], later)
+    assert packed == [hand_log.fingers[0]]
+    for name in hand_log.fingers:
+        list(node.reports(name, given[59][0]))
+    packed = node.batch.report(hand_log.fingers[::-1], later + 10**9)
+    assert packed == list(hand_log.fingers[::-1])
+    contacts, margins = b"", b""
+    for name in packed:
+        numbers = node.fingers[name].numbers
+        rows = [
+            ROW_ID.pack(one) + frame.tobytes()
+            for one, frame in zip(numbers.on_wire.report_ids, numbers.report_frames, strict=True)
+        ]
+        contacts, margins = contacts + rows[0] + rows[1], margins + rows[2]
+    assert node.batch.contacts[FIRST_ROW:] == contacts
+    assert node.batch.margins[FIRST_ROW:] == margins

@@ -192,6 +192,9 @@ def test_an_estimate_counts_while_measurements_come_and_are_used(
         ({"REP_CONTACT": 0.0}, 0.0, 0, 1),
         ({"REP_CONTACT": 0.0, "SAMPLE_TRUSTED": 0}, 0.0, 0, 0),
         ({"INPUT_LOST": "LOADING"}, math.nan, 1, 0),
+        *(({"INPUT_LOST": 1 << bit}, math.nan, 1, 0) for bit in (1, 2, 3)),  # tangential forces and torque
+        ({"INPUT_LOST": 1}, 1.7, 1, 1),
+        ({"CHOICE_ASKS": 0}, math.nan, 1, 0),
         ({"REP_SOUND": 0.0}, math.nan, 1, 0),
     ],
 )
@@ -206,7 +209,8 @@ def test_a_finger_needs_the_least_force_for_its_load(
         name: getattr(kernels, value) if isinstance(value, str) else value for name, value in changed.items()
     }
     put(kernels, f, t, STATE_TANGENTIAL_FORCE_X=3.0, STATE_TANGENTIAL_FORCE_Y=-4.0, STATE_TORQUE_Z=-0.1,
-        TAKEN_BOUND=0.25, ASKED_MARGIN=0.3, ASKED_QUANTILE=1.6, CHOICE_ASKS=1, **GOOD | changed)  # fmt: skip
+        TAKEN_BOUND=0.25, ASKED_MARGIN=0.3, ASKED_QUANTILE=1.6, **{"CHOICE_ASKS": 1, **GOOD, **changed},
+    )  # fmt: skip
     kernels.demand_force(f, t, f)
     assert (f[kernels.DEMAND_LOAD], f[kernels.DEMAND_TORQUE], t[kernels.NEED_SLIPPING]) == (5.0, 0.1, 1)
     assert f[kernels.DEMAND_LEAST] == pytest.approx(least, nan_ok=True)

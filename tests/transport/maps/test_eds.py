@@ -1,12 +1,14 @@
 """The EDS of a CANopen hand as a database: the frames of its PDOs, our own EDS as an example."""
 
 import math
+import re
 from pathlib import Path
 
 import pytest
 
 from vegrip.errors import ConfigError
 from vegrip.transport.codec import Frame
+from vegrip.transport.mapped.canopen_nodes import read_eds
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import open_plan
 
@@ -75,3 +77,23 @@ def test_the_nodes_are_started_before_anything_comes(tmp_path):
 def test_an_eds_that_cannot_serve_is_refused_in_a_sentence(tmp_path, text, eds, said):
     with pytest.raises(ConfigError, match=said):
         plan_of(tmp_path, text, eds)
+
+
+@pytest.mark.parametrize("node", [1, 32, 127])
+def test_a_pdo_without_an_identifier_of_its_own_has_that_of_the_predefined_connections(tmp_path, node):
+    """CiA 301: TPDO 1 .. 4 from 180h on in steps of 100h, RPDO 1 .. 4 from 200h on, and the node-ID."""
+    text = re.sub(r"(?ms)^\[1[48]00sub1\].*?(?=^\[)", "", EDS.read_text())
+    places = {"RPDO": (0x1400, 0x1600), "TPDO": (0x1800, 0x1A00)}
+    for first in (one for pair in places.values() for one in pair):
+        sections = re.findall(rf"(?ms)^\[{first:04X}(?:sub\w)?\].*?(?=^\[|\Z)", text)
+        for number in range(1, 5):
+            text = re.sub(rf"(?ms)^\[{first + number:04X}(?:sub\w)?\].*?(?=^\[|\Z)", "", text)
+            text += "".join(one.replace(f"[{first:04X}", f"[{first + number:04X}") for one in sections)
+    (tmp_path / "their.eds").write_text(text)
+    found = read_eds(tmp_path / "their.eds", {"thumb": node}).messages
+    usual = {
+        f"thumb_{kind}{number + 1}": first + 0x100 * number + node
+        for kind, first in (("TPDO", 0x180), ("RPDO", 0x200))
+        for number in range(4)
+    }
+    assert {name: one.identifier for name, one in found.items() if "PDO" in name} == usual
