@@ -105,7 +105,7 @@ def wait_for_verdict(g: GraspMemory, dt: float, pull: float) -> None:
     """Wait until the grip is back; then a slide that no channel has told was missed."""
     g.witness.waits -= dt
     g.witness.rested += dt
-    g.witness.lack = min(math.log(max(pull, NEARLY_NONE) / g.witness.pull), 0.0)
+    g.witness.lack = max(min(math.log(max(pull, NEARLY_NONE) / g.witness.pull), 0.0), -BLIND)
     if pull < g.witness.low:
         g.witness.low = g.witness.high = pull
     g.witness.high = max(g.witness.high, pull)
