@@ -393,7 +393,8 @@ def test_an_effect_is_resolved_where_an_amount_is_three_standard_errors_from_not
     fit = SimpleNamespace(
         problem=SimpleNamespace(unknowns=unknowns, depth=1e-3,
                                 measured=SimpleNamespace(noise=SimpleNamespace(displacement=1e-6))),
-        optimum=SimpleNamespace(u=u, jacobian=np.diag(1.0 / np.array(known))),
+        optimum=SimpleNamespace(u=u),
+        information=np.diag(np.array(known) ** -2.0),
         value=values.__getitem__,
     )  # fmt: skip
     candidate = Candidate(one, null(one), ())
@@ -420,7 +421,8 @@ def test_amounts_that_stand_for_each_other_are_resolved_together(along, resolved
             depth=1e-3,
             measured=SimpleNamespace(noise=SimpleNamespace(displacement=1e-6)),
         ),
-        optimum=SimpleNamespace(u=np.array([values[name] for name in names]), jacobian=J),
+        optimum=SimpleNamespace(u=np.array([values[name] for name in names])),
+        information=J.T @ J,
         value=values.__getitem__,
     )
     assert is_resolved(Candidate(one, null(one), ()), fit) == resolved
@@ -487,7 +489,9 @@ def test_what_was_given_up_is_fitted_to_the_end_where_nothing_else_passes(
 
     def fit(name: str, *, is_given_up: bool) -> SimpleNamespace:
         optimum = SimpleNamespace(is_given_up=is_given_up, residual=np.zeros(1))
-        return SimpleNamespace(name=name, optimum=optimum)
+        new = SimpleNamespace(name=name, optimum=optimum)
+        new.without_derivatives = lambda: new
+        return new
 
     def extend(_, hint, __, least) -> SimpleNamespace:
         assert least == 92.0
@@ -727,6 +731,21 @@ def test_an_effect_is_tried_at_each_amount_and_over_its_shapes() -> None:
     assert [one["s"] for one in tried(amount, plain, trial_shapes=(("s", (4.0, 5.0)),))] == [4.0, 5.0]
 
 
+def test_a_fit_that_is_kept_without_derivatives_is_judged_as_with_them(small) -> None:
+    """Those of the optimum are taken anew, at the cost of a run of the model for each unknown."""
+    whole = small.search.steps[0].base
+    lean = whole.without_derivatives()
+    assert lean.optimum.jacobian.nbytes == 0
+    assert (lean.information == whole.information).all()
+    again = dataclasses.replace(lean)  # without what was computed before
+    scale = np.sqrt(np.diag(whole.information))
+    assert again.complete.jacobian / scale == pytest.approx(whole.optimum.jacobian / scale, abs=1e-3)
+    assert again.heldout == pytest.approx(whole.heldout, abs=0.1)  # [nats]
+    assert again.information / np.outer(scale, scale) == pytest.approx(
+        whole.information / np.outer(scale, scale), abs=5e-3
+    )
+
+
 def test_the_screen_points_where_a_refit_ends(small) -> None:
     """Its gain is half the fall of the squares by one column more, the prior of its amount beside it."""
     step = small.search.steps[0]
@@ -910,7 +929,7 @@ def test_what_another_form_of_an_accepted_effect_gains_is_no_gain(linear) -> Non
     base = SimpleNamespace(optimum=problem.solved())
     new = SimpleNamespace(optimum=SimpleNamespace(residual=base.optimum.residual - 3.0 * X[:, 2]))
     base.whitened = lambda other: other.optimum.residual
-    alone = gain_beside(base, new, np.zeros((60, 0)))
     basis, _ = np.linalg.qr(X[:, :2])
+    alone = gain_beside(base, new, basis)
     assert alone == pytest.approx(0.5 * np.sum((y - basis @ (basis.T @ y)) ** 2), rel=1e-2)
-    assert gain_beside(base, new, X[:, 2:3]) == pytest.approx(0.0, abs=1e-6)
+    assert gain_beside(base, new, np.linalg.qr(X[:, :3])[0]) == pytest.approx(0.0, abs=1e-6)

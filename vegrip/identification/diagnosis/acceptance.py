@@ -84,10 +84,12 @@ def judge_candidate(
 
 
 def form_directions(accepted: Iterable[Effect], fitted: CandidateFit) -> Floats:
-    """Return what ``accepted`` effects may do in channels that did not show them (rows, directions), white.
+    """Return what a fit and the forms of its effects can do (rows, directions), orthonormal and white.
 
-    An effect is known by its name in the channel that shows it. How it spreads to pulls, to twists and to the
-    radius is the form of a law: as much per share of the force, or of the friction, that it changes.
+    The form of ``accepted`` effects is what they may do in channels that did not show them; nothing is
+    returned where they have none. An effect is known by its name in the channel that shows it. How it
+    spreads to pulls, to twists and to the radius is the form of a law: as much per share of the force, or
+    of the friction, that it changes.
     """
     problem, u = fitted.problem, fitted.optimum.u
     m, n = problem.measured, len(problem.measured.recording)
@@ -116,14 +118,16 @@ def form_directions(accepted: Iterable[Effect], fitted: CandidateFit) -> Floats:
             column[block] = np.nan_to_num(values) / std
             if column.any():
                 out.append(column)
-    return np.stack(out, axis=1) if out else np.zeros((fitted.optimum.residual.size, 0))
+    if not out:
+        return np.zeros((fitted.optimum.residual.size, 0))
+    basis: Floats = np.linalg.qr(np.column_stack([fitted.optimum.jacobian, *out]))[0]
+    return basis
 
 
 def gain_beside(base: CandidateFit, new: CandidateFit, form: Floats) -> float:
-    """Return what the change that ``new`` makes gains [nats] beside ``base`` and ``form`` (rows, k)."""
-    basis, _ = np.linalg.qr(np.hstack([base.optimum.jacobian, form]))
+    """Return what the change that ``new`` makes gains [nats] beside ``form`` (rows, k), orthonormal."""
     left, change = (
-        one - basis @ (basis.T @ one)
+        one - form @ (form.T @ one)
         for one in (base.optimum.residual, base.whitened(new) - base.optimum.residual)
     )
     along = -float(change @ left)
@@ -192,9 +196,8 @@ def amount_covariance(candidate: Candidate, new: CandidateFit) -> Floats:
     names = new.problem.unknowns.names
     shapes = {p.symbol for p in candidate.effect.parameters if p.null is None}
     free = [j for j, name in enumerate(names) if name not in shapes]
-    J, s = new.optimum.jacobian[:, free], new.problem.unknowns.std[free]
     out = np.zeros((len(names), len(names)))
-    out[np.ix_(free, free)] = np.linalg.inv(J.T @ J + np.diag(s**-2.0))
+    out[np.ix_(free, free)] = np.linalg.inv(new.information[np.ix_(free, free)])
     return out
 
 

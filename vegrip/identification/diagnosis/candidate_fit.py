@@ -40,6 +40,7 @@ CANDIDATE_PRECISION_NATS = 0.02  # [nats] to which a candidate's best is sought,
 SLOPPY = 1e-4  # of what the screen expects of it, before it is known to contend, or of what is left
 FAR_NATS = 100.0  # [nats] from the base, beyond which the last steps are taken with derivatives made anew
 ASTRAY = 0.05  # [x_ref] of the zero of the displacement, from which the base is far from what there is
+NO_DERIVATIVES = np.zeros((0, 0))
 BOUND_DISTANCE = 1e-3  # of the range, from a bound at which derivatives vanish
 MANY_ROWS = 20_000  # of a recording, from which on a model of its own pays
 DEPTH_REGIMES = 4
@@ -114,10 +115,28 @@ class CandidateFit:
     evidence: float  # ln Z [nats]
     error: float  # rms of the whitened residuals over all channels; 1 is noise
 
+    @property
+    def complete(self) -> Optimum:
+        """The optimum with its derivatives, taken anew where they were left out."""
+        best = self.optimum
+        if best.jacobian.size:
+            return best
+        return dataclasses.replace(best, jacobian=self.problem.jacobian(best.u, best.residual))
+
+    @cached_property
+    def information(self) -> Floats:
+        """Information of the unknowns, priors included (p, p)."""
+        return _information(self.problem, self.complete)
+
+    def without_derivatives(self) -> "CandidateFit":
+        """Return it without what takes most room of a fit that is kept only to be compared."""
+        lean = dataclasses.replace(self, optimum=dataclasses.replace(self.optimum, jacobian=NO_DERIVATIVES))
+        lean.__dict__.update({"information": self.information, **vars(self), **vars(lean)})
+        return lean
+
     @cached_property
     def _squares(self) -> Floats:
-        information = _information(self.problem, self.optimum)
-        return scores(self.problem, self.optimum, information, self.groups)
+        return scores(self.problem, self.complete, self.information, self.groups)
 
     @cached_property
     def heldout(self) -> Floats:

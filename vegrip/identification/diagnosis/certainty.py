@@ -68,7 +68,7 @@ class Redrawn:
     def __init__(self, fitted: CandidateFit, groups: Floats) -> None:
         self.fitted, problem = fitted, fitted.problem
         self._rows = [groups == number for number in np.unique(groups)]
-        J, r, k = fitted.optimum.jacobian, fitted.optimum.residual, problem.unknowns
+        J, r, k = fitted.complete.jacobian, fitted.optimum.residual, problem.unknowns
         scale = problem.log_scale
         self._A = np.array([J[rows].T @ J[rows] for rows in self._rows])
         self._b = np.array([J[rows].T @ r[rows] for rows in self._rows])
@@ -89,7 +89,7 @@ class Redrawn:
 
     def left(self, weights: Floats, regimes: Floats) -> tuple[float, float]:
         """Return chi-square by regime and error that are left."""
-        residual = self.fitted.optimum.residual + self.fitted.optimum.jacobian @ self._step(weights)[2]
+        residual = self.fitted.optimum.residual + self.fitted.complete.jacobian @ self._step(weights)[2]
         each = np.zeros(residual.size)
         for weight, rows in zip(weights, self._rows, strict=True):
             each[rows] = weight
@@ -179,7 +179,7 @@ def certify(found: Diagnosis) -> dict[str, float]:
 
 
 def _without(fitted: CandidateFit, rows: Mask) -> Floats:
-    weights, there = np.where(rows, OUTSIDE, 1.0), fitted.optimum
+    weights, there = np.where(rows, OUTSIDE, 1.0), fitted.complete
     near = Nearby(fitted.problem, weights, there)
     return fitted.problem.residual(refine_optimum(near, there.u, NEAR_STEPS).u)
 

@@ -150,7 +150,8 @@ class Search:
     general: dict[str, list[str]] = field(default_factory=dict)
     is_given_up: bool = False
     is_stopped: bool = False  # by an interrupt, before its end
-    refitted: dict[str, CandidateFit] = field(default_factory=dict)  # in the last round
+    # in the last round: evidence [nats] and error of each
+    refitted: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def first(self) -> CandidateFit:
@@ -346,7 +347,8 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
 
     def tried_of(candidate: Candidate, new: CandidateFit) -> Tried:
         verdict = judge_candidate(candidate, rest, new, (misfit, found.misfit(new)), left=left(rest))
-        return Tried(candidate, new, verdict, rest.whitened(new) - rest.optimum.residual)
+        change = rest.whitened(new) - rest.optimum.residual
+        return Tried(candidate, new.without_derivatives(), verdict, change)
 
     own = tried_of(one.candidate, last)
     rivals = [tried_of(hint.candidate, fits[hint.candidate.name]) for hint in hints]
@@ -462,7 +464,7 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
         pays = asked.of(hint.candidate.effect, change, is_exact=found.leaves_noise(new))
         regimes = misfit, found.misfit(new)
         verdict = judge_candidate(hint.candidate, base, new, regimes, pays, asked.left, form)
-        return Tried(hint.candidate, new, verdict, change)
+        return Tried(hint.candidate, new.without_derivatives(), verdict, change)
 
     found.refitted = {}
     fits = _refitted(base, chosen, groups, threads, report, found.refitted, asked)
@@ -486,7 +488,7 @@ def _refitted(
     groups: Floats,
     threads: int,
     report: Report = lambda _: None,
-    done: dict[str, CandidateFit] | None = None,
+    done: dict[str, tuple[float, float]] | None = None,
     asked: EvidenceThreshold | None = None,
 ) -> list[CandidateFit]:
     """Return the fits with what was ``chosen``, given up where they cannot gain what is ``asked``.
@@ -498,7 +500,8 @@ def _refitted(
     def refit(hint: Hint, least: float) -> CandidateFit:
         if asked is not None:
             least = min(least, base.optimum.cost - asked.at_least(hint.candidate.effect))
-        new = done[hint.candidate.name] = extend_problem(base, hint, groups, least)
+        new = extend_problem(base, hint, groups, least)
+        done[hint.candidate.name] = new.evidence, new.error
         left = ", ".join(h.candidate.name for h in chosen if h.candidate.name not in done) or "none"
         report(f"error {base.error:.3g}, {best_of(done)}; left: {left}")
         return new
@@ -521,10 +524,10 @@ def _refitted(
         return list(pool.map(finish, fits))
 
 
-def best_of(refitted: Mapping[str, CandidateFit]) -> str:
-    """Return in words which of ``refitted`` candidates explains most."""
-    name = max(refitted, key=lambda one: refitted[one].evidence)
-    return f"best so far {refitted[name].error:.3g} with {name}"
+def best_of(refitted: Mapping[str, tuple[float, float]]) -> str:
+    """Return in words which of the candidates explains most, of evidence [nats] and error of each."""
+    name = max(refitted, key=lambda one: refitted[one][0])
+    return f"best so far {refitted[name][1]:.3g} with {name}"
 
 
 def shortlist(hints: list[Hint]) -> list[Hint]:
