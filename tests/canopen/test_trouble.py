@@ -107,7 +107,9 @@ class Failing(EchoNode):
 
 
 def test_a_node_that_fails_goes_on_with_its_last_commands_and_says_so(grasp, fingers, master):
-    ours = grasp(Failing("grasp_force", EchoParameters()), names=("thumb",))
+    ours = grasp(
+        Failing("grasp_force", EchoParameters()), names=("thumb",), heartbeat_limit=60.0
+    )  # late is not lost
     thumb = fingers(THUMB)
     commands = []
     thumb.rpdo[1].add_callback(lambda pdo: commands.append((pdo["ForceCommand.reason"].raw, bytes(pdo.data))))
