@@ -82,7 +82,7 @@ IN_CONTACT = {
     *("loading", "deep loading", "fast loading", "unloading", "fast unloading"),
     *("hold", "deep hold", "late hold"),
 }
-REGIME = {"adhesion": {"air"}, "second_relaxation": IN_CONTACT, "series_compliance": IN_CONTACT}
+REGIME = {"adhesion": {"air"}, "series_compliance": IN_CONTACT}
 
 
 class AtOnce(SideTask):

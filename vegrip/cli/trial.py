@@ -67,7 +67,7 @@ def trial(
 
     An answer is exactly right, or a set that holds what is there, which counts as one draw from it would.
 
-    Example: vegrip trial blind --truth hidden.json -n 1 --seed 6
+    Example: vegrip trial blind --truth hidden.json -n 1 --style short
 
     To make recordings needs a checkout; vegrip trial --score answers.json --truth hidden.json does not.
     """
