@@ -12,7 +12,7 @@ unexport PYTHONDONTWRITEBYTECODE
 demo: $(DEMO)  ## run the main job in this terminal
 	$(V)/vegrip demo
 
-# one more than there are processors: many tests wait for processes that they have started
+# one more than there are processors: many tests wait for processes that they have started; 0: none beside make
 WORKERS ?= $(shell expr $$(nproc) + 1)
 
 # the workers share the processors already; BLAS with threads of its own beside them costs a quarter more
@@ -46,7 +46,7 @@ OF_KERNELS = $(addprefix tests/estimator/test_,estimate.py hostile.py ieee.py me
   tests/grip/compiled tests/grip/test_controller.py tests/grip/test_hostile.py tests/grip/test_model_swap.py \
   tests/c99/test_estimator.py tests/c99/test_kernel_mode.py tests/c99/test_single.py
 test-numba: $(STAMP)  ## tests of estimator and grip with both compiled by numba; the others take C
-	VEGRIP_KERNEL=numba $(V)/python -m pytest -q -n auto --dist worksteal -m "not long and not other_model" $(OF_KERNELS)
+	VEGRIP_KERNEL=numba $(V)/python -m pytest -q -n $(WORKERS) --dist worksteal -m "not long and not other_model" $(OF_KERNELS)
 
 test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-Mode-Linux where this kernel has none
 	$(V)/python tests/vcan/compile_first.py  # here: in there it would take minutes
