@@ -11,6 +11,7 @@ from scipy.stats import multivariate_normal
 from vegrip.effects import BUILT_IN, Effect, effect
 from vegrip.identification.diagnosis import candidate_fit, diagnose, discrepancy, score_tests, search
 from vegrip.identification.diagnosis.acceptance import (
+    FORM,
     Verdict,
     amount_covariance,
     gain_beside,
@@ -18,7 +19,7 @@ from vegrip.identification.diagnosis.acceptance import (
     misfit_by_regime,
 )
 from vegrip.identification.diagnosis.candidate_fit import HELD_OUT, CandidateFit, _is_astray, scores
-from vegrip.identification.diagnosis.diagnosis import doubt_timing
+from vegrip.identification.diagnosis.diagnosis import doubt_form, doubt_timing
 from vegrip.identification.diagnosis.discrepancy import (
     LENGTHS,
     Refit,
@@ -920,6 +921,18 @@ def test_a_lag_that_gains_too_little_to_be_named_is_said(gain, failed, says) -> 
     ]
     doubts = doubt_timing(SimpleNamespace(steps=[None, SimpleNamespace(tried=tried)]))
     assert [("12 ms late" in one.text, one.is_grave) for one in doubts] == [(True, False)] * says
+
+
+@pytest.mark.parametrize(("failed", "says"), [((FORM,), True), (("evidence", FORM), False), ((), False)])
+def test_what_fails_only_by_the_form_of_what_is_accepted_is_said(failed, says) -> None:
+    one, taken = (SimpleNamespace(name=name) for name in ("friction_ageing", "cross_talk"))
+    tried = [SimpleNamespace(candidate=one, verdict=Verdict(218.1, 233.7, failed))]
+    found = SimpleNamespace(
+        steps=[None, SimpleNamespace(tried=tried)], accepted=[SimpleNamespace(candidate=taken)]
+    )
+    said = [one.text for one in doubt_form(found)]
+    assert len(said) == says
+    assert all("friction_ageing would gain 218 nats beside cross_talk" in text for text in said)
 
 
 def test_what_another_form_of_an_accepted_effect_gains_is_no_gain(linear) -> None:

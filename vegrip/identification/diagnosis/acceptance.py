@@ -26,6 +26,8 @@ from vegrip.identification.fit.problem import AT, FIRM
 from vegrip.model import BASE
 from vegrip.types import Floats
 
+FORM = "form of what is accepted"  # the gate 7
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -79,7 +81,7 @@ def judge_candidate(
     if candidate.effect.in_air and not gain_in_air(base, new) > thresholds.CHANCE_NATS:
         failed.append("air")
     if form is not None and form.size and gain_beside(base, new, form) < thresholds.MIN_LATER_GAIN_NATS:
-        failed.append("form of what is accepted")
+        failed.append(FORM)
     return Verdict(gain, float(change.sum()), tuple(failed))
 
 

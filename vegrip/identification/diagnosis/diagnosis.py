@@ -18,6 +18,7 @@ from vegrip.identification.blind import FRICTION_TREND, ZERO_JUMP
 from vegrip.identification.compare.comparison import Comparison, Repeated
 from vegrip.identification.compare.where import Regime
 from vegrip.identification.diagnosis import thresholds
+from vegrip.identification.diagnosis.acceptance import FORM
 from vegrip.identification.diagnosis.candidate_fit import (
     CandidateFit,
     evaluate_candidate,
@@ -534,6 +535,19 @@ def doubt_timing(found: Search) -> list[Doubt]:
     ]
 
 
+def doubt_form(found: Search) -> list[Doubt]:
+    """Return the doubt about what would be accepted, if what is accepted were sure of its form."""
+    beside = " and ".join(one.candidate.name for one in found.accepted)
+    return [
+        Doubt(
+            f"{one.candidate.name} would gain {one.verdict.gain:.0f} nats beside {beside}, but so would "
+            f"another form of {beside} in pulls, twists or the radius; vegrip experiment separates them"
+        )
+        for one in found.steps[-1].tried
+        if one.verdict.failed == (FORM,)
+    ]
+
+
 def _diagnosed(
     start: Fit,
     most: int,
@@ -574,7 +588,7 @@ def _diagnosed(
     values = {symbol: found.last.value(symbol) for symbol in found.last.problem.symbols}
     doubts += check_lookalikes(names, values, start.problem.model.tip_radius)
     if found.accepted:
-        doubts += doubt_timing(found)
+        doubts += [*doubt_timing(found), *doubt_form(found)]
     said = Diagnosis(start, found, doubts, jumps=jumps)
     if not found.accepted or said.verdict == "unexplained":
         return said
