@@ -86,12 +86,13 @@ def judge_candidate(
 
 
 def form_directions(accepted: Iterable[Effect], fitted: CandidateFit) -> Floats:
-    """Return what a fit and the forms of its effects can do (rows, directions), orthonormal and white.
+    """Return what a fit and the forms of its effects can do (rows and priors, directions), orthonormal.
 
     The form of ``accepted`` effects is what they may do in channels that did not show them; nothing is
     returned where they have none. An effect is known by its name in the channel that shows it. How it
     spreads to pulls, to twists and to the radius is the form of a law: as much per share of the force, or
-    of the friction, that it changes.
+    of the friction, that it changes. There it may do nothing or twice as much, but hardly tenfold:
+    ``FORM_STD`` is the prior of its share, as the unknowns of the fit have theirs.
     """
     problem, u = fitted.problem, fitted.optimum.u
     m, n = problem.measured, len(problem.measured.recording)
@@ -122,15 +123,17 @@ def form_directions(accepted: Iterable[Effect], fitted: CandidateFit) -> Floats:
                 out.append(column)
     if not out:
         return np.zeros((fitted.optimum.residual.size, 0))
-    basis: Floats = np.linalg.qr(np.column_stack([fitted.optimum.jacobian, *out]))[0]
+    stds = np.r_[problem.unknowns.std, np.full(len(out), thresholds.FORM_STD)]
+    free = np.column_stack([fitted.optimum.jacobian, *out])
+    basis: Floats = np.linalg.qr(np.vstack([free, np.diag(1.0 / stds)]))[0]
     return basis
 
 
 def gain_beside(base: CandidateFit, new: CandidateFit, form: Floats) -> float:
-    """Return what the change that ``new`` makes gains [nats] beside ``form`` (rows, k), orthonormal."""
+    """Return what the change that ``new`` makes gains [nats] beside ``form``, see :func:`form_directions`."""
+    rows, priors = base.optimum.residual, np.zeros(form.shape[0] - base.optimum.residual.size)
     left, change = (
-        one - form @ (form.T @ one)
-        for one in (base.optimum.residual, base.whitened(new) - base.optimum.residual)
+        one - form @ (form.T @ one) for one in (np.r_[rows, priors], np.r_[base.whitened(new) - rows, priors])
     )
     along = -float(change @ left)
     return max(along, 0.0) ** 2 / (2.0 * max(float(change @ change), 1e-300))

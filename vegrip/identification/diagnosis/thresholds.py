@@ -69,6 +69,9 @@ SURELY_GAINED_SHARE = 0.5
 (origin: rule)."""
 FAR_ERROR = 5.0
 """Error over noise, from which refits are long, and given up where they do not contend (origin: speed)."""
+FORM_STD = 1.0
+"""Of the share by which an accepted effect acts otherwise than its law in a channel that did not show it: it
+may do nothing there, or twice as much (origin: rule)."""
 PLACE_SHARE = 0.4
 """Of the gain of an accepted effect, from which on the screen another contests its place (origin: speed)."""
 PLACE_COSINE = 0.7
