@@ -946,3 +946,9 @@ def test_what_another_form_of_an_accepted_effect_gains_is_no_gain(linear) -> Non
     alone = gain_beside(base, new, basis)
     assert alone == pytest.approx(0.5 * np.sum((y - basis @ (basis.T @ y)) ** 2), rel=1e-2)
     assert gain_beside(base, new, np.linalg.qr(X[:, :3])[0]) == pytest.approx(0.0, abs=1e-6)
+    # with a prior: a form that would have to act sixty times as much explains nothing
+    of_std = {
+        std: np.linalg.qr(np.vstack([X[:, :3], np.diag([0.0, 0.0, 1.0 / std])]))[0] for std in (0.05, 1e3)
+    }
+    assert gain_beside(base, new, of_std[0.05]) > 0.8 * alone
+    assert gain_beside(base, new, of_std[1e3]) < 0.01 * alone
