@@ -293,7 +293,7 @@ def hypotheses_after(found: Diagnosis) -> hypotheses.Hypotheses | None:
     if names is None:
         return None
     fits = {one.candidate.name: one.fitted for one in found.search.contests[names[0]].tried}
-    models = {name: fit_of(fits[name].problem, fits[name].optimum).model for name in names}
+    models = {name: fit_of(fits[name].problem, fits[name].complete).model for name in names}
     measured = found.start.problem.measured
     return hypotheses.Hypotheses(models, (), hypotheses.sensors_of(measured), hypotheses.rate_of(measured))
 
