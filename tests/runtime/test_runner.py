@@ -536,3 +536,23 @@ def test_a_fault_of_a_device_is_said_once_as_it_begins_and_once_as_it_ends(monke
     assert lines() == [("INFO", "gripper no longer says: object lost")]
     said.add(told[0])
     assert lines() == [("WARNING", "gripper says of itself: object lost")]
+
+
+def test_a_part_that_comes_back_is_no_error_and_when_it_goes_again_within_a_minute_that_is_news(
+    monkeypatch, caplog
+):
+    rig = Rig(status_period=0.1)
+    counts = {}
+    monkeypatch.setattr(PairEndpoint, "rejected", property(lambda _: counts), raising=False)
+    hints = {"lost_left": "left is silent", "back_left": "left is received again"}
+    monkeypatch.setattr(PairEndpoint, "hints", hints, raising=False)
+    caplog.set_level("INFO", "vegrip.follower")
+    rig.runner.start()
+    for name in ("lost_left", "back_left", "lost_left", "back_left"):
+        for _ in range(3):  # counted again and again, and said once
+            counts[name] = counts.get(name, 0) + 1
+            end = rig.clock.now() + NS // 5
+            while rig.clock.now() < end:
+                rig.runner.step()
+    said = [(each.levelname, each.getMessage()) for each in caplog.records if "left" in each.message]
+    assert said == 2 * [("ERROR", "left is silent"), ("INFO", "left is received again")]

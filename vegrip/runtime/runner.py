@@ -21,7 +21,7 @@ from vegrip.runtime.node import Answered, NodeBase, OfLoop
 from vegrip.runtime.sender_watch import HINTS, FaultHints, SenderWatch
 from vegrip.runtime.statistics import LoopStatistics, Schedule
 from vegrip.runtime.telemetry import Direction, Telemetry
-from vegrip.transport.endpoint import Endpoint
+from vegrip.transport.endpoint import BACK, Endpoint
 from vegrip.transport.sender_clock import ClockEstimate
 
 
@@ -377,9 +377,11 @@ class Runner:
         self.status = self.statistics.status(self.full_name, self.state, now, dropped, self._rejected())
         self.clock = self._endpoint.clock
         if self.state is not Lifecycle.FINALIZED:  # a node that ends for that reason reports it last
-            news = self._remedies.news(self.status.rejected, now, self._endpoint.hints)
-            if lines := [sentence for _, sentence in news]:
+            news = list(self._remedies.news(self.status.rejected, now, self._endpoint.hints))
+            if lines := [sentence for name, sentence in news if not name.startswith(BACK)]:
                 self.managed.logger.error("%s", "\n".join(lines))  # one record: one line a second passes
+            if lines := [sentence for name, sentence in news if name.startswith(BACK)]:
+                self.managed.logger.info("%s", "\n".join(lines))
             self._tell_faults(self._endpoint.device_faults)
             if self.channels is not None:
                 self._tell_fingers(self.channels)

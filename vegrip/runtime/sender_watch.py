@@ -16,6 +16,7 @@ from typing import Final
 
 from vegrip.clock import NS
 from vegrip.messages import FingertipState
+from vegrip.transport.endpoint import BACK, GONE
 
 QUIET_NS: Final = 60 * NS
 """[ns] without the trouble after which it is news again."""
@@ -91,6 +92,7 @@ class FaultHints:
     ) -> Iterator[tuple[str, str]]:
         """Yield name and remedy of each trouble that has begun, or has begun again after ``QUIET_NS``.
 
+        A part that has come back may go again at once, and the other way round: both are always news.
         ``own`` has the sentences of counts that only this endpoint has.
         """
         for name, sentence in {**HINTS, **own}.items():
@@ -100,6 +102,16 @@ class FaultHints:
                 self._last[name] = (count, now)
                 if now - when >= QUIET_NS:
                     yield name, sentence
+                    if other := _opposite(name):
+                        self._last[other] = self._last.get(other, (0, 0))[0], -QUIET_NS
+
+
+def _opposite(name: str) -> str:
+    """Return what undoes ``name``, "" where nothing does."""
+    for one, other in ((GONE, BACK), (BACK, GONE)):
+        if name.startswith(one):
+            return other + name.removeprefix(one)
+    return ""
 
 
 WINDOW_STATES: Final = 64  # states

@@ -36,6 +36,9 @@ FRAMES: Final = "frames"
 PACKETS: Final = "packets"
 BATCHES: Final = "batches"
 """How states come as bytes: in single frames, in packets of them too, in batches."""
+GONE: Final = "lost_"
+BACK: Final = "back_"
+"""How counts begin which say that a part has gone, and that it has come back, which is no fault."""
 NONE_BROKEN: Final[Mapping[str, int]] = MappingProxyType({})
 
 
