@@ -1,6 +1,7 @@
 """Each part of a hand is tried alone: who answers is named, and who does not with what to do."""
 
 import os
+import subprocess
 import sys
 import threading
 from contextlib import ExitStack
@@ -82,3 +83,30 @@ def test_a_port_that_is_not_there_a_silent_one_and_another_device_are_told_apart
     assert "nothing comes within" in left.text
     assert "another device" in right.text
     assert "there is no such file" in drive.text
+    assert drive.remedy == f"its port stands at [transport] in {tmp_path / 'gripper.toml'}"
+
+
+@pytest.mark.parametrize(
+    ("key", "text"),
+    [
+        ("'sensors'", 'sensors = ["left=contactile-papillarray@{port}"]\ndrive = "gripper.toml"'),
+        ("'drive'", 'sensors = ["left.toml"]\ndrive = "robotiq-2f85@{port}"'),
+        ("'from' of [load]", 'drive = "gripper.toml"\nload = {{ from = "bota-sensone@{port}", mass = 0.9 }}'),
+    ],
+)
+def test_a_port_that_is_busy_is_named_with_its_place_and_the_program_that_has_it(tmp_path, key, text):
+    path, port = write_bench(tmp_path), PtyPort(str(tmp_path / "tty"))
+    path.write_text(text.format(port=port.address))
+    holder = (
+        "import fcntl, sys; f = open(sys.argv[1]); fcntl.flock(f, fcntl.LOCK_EX); print(flush=True); input()"
+    )
+    command = [sys.executable, "-c", holder, port.address]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as program:
+        program.stdout.readline()
+        (busy,) = [one for one in try_parts(path, 0.1) if "another program has it" in one.text]
+        program.communicate("\n")
+    port.close()
+    assert busy.grade is Grade.FAIL
+    assert port.address in busy.text
+    assert f"(process {program.pid})" in busy.text
+    assert busy.remedy == f"its port stands at {key} in {path}"

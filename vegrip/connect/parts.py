@@ -74,19 +74,20 @@ def try_parts(path: Path, seconds: float = LISTEN_S) -> list[Finding]:
     """Open each part of the hands in a launch file alone, and say what answers; of one map, none."""
     found = []
     for _, bench in benches(path):
-        found += [
-            _tried(name, source, seconds, is_drive=source == bench.drive)
-            for name, source in bench.parts.items()
-        ]
+        for name, source in bench.parts.items():
+            key = {"drive": "'drive'", "wrist": "'from' of [load]"}.get(name, "'sensors'")
+            place = f"{key} in {path}" if "@" in source.text else f"[transport] in {source.path}"
+            found.append(_tried(name, source, place, seconds, is_drive=source == bench.drive))
     return found
 
 
-def _tried(name: str, source: Source, seconds: float, *, is_drive: bool) -> Finding:
+def _tried(name: str, source: Source, place: str, seconds: float, *, is_drive: bool) -> Finding:
+    """Return what comes of one part, whose port stands at ``place``."""
     try:
         with closing(source.open(source.text)) as endpoint:
             received = listen(endpoint, seconds, 0 if is_drive else ENOUGH)
     except VegripError as error:
-        return fail(name, str(error), "see the [transport] of its map")
+        return fail(name, str(error), f"its port stands at {place}")
     return _of_drive(name, source, received) if is_drive else _of_sensor(name, source, received)
 
 

@@ -17,6 +17,7 @@ import tty
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from textwrap import shorten
 from typing import Final
 
 from vegrip.clock import NS
@@ -25,6 +26,8 @@ from vegrip.transport.sender_clock import SenderClock, StampMap
 
 CHUNK: Final = 4096  # [bytes] read at once
 CONNECT_WAIT: Final = 2.0  # [s] for the first connection; later ones are made while the loop goes on
+BUSY: Final = (errno.EBUSY, errno.EAGAIN)
+MOST_OF_LINE: Final = 60  # characters of the command of another program
 LINK_KINDS: Final = ("udp", "tcp", "serial")
 
 
@@ -233,8 +236,6 @@ def _connected(kind: str, family: int, target: object, local_port: int, *, is_wa
 def remedy(kind: str, address: str, error: OSError) -> str:
     """Return one sentence that says what is wrong with a device that cannot be opened, and what to do."""
     causes = {
-        errno.EBUSY: "another program has it; `fuser -v` names it",
-        errno.EAGAIN: "another program has it; `fuser -v` names it",
         errno.ENOTTY: "it is no serial line",
         errno.EISDIR: "it is a folder",
         errno.ECONNREFUSED: "nothing listens there; is the device on, in this mode, and the port right?",
@@ -244,12 +245,25 @@ def remedy(kind: str, address: str, error: OSError) -> str:
         errno.EADDRINUSE: "another program has the local port; end it, or state another local_port",
     }
     if kind == "serial":
-        causes |= {
+        programs = ", ".join(holders(address)) if error.errno in BUSY else ""
+        who = f"{programs}; end it first" if programs else f"`sudo fuser -v {address}` names it"
+        causes |= dict.fromkeys(BUSY, f"another program has it: {who}") | {
             errno.ENOENT: "there is no such file; see `ls /dev/serial/by-id`, and plug it in",
             errno.EACCES: f"you may not; `sudo usermod -aG {_group(address)} $USER`, then log in again",
         }
     cause = causes.get(error.errno or 0) or error.strerror or error
     return f"the device at {address} cannot be opened: {cause}"
+
+
+def holders(path: str) -> list[str]:
+    """Return which programs have the file open, of those that this user may look at."""
+    wanted, found = os.path.realpath(path), []
+    for process in sorted(Path("/proc").glob("[0-9]*")):
+        with contextlib.suppress(OSError):  # it has ended, or is of another user
+            if any(str(each.readlink()) == wanted for each in (process / "fd").iterdir()):
+                line = (process / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+                found.append(f"{shorten(line, MOST_OF_LINE)} (process {process.name})")
+    return found
 
 
 def _group(path: str) -> str:
