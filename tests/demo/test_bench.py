@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from vegrip.cli import main
 from vegrip.demo.bench import open_bench_product
 from vegrip.errors import InputError
 
@@ -56,3 +57,21 @@ def test_the_drive_of_a_word_is_the_shortest_name_and_its_launch_file_is_left_to
     assert product.name == "contactile-papillarray + robotiq-2f85"
     assert product.fingers == ("left", "right")
     assert (tmp_path / "bench.toml").is_file()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--bench", "papillarray+robotiq", "--grasp", "hand"], "leave --grasp out"),
+        (["--as", "contactile-papillarray", "--grasp", "pinch"], "leave --grasp out"),
+        (["--bench", "papillarray+robotiq", "--plot"], "leave --plot out"),
+        (["--web", "--headless"], "there is no page"),
+        (["--web", "--json"], "there is no page"),
+    ],
+)
+def test_an_option_that_could_do_nothing_is_refused_in_one_sentence(tmp_path, capsys, options, said):
+    assert main(["demo", *options, "-o", str(tmp_path / "run")]) == 2
+    told = capsys.readouterr().err
+    assert said in told
+    assert told.count("\n") == 1
+    assert not (tmp_path / "run").exists()

@@ -17,7 +17,10 @@ def demo(
     seed: Annotated[int, typer.Option(min=0, help="which object and disturbances")] = 0,
     grasp: Annotated[
         str,
-        typer.Option(help="hand: all fingers; pinch: thumb and index; auto: hand from four cores on"),
+        typer.Option(
+            help="hand: all fingers; pinch: thumb and index; auto: hand from four cores on;"
+            " not with --as or --bench"
+        ),
     ] = "auto",
     output: Annotated[
         Path | None,
@@ -30,9 +33,17 @@ def demo(
         bool, typer.Option(help="real-time priority and locked memory, where they are permitted")
     ] = True,
     web: Annotated[
-        bool, typer.Option(help="besides as a page in the browser; not with --headless or --json")
-    ] = True,
-    plot: Annotated[bool, typer.Option(help="compare with two other controllers and draw")] = True,
+        bool | None,
+        typer.Option(
+            "--web/--no-web", help="besides as a page in the browser; not with --headless or --json"
+        ),
+    ] = None,
+    plot: Annotated[
+        bool | None,
+        typer.Option(
+            "--plot/--no-plot", help="compare with two other controllers and draw; not with --bench"
+        ),
+    ] = None,
     product: Annotated[
         str, typer.Option("--as", help="speak as a product of vegrip connect --list, or as a map says")
     ] = "",
@@ -60,19 +71,27 @@ def demo(
     from vegrip.identification.recording.session import replaced
     from vegrip.trials.closed_loop import GRASPS, Scenario, fitting_grasp
 
-    if grasp == "auto":
-        grasp = fitting_grasp(len(os.sched_getaffinity(0)))
-    if grasp not in GRASPS:
+    if grasp not in ("auto", *GRASPS):
         raise UsageError(f"there is no grasp {grasp!r}; there are auto, {', '.join(GRASPS)}")
-    folder = output if output is not None else Path("recordings") / time.strftime("demo-%Y%m%d-%H%M%S")
     if bench and product:
         raise UsageError("--bench and --as both say what the hand is; leave one out")
+    if (bench or product) and grasp != "auto":
+        raise UsageError(
+            f"--grasp {grasp}: --as and --bench have the fingers of their maps; leave --grasp out"
+        )
+    if bench and plot:
+        raise UsageError("--plot: other controllers know nothing of the drive of --bench; leave --plot out")
+    if web and (headless or json):
+        raise UsageError("--web: with --headless or --json there is no page; leave one of them out")
+    if grasp == "auto":
+        grasp = fitting_grasp(len(os.sched_getaffinity(0)))
+    folder = output if output is not None else Path("recordings") / time.strftime("demo-%Y%m%d-%H%M%S")
     claim_recording(folder, force=force)
     shown: dict[str, Any] = {
         "live": not headless,
         "json": json,
-        "plot": plot and not bench,
-        "web": web and not (headless or json),
+        "plot": not bench if plot is None else plot,
+        "web": not (headless or json) if web is None else web,
     }
     with switched(on=realtime), replaced(folder):
         if bench:
