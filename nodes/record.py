@@ -1,17 +1,21 @@
 """Writes everything that is on the bus to a recording, beside the loop."""
 
+import logging
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
+from vegrip.clock import NS
 from vegrip.config import build as build_parameters
 from vegrip.config import parameter
 from vegrip.identification.recording.writer import BackgroundWriter, RecordingWriter
-from vegrip.messages import Message
+from vegrip.messages import FingertipState, Message
 from vegrip.runtime import NodeBase, NodeContext
+
+SILENT_NS: Final = 5 * NS  # [ns] without a first state, after which that is said
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,8 @@ class RecordNode(NodeBase):
     def __init__(self, name: str, parameters: Parameters) -> None:
         super().__init__(name, parameters)
         self._recorder: BackgroundWriter | None = None
+        self._waits = True  # for the first state
+        self._since: int | None = None  # [ns]
 
     @property
     def dropped(self) -> int:
@@ -74,6 +80,19 @@ class RecordNode(NodeBase):
         """Queue the message for the disk."""
         if self._recorder is not None:
             self._recorder.offer(message)
+        self._waits = self._waits and not isinstance(message, FingertipState)
+        return ()
+
+    def on_tick(self, now: int) -> Iterable[Message]:
+        """Say, once, that nothing comes."""
+        self._since = now if self._since is None else self._since
+        if self._waits and now - self._since > SILENT_NS:
+            self._waits = False
+            logging.getLogger(f"vegrip.{self.name}").warning(
+                "no state has come for %d s, so nothing is recorded: is the hand on, and are channel and "
+                "rates those of its bus?",
+                SILENT_NS // NS,
+            )
         return ()
 
 

@@ -8,7 +8,7 @@ import typer
 from vegrip.cli._options import SET
 from vegrip.cli._outputs import FORCE, claim_recording
 from vegrip.cli._terminal import counted, progress
-from vegrip.errors import UsageError
+from vegrip.errors import DeviceError, UsageError
 
 OUT = Annotated[
     Path | None, typer.Option("-o", "--output", help="Folder to make; default recordings/<UTC time>.")
@@ -62,6 +62,12 @@ def record(
     typer.echo(f"recording to {folder}; end it with Ctrl-C")
     with replaced(folder):
         run_node(dataclasses.replace(node, parameters={**node.parameters, **written}))
+        fingers = sorted(path.parent.name for path in folder.glob("*/recording.csv"))
+        if not fingers:
+            raise DeviceError(
+                f"{folder} holds no hand: no state of a finger came; is it on, and is this its bus?"
+            )
+        typer.echo(f"{folder}: {', '.join(fingers)}", err=True)
 
 
 def record_from_node(name: str, folder: Path, seconds: float, *, force: bool = False) -> str:

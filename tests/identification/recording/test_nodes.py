@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from vegrip.nodes import record, replay
 
+from vegrip.cli import main
 from vegrip.clock import NS
 from vegrip.errors import ConfigError, RecordingError
 from vegrip.identification.recording import Fingertip, Recording, read_recording, write_recording
-from vegrip.messages import FingertipState
+from vegrip.identification.recording.writer import RecordingWriter
+from vegrip.messages import FingertipState, Lifecycle, NodeStatus
 from vegrip.runtime import NodeContext
 
 CONTEXT = NodeContext("node")
@@ -124,3 +126,40 @@ def test_a_record_node_whose_folder_is_deleted_says_what_is_lost(tmp_path: Path)
     shutil.rmtree(tmp_path / "s")
     node.cleanup()
     assert "1 of 1 rows are lost" in node.failure
+
+
+def test_a_bus_on_which_no_state_comes_is_said_once_after_five_seconds(tmp_path, caplog) -> None:
+    def said(states_at: tuple[float, ...]) -> list[str]:
+        caplog.clear()
+        node = record.build({"folder": str(tmp_path / str(len(states_at)))}, CONTEXT)
+        node.configure()
+        for tick in range(1, 200):
+            now = tick * NS // 10
+            if now / NS in states_at:
+                node.on_message(FingertipState(now, "index", tick), now)
+            list(node.on_tick(now))
+        node.cleanup()
+        return [each.getMessage() for each in caplog.records]
+
+    assert said((4.9,)) == []
+    (sentence,) = said(())
+    assert sentence.startswith("no state has come for 5 s, so nothing is recorded")
+
+
+@pytest.mark.parametrize("heard", [(), (NodeStatus(7, "grasp_force", 0, Lifecycle.ACTIVE),)])
+def test_a_recording_without_a_state_ends_in_one_sentence_and_no_success(
+    heard, tmp_path, monkeypatch, capsys
+) -> None:
+    folder = tmp_path / "grasp"
+
+    def run(node) -> None:
+        with RecordingWriter(Path(node.parameters["folder"])) as writer:
+            for message in heard:
+                writer.write(message)
+
+    monkeypatch.setattr("vegrip.runtime.process.run_node", run)
+    assert main(["record", "-o", str(folder)]) == 4
+    assert f"{folder} holds no hand: no state of a finger came" in capsys.readouterr().err
+    heard = (FingertipState(7, "index", 1),)
+    assert main(["record", "-o", str(folder), "--force"]) == 0
+    assert capsys.readouterr().err == f"{folder}: index\n"
