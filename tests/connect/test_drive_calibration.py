@@ -126,6 +126,12 @@ def test_a_silent_pad_and_a_fault_of_the_drive_end_the_run():
     bench.drive.rejected = {"silent": 1}
     with pytest.raises(DeviceError, match="the drive does not answer"):
         rig.run(plan_sweep(STATED, MOST), lambda _: None)
+    bench = Bench()
+    rig = bench.rig
+    bench.drive.rejected = {"not_ready": 1}
+    bench.drive.hints = {"not_ready": "it is no longer 'activated'"}
+    with pytest.raises(DeviceError, match="the force cannot change: it is no longer 'activated'"):
+        rig.run(plan_sweep(STATED, MOST), lambda _: None)
 
 
 def test_too_small_a_range_is_refused_with_the_least_that_does():

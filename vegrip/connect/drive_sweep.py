@@ -259,6 +259,8 @@ class Rig:
                 )
         if times_lost(self._drive) > self._lost:
             raise DeviceError("the drive does not answer; what it does then is in docs/drives.md")
+        if self._drive.rejected.get("not_ready"):
+            raise DeviceError(f"the force cannot change: {self._drive.hints['not_ready']}")
         if said := sorted(name for _, name in self._drive.device_faults - self._known):
             raise DeviceError(f"the drive says of itself: {', '.join(said)}; the jaws are opened")
         if above := [force for force in self._felt.values() if force > OVER * self.most]:

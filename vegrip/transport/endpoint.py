@@ -112,6 +112,11 @@ class Endpoint(ABC):
         return frozenset()
 
     @property
+    def obeys(self) -> bool:
+        """Whether devices that have to be ready for a command are, as far as they say."""
+        return True
+
+    @property
     def device_faults(self) -> Set[tuple[str, str]]:
         """Which of :attr:`conditions` are faults, each with the device that says it."""
         return frozenset()

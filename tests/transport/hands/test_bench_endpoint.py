@@ -96,8 +96,7 @@ def test_a_sensor_that_dies_is_named_and_the_rest_goes_on(rig, monkeypatch):
 
 def test_a_drive_that_dies_is_named_and_the_sensors_are_still_heard(rig, monkeypatch):
     monkeypatch.setattr(bench_endpoint, "LOOK_NS", 0)
-    rig.until(lambda: bool(rig.heard), left=25.0, right=25.0)
-    rig.press(left=25.0, right=25.0)
+    rig.until(lambda: rig.press(left=25.0, right=25.0) or rig.endpoint._drive.known > 0.0, left=25.0)
     rig.devices.unplug("gripper")
     rig.until(
         lambda: rig.press(left=25.0, right=25.0) or "lost_drive" in rig.endpoint.rejected,
@@ -115,10 +114,10 @@ def test_a_drive_that_is_lost_presses_as_it_was_commanded_when_it_last_answered_
     rig, monkeypatch
 ):
     monkeypatch.setattr(bench_endpoint, "LOOK_NS", 0)
-    rig.until(lambda: rig.press(left=25.0, right=25.0) or bool(rig.devices.told), left=25.0, right=25.0)
+    drive = rig.endpoint._drive
+    rig.until(lambda: rig.press(left=25.0, right=25.0) or drive.known > 0.0, left=25.0, right=25.0)
     rig.devices.unplug("gripper")
     rig.until(lambda: "lost_drive" in rig.endpoint.rejected, left=25.0, right=25.0)
-    drive = rig.endpoint._drive
     rig.until(lambda: rig.press(left=55.0, right=55.0) or drive.commanded.force > 55.0)
     late = time.monotonic_ns() + NS
     assert drive.pressing(late) == pytest.approx(20.0 + 6 * 0.84 - 0.5)  # 25.04 N less its hysteresis
@@ -129,15 +128,50 @@ def test_a_drive_that_is_lost_presses_as_it_was_commanded_when_it_last_answered_
 
 
 def test_while_a_new_force_is_on_its_way_a_drive_presses_with_the_lesser_of_both():
-    endpoint = SimpleNamespace(send=lambda _: None, rejected={}, heard=0)
-    part = bench_endpoint.Part("drive", "", endpoint, {}, "drive")
-    limits = DriveLimits(minimum=20.0, maximum=235.0, resolution=1.0, delay=0.05)
-    drive = bench_endpoint.Drive(part, ("jaws",), ("left", "right"), limits)
+    drive, _ = made_up_drive()
     felt = []
     for second, force in enumerate((20.0, 26.0, 0.0), 1):
         drive.take(command("left", force, second * NS))
         felt += [drive.pressing(second * NS + wait) for wait in (NS // 100, NS // 10)]
     assert felt == [0.0, 20.0, 20.0, 26.0, 0.0, 0.0]
+
+
+def made_up_drive():
+    """Return a drive of whole newtons from 20 N on, 50 ms late, and its line."""
+    line = SimpleNamespace(send=lambda _: None, rejected={}, heard=0, obeys=True)
+    part = bench_endpoint.Part("drive", "", line, {}, "drive")
+    limits = DriveLimits(minimum=20.0, maximum=235.0, resolution=1.0, delay=0.05)
+    return bench_endpoint.Drive(part, ("jaws",), ("left", "right"), limits), line
+
+
+def test_a_drive_that_answers_and_is_not_ready_presses_as_it_did_and_is_lowered_by_nothing_but_release():
+    drive, line = made_up_drive()
+
+    def after(second, force):
+        """Need a force for ten seconds; return what is commanded and what is pressed."""
+        for late in range(second * 10, second * 10 + 100):
+            line.heard = late * NS // 10
+            drive.take(command("left", force, late * NS // 10))
+        return drive.commanded.force, drive.pressing(line.heard)
+
+    assert after(1, 30.0) == (30.0, 30.0)
+    line.obeys = False
+    assert after(20, 50.0) == (50.0, 30.0)
+    assert after(40, 22.0) == (31.0, 30.0)  # no lower than a step above what it took last
+    assert after(60, 0.0) == (0.0, 30.0)
+    assert after(80, 40.0) == (40.0, 30.0)
+    line.obeys = True
+    assert drive.pressing(line.heard) == 40.0  # its answer came long after the command
+    assert after(100, 40.0) == (40.0, 40.0)
+
+
+def test_a_drive_that_answers_no_more_took_no_command_since_its_last_answer():
+    drive, line = made_up_drive()
+    for milliseconds in range(1000, 2000, 10):
+        line.heard = min(milliseconds, 1500) * NS // 1000
+        drive.take(command("left", 30.0 if milliseconds < 1480 else 60.0, milliseconds * NS // 1000))
+    assert drive.commanded.force == 60.0
+    assert drive.pressing(2 * NS) == 30.0  # 20 ms after the new force it spoke for the last time
 
 
 def test_jaws_that_feel_different_forces_are_named_with_both(rig, monkeypatch):

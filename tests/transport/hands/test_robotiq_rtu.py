@@ -216,8 +216,10 @@ def test_a_gripper_that_loses_its_activation_is_not_moved_by_itself(small, monke
     monkeypatch.setattr(link_endpoint, "REOPEN_PERIOD", NS // 100)
     with small.open() as endpoint:
         press(endpoint, 60.0, lambda: small.device.forces.get("jaw", 0.0) > 50.0)
+        assert endpoint.obeys
         small.device.commanded = dict.fromkeys(small.device.commanded, 0)
         until(endpoint, lambda: "activation_lost" in endpoint.conditions)
+        assert not endpoint.obeys
         for force in (60.0, 80.0, 100.0):  # a command says "activated", too, which would open and close it
             end = time.monotonic() + 0.15
             press(endpoint, force, partial(lambda end: time.monotonic() > end, end))

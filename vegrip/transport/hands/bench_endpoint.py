@@ -16,7 +16,7 @@ from vegrip.clock import NOT_YET, NS
 from vegrip.grip.safety.drive import DriveLimits
 from vegrip.messages import DeviceReport, FingertipState, ForceCommand, Message, make_row
 from vegrip.transport.endpoint import BACK, GONE, Endpoint
-from vegrip.transport.hands.drive_steps import Commanded, least_force_sentence, next_force
+from vegrip.transport.hands.drive_steps import OPEN_N, Commanded, least_force_sentence, next_force
 from vegrip.transport.hands.jaw_balance import JawBalance
 from vegrip.transport.hands.wrist_load import WristLoad
 from vegrip.transport.sender_clock import ClockEstimate
@@ -25,7 +25,6 @@ ROUND_NS: Final = 2 * NS // 1000  # [ns] after which each part is asked again: i
 LOOK_NS: Final = NS // 5  # [ns] between two looks at how the parts are
 SILENT_NS: Final = NS  # [ns] without a word of a part that had spoken
 FIRST_WORD_NS: Final = 3 * NS  # [ns] for its first: an opening takes its time
-MUTE_NS: Final = NS // 4  # [ns] without an answer of a drive: a command may not have been taken
 LOST: Final = ("link_lost", "silent", "bus_lost", "no_traffic")
 """What an endpoint counts when its device has gone."""
 
@@ -58,8 +57,7 @@ class Drive:
     limits: DriveLimits
     commanded: Commanded = field(default_factory=Commanded)
     felt: float = math.nan  # [N] as it says itself
-    known: float = 0.0  # [N] commanded when it last answered
-    _before: float = 0.0  # [N] that it surely pressed with when the command changed
+    known: float = 0.0  # [N] the least that it presses with by what it surely took
     _needs: dict[str, float] = field(default_factory=dict)
     _sent: int = NOT_YET
 
@@ -72,12 +70,14 @@ class Drive:
         if not 0.0 <= command.normal_force < math.inf:
             return
         self._needs[command.finger] = command.normal_force
-        before, now, sure = self.commanded, command.stamp, self._sure(command.stamp)
-        self.commanded = next_force(self.limits, before, self.need, now)
+        before, now, need = self.commanded, command.stamp, self.need
+        if not self.takes_commands and need >= OPEN_N:
+            need = max(need, self.known)  # what is needed of a force that may be another lowers none
+        self._note_taken(now)
+        self.commanded = next_force(self.limits, before, need, now)
+        if self.takes_commands:
+            self.known = min(self.known, self.commanded.force)
         is_new = self.commanded.force != before.force
-        self._before = sure if is_new else self._before
-        if self.commanded.force != self.known and self._answers(now):
-            self.known = self.commanded.force
         if not is_new and self.limits.rate > 0.0 and now - self._sent < NS / self.limits.rate:
             return
         self._sent = now
@@ -87,21 +87,23 @@ class Drive:
             self.part.endpoint.send(make_row(ForceCommand, values))
 
     def pressing(self, now: int) -> float:
-        """Return what it surely presses with [N]: what it says, else what was commanded less hysteresis."""
+        """Return what it surely presses with [N]: what it says, else what it took less hysteresis."""
         if not (math.isnan(self.felt) or self.part.lost_at):
             return self.felt
-        return max(self._sure(now) - self.limits.hysteresis, 0.0)
+        self._note_taken(now)
+        return max(self.known - self.limits.hysteresis, 0.0)
 
-    def _answers(self, now: int) -> bool:
-        lost, heard = times_lost(self.part.endpoint), self.part.endpoint.heard
-        return not self.part.lost_at and lost <= self.part.lost and not 0 < heard < now - MUTE_NS
+    @property
+    def takes_commands(self) -> bool:
+        """Whether it is there and ready; one that is not holds what it took before."""
+        endpoint = self.part.endpoint
+        return not self.part.lost_at and times_lost(endpoint) <= self.part.lost and endpoint.obeys
 
-    def _sure(self, now: int) -> float:
-        """Return the least force [N] that its last commands leave it at; one that is lost took no other."""
-        if self.part.lost_at:
-            return self.known
-        is_there = now - self.commanded.at >= self.limits.delay * NS
-        return self.commanded.force if is_there else min(self._before, self.commanded.force)
+    def _note_taken(self, now: int) -> None:
+        """See whether it has answered since the last command had its time."""
+        answered = self.part.endpoint.heard or now
+        if answered - self.commanded.at >= self.limits.delay * NS and self.takes_commands:
+            self.known = self.commanded.force
 
 
 class Joined(Endpoint):
@@ -302,6 +304,10 @@ class BenchEndpoint(Joined):
         if self._balance is not None and self._drive is not None:
             self._look_at_jaws(self._balance, self._drive.limits.maximum)
         for drive in self._drives.values():
+            if said := drive.part.endpoint.hints.get("not_ready"):
+                self._hints["not_ready"] = (
+                    f"{said}; it counts as pressing {drive.known:.1f} N, what it took last"
+                )
             if drive.commanded.force > 0.0 and (said := least_force_sentence(drive.limits, drive.need)):
                 self._tell("more_than_needed", f"{said} ({drive.need:.1f} N)")
 

@@ -405,6 +405,10 @@ class MappedLinkEndpoint(Endpoint):
         return self._conditions.now
 
     @property
+    def obeys(self) -> bool:
+        return all(self._obeys(device) for device in self._devices)
+
+    @property
     def device_faults(self) -> Set[tuple[str, str]]:
         return {(str(self._codec.plan.hand.path), name) for name in self._conditions.faults}
 
