@@ -65,20 +65,19 @@ def test_the_same_seed_senses_the_same_to_the_bit() -> None:
 def test_a_hand_of_five_fingers_is_refused(capsys) -> None:
     with pytest.raises(UsageError, match="two fingers"):
         MujocoHand(GRASPS["hand"])
-    assert main(["controllers", "--plant", "mujoco"]) == 2
-    assert "--grasp pinch" in capsys.readouterr().err
+    assert main(["controllers", "--plant", "mujoco", "--grasp", "hand"]) == 2
+    assert "leave --grasp hand out" in capsys.readouterr().err
     assert main(["controllers", "--plant", "mojuco"]) == 2
     assert "mujoco" in capsys.readouterr().err
 
 
 @pytest.mark.long
 def test_the_table_of_controllers_has_the_creep_of_the_simulator_beside(capsys) -> None:
-    words = (
-        "controllers --plant mujoco --grasp pinch --seeds 1 --duration 2.5 --only constant --world old --json"
-    )
+    words = "controllers --plant mujoco --seeds 1 --duration 2.5 --only constant --world old --json"
     assert main(words.split()) == 0
     said = json.loads(capsys.readouterr().out)
     assert said["controllers"]["constant"]["trials"] == 1
+    assert said["grasp"] == "pinch"
     without, with_noslip = said["creep"][1], said["creep"][-1]
     assert without["noslip_iterations"] == 0 < with_noslip["noslip_iterations"]
     assert with_noslip["creep"] < 1e-5 < without["creep"]

@@ -35,7 +35,7 @@ def test_a_bridge_is_imported_by_its_own_command_alone() -> None:
     [
         ("bridge foxglove", "foxglove"),
         ("bridge ros2", "ros2"),
-        ("controllers --plant mujoco --grasp pinch", "mujoco"),
+        ("controllers --plant mujoco", "mujoco"),
     ],
 )
 def test_without_the_extra_a_sentence_says_what_to_install(

@@ -19,7 +19,12 @@ if TYPE_CHECKING:
 
 BOTH = "both"
 
-GRASP = Annotated[str, typer.Option("--grasp", help="hand (five fingers) or pinch (two).")]
+GRASP = Annotated[
+    str,
+    typer.Option(
+        "--grasp", help="hand: five fingers, the default; pinch: two, the default with --plant mujoco."
+    ),
+]
 SEEDS = Annotated[int, typer.Option("--seeds", "-n", min=1, help="How many scenarios.")]
 FIRST = Annotated[int, typer.Option("--first-seed", min=0, help="Of the scenarios.")]
 DURATION = Annotated[float, typer.Option("--duration", help="Of each scenario, in s; more than 2.")]
@@ -63,7 +68,7 @@ PICTURE = Annotated[Path | None, typer.Option("-o", "--output", help="Picture of
 
 
 def controllers(
-    grasp: GRASP = "hand",
+    grasp: GRASP = "",
     seeds: SEEDS = 10,
     first_seed: FIRST = 0,
     duration: DURATION = 10.0,
@@ -96,6 +101,7 @@ def controllers(
     """
     from vegrip.trials import fronts
 
+    grasp = grasp or ("pinch" if plant == "mujoco" else "hand")
     names, worlds, hands = _known(grasp, only or []), _worlds(world), _plant(plant, grasp)
     if no_slip_channel and slip_channel != "sound":
         raise UsageError(f"give --slip-channel {slip_channel} or --no-slip-channel, not both")
@@ -153,7 +159,7 @@ def _plant(name: str, grasp: str) -> "PlantMake":
     if name == "ours":
         return OURS
     if grasp != "pinch":
-        raise UsageError("the gripper of MuJoCo has two fingers; give --grasp pinch")
+        raise UsageError(f"the gripper of MuJoCo has two fingers; leave --grasp {grasp} out")
     from vegrip.bridges import require
 
     require("mujoco", "--plant mujoco", "mujoco")
