@@ -136,6 +136,18 @@ def test_a_finger_that_is_not_heard_is_named_and_the_hand_can_be_opened():
     assert set(bench.asked.values()) == {0.0}
 
 
+def test_a_hand_of_which_nothing_is_heard_is_not_said_to_be_open():
+    bench = Bench(silent={"thumb", "index"})
+    bench.node.release({"timeout": 0.5})
+    bench.run(2.0)
+    status = bench.node.grasp_status(0)
+    assert status.phase is GraspPhase.RELEASING
+    assert status.reason == "not judged: thumb missing, index missing"
+    assert math.isnan(status.normal_force)
+    bench.silent.clear()
+    assert bench.run(2.0).phase is GraspPhase.RELEASED
+
+
 def test_where_no_margin_is_known_force_decides_and_it_says_so():
     bench = Bench()
     bench.node.grasp({"force": 2.0})

@@ -54,7 +54,7 @@ class _Look:
 
     touching: tuple[str, ...]
     faults: tuple[str, ...]  # "index stale"
-    force: float  # [N] the largest that is felt
+    force: float  # [N] the largest that is felt, NaN where no finger is seen
     soft: tuple[str, ...]  # touching, and pressing less than was asked for
     bounds: Mapping[str, float]  # [-] of the margins of those that touch, where known
     is_limited: bool  # a command is at the largest force
@@ -166,6 +166,8 @@ class GraspAction:
     def _verdict_of_release(self, look: _Look) -> tuple[GraspPhase, str]:
         if self._most > 0.0:
             return GraspPhase.RELEASING, ""
+        if math.isnan(look.force):
+            return GraspPhase.RELEASING, f"not judged: {', '.join(look.faults)}"
         if look.force > RELEASED_FORCE and not self._is_late(self._look_due):
             return GraspPhase.RELEASING, f"{look.force:.1f} N is still felt"
         return GraspPhase.RELEASED, f"{look.force:.1f} N is felt" if look.force > RELEASED_FORCE else ""
@@ -194,4 +196,5 @@ def _look(fingers: Mapping[str, GraspFinger], now: int, most: float) -> _Look:
             soft.append(name)
         if not math.isnan(bound := finger.reports.margin(now).lower_bound):
             bounds[name] = bound
+    largest = largest if len(faults) < len(fingers) else math.nan
     return _Look(tuple(touching), tuple(faults), largest, tuple(soft), bounds, is_limited)

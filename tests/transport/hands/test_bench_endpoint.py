@@ -13,8 +13,10 @@ from vegrip.errors import ConfigError, DeviceError
 from vegrip.grip.safety.drive import DriveLimits
 from vegrip.messages import FingertipState
 from vegrip.runtime.launch_file import read_launch_file
+from vegrip.transport.endpoint import NONE_BROKEN, Endpoint
 from vegrip.transport.hands import bench_endpoint
 from vegrip.transport.hands.bench import read_source
+from vegrip.transport.hands.wrist_load import LoadSettings, WristLoad
 from vegrip.transport.maps.conditions import ConditionMap
 from vegrip.transport.maps.products import map_of
 from vegrip.transport.open import Hand, open_endpoint
@@ -172,6 +174,78 @@ def test_a_drive_that_answers_no_more_took_no_command_since_its_last_answer():
         drive.take(command("left", 30.0 if milliseconds < 1480 else 60.0, milliseconds * NS // 1000))
     assert drive.commanded.force == 60.0
     assert drive.pressing(2 * NS) == 30.0  # 20 ms after the new force it spoke for the last time
+
+
+class Line(Endpoint):
+    """A part in the time of the test."""
+
+    rejected = NONE_BROKEN  # nothing goes wrong
+    conditions = frozenset()
+
+    def __init__(self):
+        self.coming, self.told = [], []
+
+    def receive(self, timeout):  # noqa: ARG002
+        found, self.coming = self.coming, []
+        self.arrivals = [0] * len(found)
+        return found
+
+    def send(self, message):
+        self.told.append(message.normal_force)
+
+    def close(self):
+        pass
+
+
+class WristBench:
+    """A gripper on a sensor at the wrist, which feels ``mass`` [kg] beside the gripper."""
+
+    def __init__(self):
+        self.wrist, self.drive, self.now = Line(), Line(), time.monotonic_ns()
+        parts = [
+            bench_endpoint.Part("wrist", "wrist.toml", self.wrist, {"tip": "tip"}, "wrist"),
+            bench_endpoint.Part("drive", "gripper.toml", self.drive, {"jaws": "jaws"}, "drive"),
+        ]
+        drive = bench_endpoint.Drive(parts[1], ("jaws",), ("left", "right"), DriveLimits(minimum=20.0))
+        load = WristLoad(LoadSettings(source="wrist.toml", mass=0.9))
+        self.endpoint = bench_endpoint.BenchEndpoint(parts, [drive], load)
+
+    def felt(self, mass, seconds):
+        """Return the last tangential force [N] of the left finger, None where no state came."""
+        found = []
+        for _ in range(round(seconds * 100)):
+            self.now += NS // 100
+            self.wrist.coming = [
+                FingertipState(self.now, "tip", 1, 0.0, 0.0, -9.81 * (0.9 + mass), torque_z=0.0)
+            ]
+            found += [one for one in self.endpoint.receive(0.0) if one.finger == "left"]
+        return found[-1].tangential_force_x if found else None
+
+
+def test_while_the_gripper_is_weighed_nothing_is_felt_of_its_fingers(monkeypatch):
+    monkeypatch.setattr(bench_endpoint, "ROUND_NS", 0)
+    bench = WristBench()
+    assert bench.felt(0.0, 0.9) is None
+    assert bench.felt(0.0, 0.2) == pytest.approx(0.0, abs=1e-9)
+    assert bench.felt(1.0, 20.0) == pytest.approx(0.5 * 9.81, rel=1e-2)
+
+
+def test_a_gripper_that_holds_when_the_node_starts_is_not_weighed_with_its_object_but_asked_for(monkeypatch):
+    monkeypatch.setattr(bench_endpoint, "ROUND_NS", 0)
+    bench = WristBench()
+    bench.drive.conditions = {"holding"}
+    assert bench.felt(1.0, 3.0) is None
+    assert "gripper.toml holds something" in bench.endpoint.hints["not_empty"]
+    assert bench.endpoint.rejected["not_empty"] == 300
+    bench.endpoint.zero()  # its owner bears the object
+    bench.felt(0.0, 1.5)
+    assert bench.felt(1.0, 20.0) == pytest.approx(0.5 * 9.81, rel=1e-2)
+    bench = WristBench()
+    bench.drive.conditions = {"holding"}
+    bench.felt(1.0, 1.0)
+    bench.drive.conditions = frozenset()  # it was taken out
+    bench.felt(0.0, 1.5)
+    assert bench.felt(1.0, 20.0) == pytest.approx(0.5 * 9.81, rel=1e-2)
 
 
 def test_jaws_that_feel_different_forces_are_named_with_both(rig, monkeypatch):

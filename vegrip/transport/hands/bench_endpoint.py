@@ -27,6 +27,12 @@ SILENT_NS: Final = NS  # [ns] without a word of a part that had spoken
 FIRST_WORD_NS: Final = 3 * NS  # [ns] for its first: an opening takes its time
 LOST: Final = ("link_lost", "silent", "bus_lost", "no_traffic")
 """What an endpoint counts when its device has gone."""
+HOLDING: Final = "holding"
+"""What a gripper says that is not empty: a node that starts anew while it holds must not weigh the object."""
+NOT_EMPTY: Final = (
+    "holds something, and the load is known once it was weighed empty: bear the object by hand, `vegrip "
+    "lifecycle set NODE inactive`, `vegrip zero NODE`, and a second later set it active"
+)
 
 
 def times_lost(endpoint: Endpoint) -> int:
@@ -130,8 +136,9 @@ class BenchEndpoint(Joined):
 
     Besides what the parts count, ``rejected`` has ``lost_NAME`` of a part that has gone, ``back_NAME`` of one
     that has come back, ``uneven_jaws`` of states in which two opposed fingers felt too unlike forces,
-    ``impossible_force`` of looks at a pad that feels twice what the drive can, and ``more_than_needed`` of
-    looks at a drive whose least force is far above what is needed; :attr:`hints` says which, in its words.
+    ``not_empty`` of readings of the wrist that cannot be weighed, ``impossible_force`` of looks at a pad that
+    feels twice what the drive can, and ``more_than_needed`` of looks at a drive whose least force is far
+    above what is needed; :attr:`hints` says which, in its words.
 
     Args:
         parts: of the hand.
@@ -251,9 +258,14 @@ class BenchEndpoint(Joined):
             self._drive.felt = message.normal_force
         if part.role != "wrist" or self._wrist is None or self._drive is None:
             return ()
+        if not self._wrist.is_begun and HOLDING in self._drive.part.endpoint.conditions:
+            self._tell("not_empty", f"{self._drive.part.where} {NOT_EMPTY}")
+            return ()
         self._wrist.note(message)
         self._seq += 1
         force, (share, torque) = self._drive.pressing(message.stamp), self._wrist.share(message.stamp)
+        if math.isnan(share):  # it is being weighed: a finger without a load would count as frozen
+            return ()
         return [
             FingertipState(message.stamp, finger, self._seq, force, share, share * 0.0, torque)
             for finger in self._blind

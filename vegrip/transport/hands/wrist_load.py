@@ -76,9 +76,12 @@ class WristLoad:
         self._load = self._torque = math.nan
         self._stamp = 0
         self.take_tare()
+        self.is_begun = False
+        """Whether the gripper has been weighed, or is, or was asked to be."""
 
     def take_tare(self) -> None:
         """Weigh the gripper anew from the next reading on: it must be empty."""
+        self.is_begun = True
         self._tare, self._count, self._began = np.zeros(4), 0, 0
         self._weight = np.zeros(4)
         self._load = self._torque = math.nan
@@ -89,6 +92,7 @@ class WristLoad:
         felt = np.array([x, y, state.normal_force, self._about_grip(x, y, state.torque_z)])
         if not np.isfinite(felt).all():
             return
+        self.is_begun = True
         elapsed = max(state.stamp - self._stamp, 0) / NS
         self._stamp = state.stamp
         self._began = self._began or state.stamp
