@@ -113,11 +113,11 @@ class Interrupted(NodeBase):
         signal.raise_signal(signal.SIGTERM)
 
 
-def record(line, text="x"):
-    return logging.LogRecord("vegrip", logging.WARNING, "file.py", line, text, None, None)
+def record(line, text="x", level=logging.WARNING):
+    return logging.LogRecord("vegrip", level, "file.py", line, text, None, None)
 
 
-def test_a_source_line_speaks_once_a_second_and_tells_how_often_it_would_have():
+def test_a_source_line_speaks_a_little_more_than_once_a_second_and_tells_how_often_it_would_have():
     now = [0.0]
     limit = OncePerSecond(lambda: now[0])
     let_through = []
@@ -126,13 +126,14 @@ def test_a_source_line_speaks_once_a_second_and_tells_how_often_it_would_have():
         entry = record(1)
         if limit.filter(entry):
             let_through.append((now[0], entry.msg))
-    assert [time for time, _ in let_through] == [0.0, 1.0, 2.0]
-    assert "999 more" in let_through[1][1]
+    assert [time for time, _ in let_through] == [0.0, 0.9, 1.8]
+    assert "899 more" in let_through[1][1]
 
 
 def test_source_lines_do_not_silence_each_other():
     limit = OncePerSecond(lambda: 5.0)
     assert [limit.filter(record(line)) for line in (1, 2, 1, 3)] == [True, True, False, True]
+    assert limit.filter(record(1, level=logging.ERROR))  # nor levels
 
 
 def test_logs_bear_the_name_of_the_node_and_handlers_are_taken_away_again(capsys):

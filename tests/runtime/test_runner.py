@@ -544,7 +544,11 @@ def test_a_part_that_comes_back_is_no_error_and_when_it_goes_again_within_a_minu
     rig = Rig(status_period=0.1)
     counts = {}
     monkeypatch.setattr(PairEndpoint, "rejected", property(lambda _: counts), raising=False)
-    hints = {"lost_left": "left is silent", "back_left": "left is received again"}
+    hints = {
+        "lost_left": "left is silent",
+        "back_left": "left is received again",
+        "uneven_jaws": "left feels more",
+    }
     monkeypatch.setattr(PairEndpoint, "hints", hints, raising=False)
     caplog.set_level("INFO", "vegrip.follower")
     rig.runner.start()
@@ -556,3 +560,8 @@ def test_a_part_that_comes_back_is_no_error_and_when_it_goes_again_within_a_minu
                 rig.runner.step()
     said = [(each.levelname, each.getMessage()) for each in caplog.records if "left" in each.message]
     assert said == 2 * [("ERROR", "left is silent"), ("INFO", "left is received again")]
+    caplog.clear()
+    counts |= {"lost_left": 99, "back_left": 99, "uneven_jaws": 1}
+    rig.clock.advance(0.2)
+    rig.runner.step()
+    assert [each.levelname for each in caplog.records] == ["ERROR", "WARNING", "INFO"]

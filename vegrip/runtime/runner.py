@@ -18,10 +18,10 @@ from vegrip.messages import OF_NODES, FingertipState, ForceCommand, Lifecycle, M
 from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.managed import ManagedNode
 from vegrip.runtime.node import Answered, NodeBase, OfLoop
-from vegrip.runtime.sender_watch import HINTS, FaultHints, SenderWatch
+from vegrip.runtime.sender_watch import HINTS, FaultHints, SenderWatch, level_of
 from vegrip.runtime.statistics import LoopStatistics, Schedule
 from vegrip.runtime.telemetry import Direction, Telemetry
-from vegrip.transport.endpoint import BACK, Endpoint
+from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.sender_clock import ClockEstimate
 
 
@@ -378,10 +378,9 @@ class Runner:
         self.clock = self._endpoint.clock
         if self.state is not Lifecycle.FINALIZED:  # a node that ends for that reason reports it last
             news = list(self._remedies.news(self.status.rejected, now, self._endpoint.hints))
-            if lines := [sentence for name, sentence in news if not name.startswith(BACK)]:
-                self.managed.logger.error("%s", "\n".join(lines))  # one record: one line a second passes
-            if lines := [sentence for name, sentence in news if name.startswith(BACK)]:
-                self.managed.logger.info("%s", "\n".join(lines))
+            for level in (logging.ERROR, logging.WARNING, logging.INFO):
+                if lines := [sentence for name, sentence in news if level_of(name) == level]:
+                    self.managed.logger.log(level, "%s", "\n".join(lines))  # one record: one a second passes
             self._tell_faults(self._endpoint.device_faults)
             if self.channels is not None:
                 self._tell_fingers(self.channels)

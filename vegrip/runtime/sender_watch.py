@@ -10,13 +10,14 @@ other value is near, the next one is not. A vibration at half the rate of the st
 only reports.
 """
 
+import logging
 import math
 from collections.abc import Iterator, Mapping
 from typing import Final
 
 from vegrip.clock import NS
 from vegrip.messages import FingertipState
-from vegrip.transport.endpoint import BACK, GONE
+from vegrip.transport.endpoint import ADVICE, BACK, GONE
 
 QUIET_NS: Final = 60 * NS
 """[ns] without the trouble after which it is news again."""
@@ -104,6 +105,11 @@ class FaultHints:
                     yield name, sentence
                     if other := _opposite(name):
                         self._last[other] = self._last.get(other, (0, 0))[0], -QUIET_NS
+
+
+def level_of(name: str) -> int:
+    """Return at which level of the log the count ``name`` is told."""
+    return logging.INFO if name.startswith(BACK) else logging.WARNING if name in ADVICE else logging.ERROR
 
 
 def _opposite(name: str) -> str:

@@ -39,6 +39,8 @@ BATCHES: Final = "batches"
 GONE: Final = "lost_"
 BACK: Final = "back_"
 """How counts begin which say that a part has gone, and that it has come back, which is no fault."""
+ADVICE: Final = ("more_than_needed", "uneven_jaws")
+"""Counts of what works, and might be otherwise."""
 NONE_BROKEN: Final[Mapping[str, int]] = MappingProxyType({})
 
 
