@@ -90,11 +90,10 @@ class BenchProduct:
             load_exponent=0.0,
             load_exponent_std=0.0,
         )
-        believed = replace(found.tip, radius=tip.radius, modulus=FIRM * found.tip.modulus)
         first = {"radius": scenario.settings.opposing_radius}
         return replace(
             found,
-            tip=believed,
+            tip=replace(found.tip, radius=tip.radius),
             tips={scenario.settings.fingers[0]: first},
             friction=friction,
             sensors=CALIBRATED if self.has_pads else found.sensors,

@@ -170,7 +170,7 @@ def _with_parts(path: Path, node: NodeConfig) -> NodeConfig:
     if not isinstance(largest, (int, float)) or not largest >= 0.0:
         raise ConfigError(f"{path}: limits.max_force is {largest!r}; give a number in N, such as 40.0")
     transport = {**node.transport, "largest": float(largest)} if largest < math.inf else node.transport
-    parts_of(transport, str(path))  # says where the drive cannot keep below it
+    parameters = merged(parts_of(transport, str(path))[1], node.parameters)  # with what follows from it
     return replace(node, parameters=parameters, transport=transport)
 
 

@@ -4,6 +4,7 @@ import pytest
 from benches import GRIPPER, PAD, write_bench
 
 from vegrip.errors import VegripError
+from vegrip.grip.parameters import GraspParameters
 from vegrip.runtime.launch_file import read_launch_file
 from vegrip.transport.open import Hand, open_endpoint
 
@@ -31,6 +32,19 @@ def test_what_is_stated_goes_before_what_the_maps_say(tmp_path):
     assert node.parameters["limits"]["max_force"] == 30.0
     assert node.parameters["grip"]["drive_lag"] == 0.1
     assert node.transport["largest"] == 30.0
+
+
+def test_pads_bear_the_largest_force_and_may_feel_half_as_much_again_where_nothing_is_stated(tmp_path):
+    limit = "parameters.limits.max_force = "
+    for stated, modulus, felt in ((10.0, 3e5, 60.0), (60.0, 1.2e6, 90.0), (150.0, 3e6, 225.0)):
+        (node,) = read_launch_file(write_bench(tmp_path, minimum=5.0, extra=f"{NODE}{limit}{stated}\n"))
+        assert node.parameters["tip"]["modulus"] == pytest.approx(modulus)
+        assert node.parameters["watchdog"]["ranges"]["normal_force"] == [-5.0, felt]
+    stated = "parameters.tip.modulus = 7e5\nparameters.watchdog.ranges.normal_force = [-1.0, 200.0]\n"
+    (node,) = read_launch_file(write_bench(tmp_path, extra=f"{NODE}{stated}"))
+    assert node.parameters["tip"]["modulus"] == 7e5
+    assert node.parameters["watchdog"]["ranges"]["normal_force"] == [-1.0, 200.0]
+    assert GraspParameters().tip.modulus == 3e5
 
 
 def test_products_by_name_and_port_are_parts_and_take_the_finger_before_them(tmp_path):

@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 from vegrip.clock import NS
+from vegrip.config import build
 from vegrip.demo.bench import BenchScenario, open_bench_product
+from vegrip.grip.parameters import GraspParameters
 from vegrip.grip.safety.drive import DriveLimits
-from vegrip.messages import ForceCommand
+from vegrip.messages import FingertipState, ForceCommand
+from vegrip.runtime.launch_file import read_launch_file
 from vegrip.transport.endpoint import NONE_BROKEN, Endpoint
 from vegrip.transport.hands.bench_endpoint import BenchEndpoint, Drive, Part
 from vegrip.trials.closed_loop import PERIOD_S, SAMPLING_S, Course, grip_of
@@ -105,6 +108,43 @@ def test_whatever_dies_while_it_is_shaken_nothing_is_let_go_of(tmp_path, dead):
         assert run.force == before
     elif dead == set(JAWS):
         assert min(run.told[-3500:]) >= before
+
+
+def usual_grip(folder):
+    """Return the grip of two pads and a gripper of which friction, radius and the largest force are stated."""
+    path = folder / "bench.toml"
+    path.write_text(
+        f'sensors = ["left=contactile-papillarray@{folder}/l", "right=contactile-papillarray@{folder}/r"]\n'
+        f'drive = "robotiq-2f85@{folder}/d"\n[[node]]\nprogram = "grasp_force"\n[node.parameters]\n'
+        "limits.max_force = 60.0\ntip.radius = 8e-3\nfriction.coefficient = 0.6\nfriction.coefficient_std = 0.1\n"
+    )
+    (node,) = read_launch_file(path)
+    return grip_of(replace(build(GraspParameters, node.parameters, ""), suspects=False), JAWS)
+
+
+@pytest.mark.parametrize(
+    ("begin", "gap"), [(8.0, 3.0), (60.0, 0.0)], ids=["a pad comes back", "at its limit"]
+)
+def test_what_is_far_too_much_is_let_down_again(tmp_path, begin, gap):
+    grip, noise = usual_grip(tmp_path), np.random.default_rng(1)
+    force, told = begin, dict.fromkeys(JAWS, begin)
+    for number in range(6000):
+        t, now = number / 500, NS + number * NS // 500
+        load = 2.0 if t < 2.0 else 5.0
+        states = [
+            FingertipState(
+                now, finger, number, force + 0.02 * noise.normal(), 0.0, 0.01 * noise.normal() - load, 0.0
+            )
+            for finger in JAWS
+            if finger == "left" or not 2.0 < t < 2.0 + gap
+        ]
+        told |= {
+            each.finger: each.normal_force
+            for each in grip.step(states, now)
+            if isinstance(each, ForceCommand)
+        }
+        force += 0.01 * (max(told.values()) - force)
+    assert load / 0.6 < force < 3.0 * load / 0.6  # was 60 N, for ever
 
 
 @pytest.mark.long

@@ -17,16 +17,16 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
-from vegrip.config import build, parameter
+from vegrip.config import build, merged, parameter
 from vegrip.errors import ConfigError, suggestion
-from vegrip.grip.safety import NOT_MEASURED_S
+from vegrip.grip.safety import NOT_MEASURED_S, WatchdogSettings
 from vegrip.grip.safety.drive import DriveLimits
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.bench_endpoint import BenchEndpoint, Drive, Part
 from vegrip.transport.hands.drive_steps import range_of
 from vegrip.transport.hands.virtual_bench import VirtualBench
 from vegrip.transport.hands.wrist_load import LoadSettings, WristLoad, without_source
-from vegrip.transport.mapped.largest_force import largest_felt, largest_force
+from vegrip.transport.mapped.largest_force import USUAL_N, largest_felt, largest_force
 from vegrip.transport.mapped.plan import Plan, open_plan
 from vegrip.transport.mapped.price import price, price_of_drive, price_of_sensors, settings
 from vegrip.transport.maps import products
@@ -38,6 +38,10 @@ JAWS: Final = ("left", "right")
 MOST_LAG: Final = 0.05
 """[s] by which a load is led at most, in a straight line: of a shake at 4 Hz it makes 1.6 times as much, and
 0.2 s would make 5.1 times. A drive that is slower holds the largest need of half a second in any case."""
+
+SOFT_PA: Final = 3e5  # [Pa] the usual ``tip.modulus``, of tips that bear the usual limit (USUAL_N)
+FELT_OVER: Final = 1.5
+"""Times the largest force that a pad may feel: gains of drive and pads, noise, what presses besides."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +99,7 @@ class Bench:
     wrist: Source | None
     load: LoadSettings | None
     serves: tuple[str, ...]
+    largest: float = math.inf  # [N] that the drive is asked for
 
     @property
     def fingers(self) -> tuple[str, ...]:
@@ -112,26 +117,26 @@ class Bench:
 
     def parameters(self) -> dict[str, Any]:
         """Return the parameters of the grip controller that follow from the parts."""
-        merged: dict[str, Any] = {}
+        both: dict[str, Any] = {}
         for source in self.sensors:
             found = settings(source.plan)
             if gains := found.pop("sensors", {}):
                 own = {ours: gains.get("fingers", {}).get(name, {}) for name, ours in source.names.items()}
                 rest = {key: value for key, value in gains.items() if key != "fingers"}
                 found["sensors"] = {"fingers": {ours: rest | one for ours, one in own.items()}}
-            merged = _largest(merged, found)
+            both = _largest(both, found)
         if self.wrist is not None and self.load is not None:
             found = settings(self.wrist.plan)
             told = {"tangential_force", *(("torque_z",) if self.load.reach else ())}
             noise = {k: one * self.load.share for k, one in found.get("noise", {}).items() if k in told}
-            merged = _largest(merged, {"noise": noise} if noise else {})
+            both = _largest(both, {"noise": noise} if noise else {})
             blind = [name for name in self.serves if not self._feels_load(name)]
             gains = dict.fromkeys(blind, self.load.parameters)
-            merged = _largest(merged, {"sensors": {"fingers": gains}} if gains else {})
+            both = _largest(both, {"sensors": {"fingers": gains}} if gains else {})
             if not self.sensors:
                 wait = found.get("watchdog", {})
-                merged["watchdog"] = wait | {"force_frozen_after": NOT_MEASURED_S}
-        return merged | self._of_drive(merged.get("limits", {})) if self.drive is not None else merged
+                both["watchdog"] = wait | {"force_frozen_after": NOT_MEASURED_S}
+        return both if self.drive is None else merged(both, self._of_drive(both.get("limits", {})))
 
     def _of_drive(self, limits: Mapping[str, Any]) -> dict[str, Any]:
         assert self.drive is not None  # noqa: S101 (asked by the caller)
@@ -141,7 +146,19 @@ class Bench:
         limits = {**limits, **({"max_force": min(forces)} if forces else {}), **hand.limits}
         lag = hand.drive.delay + (1.0 / hand.drive.rate if hand.drive.rate > 0.0 else 0.0)
         grip = {"grip": {"drive_lag": round(min(lag, MOST_LAG), 4)}} if lag else {}
-        return {"limits": limits, "thumb": self.serves[0] if len(self.serves) == 2 else "", **grip}
+        found = {"limits": limits, "thumb": self.serves[0] if len(self.serves) == 2 else "", **grip}
+        return found | ({} if math.isinf(self.largest) else self._of_largest())
+
+    def _of_largest(self) -> dict[str, Any]:
+        """Return that pads bear the largest force, and are believed to feel somewhat more."""
+        low, most = WatchdogSettings().ranges.normal_force
+        ranges = {"normal_force": [low, max(most, FELT_OVER * self.largest)]}
+        return {"watchdog": {"ranges": ranges}, "tip": {"modulus": self._modulus}}
+
+    @property
+    def _modulus(self) -> float:
+        """Modulus [Pa] with which a tip bears the largest force as the usual one bears the usual."""
+        return SOFT_PA * max(self.largest / USUAL_N, 1.0)
 
     def _feels_load(self, finger: str) -> bool:
         return any(
@@ -166,6 +183,11 @@ class Bench:
             )
         if self.drive is not None:
             said += [*price_of_drive(self.drive.plan), *_of_steps(self.drive.plan.hand.drive)]
+            if math.isfinite(self.largest):
+                said.append(
+                    f"tip.modulus is {self._modulus / 1e6:.2g} MPa where you state none: of pads that bear "
+                    f"{self.largest:g} N"
+                )
         return list(dict.fromkeys(said))
 
 
@@ -184,7 +206,7 @@ def read_bench(given: BenchSettings, where: str) -> Bench:
     wrist = read_source(load.source, where) if load is not None else None
     felt = tuple(ours for source in sensors for ours in source.names.values())
     serves = (given.serves or felt or JAWS) if drive is not None else ()
-    bench = Bench(sensors, drive, wrist, load, serves)
+    bench = Bench(sensors, drive, wrist, load, serves, given.largest)
     for said in (*_misfits_of_parts(bench), *_misfits_of_drive(bench, given)):
         raise ConfigError(f"{where}: {said}")
     return bench
