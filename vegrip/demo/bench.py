@@ -168,9 +168,13 @@ def _at(product: str, place: str, folder: Path) -> str:
 
 def _product(word: str, *, is_drive: bool) -> str:
     """Return the product whose name has ``word`` in it, the shortest of several."""
-    found = [name for name in names() if word in name and bool(about(name)["commands"]) == is_drive]
+    known = [
+        name
+        for name in names()
+        if bool(about(name)["commands"]) == is_drive and not about(name)["to_measure"]
+    ]
+    found = [name for name in known if word in name]
     if not word or not found:
         what = "drive" if is_drive else "sensor"
-        known = ", ".join(name for name in names() if bool(about(name)["commands"]) == is_drive)
-        raise InputError(f"--bench: there is no {what} {word!r}; there are {known}")
+        raise InputError(f"--bench: there is no {what} {word!r} to demonstrate; there are {', '.join(known)}")
     return min(found, key=len)

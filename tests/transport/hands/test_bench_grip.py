@@ -111,12 +111,13 @@ def test_whatever_dies_while_it_is_shaken_nothing_is_let_go_of(tmp_path, dead):
 
 
 def usual_grip(folder):
-    """Return the grip of two pads and a gripper of which friction, radius and the largest force are stated."""
+    """Return the grip of a bench of which friction, radius and the largest force are stated."""
     path = folder / "bench.toml"
     path.write_text(
         f'sensors = ["left=contactile-papillarray@{folder}/l", "right=contactile-papillarray@{folder}/r"]\n'
         f'drive = "robotiq-2f85@{folder}/d"\n[[node]]\nprogram = "grasp_force"\n[node.parameters]\n'
-        "limits.max_force = 60.0\ntip.radius = 8e-3\nfriction.coefficient = 0.6\nfriction.coefficient_std = 0.1\n"
+        "limits.max_force = 60.0\ntip.radius = 8e-3\n"
+        "friction.coefficient = 0.6\nfriction.coefficient_std = 0.1\n"
     )
     (node,) = read_launch_file(path)
     return grip_of(replace(build(GraspParameters, node.parameters, ""), suspects=False), JAWS)
