@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
+from scipy import stats
 
 from vegrip.errors import InputError
 from vegrip.types import Floats
@@ -39,6 +40,16 @@ class Change(NamedTuple):
     stage: Stage
 
 
+class Found(NamedTuple):
+    """A value and its standard error."""
+
+    value: float
+    std: float
+
+
+UNKNOWN: Final = Found(math.nan, math.nan)
+
+
 @dataclass(frozen=True)
 class DriveRun:
     """What was asked for and felt."""
@@ -48,22 +59,17 @@ class DriveRun:
     time: Floats  # [s] (n,)
     force: Floats  # [N] (n,)
 
-    def held(self, number: int) -> tuple[float, float]:
-        """Return the force [N] at a setting, and its standard error."""
-        begin, end = self.span(number)
-        return _mean(self.force[(self.time >= (begin + end) / 2.0) & (self.time < end)])
+    def felt(self, number: int, begin: float = 0.0) -> tuple[Floats, Floats]:
+        """Return times [s] since a setting was asked for and forces [N], from a share of its time on."""
+        first = self.changes[number].at
+        last = self.changes[number + 1].at if number + 1 < len(self.changes) else self.end
+        inside = (self.time >= first + begin * (last - first)) & (self.time < last)
+        return self.time[inside] - first, self.force[inside]
 
-    def span(self, number: int) -> tuple[float, float]:
-        """Return from when to when [s] a setting was asked for."""
-        later = self.changes[number + 1 :]
-        return self.changes[number].at, later[0].at if later else self.end
-
-
-class Found(NamedTuple):
-    """A value and its standard error."""
-
-    value: float
-    std: float
+    def held(self, number: int) -> Found:
+        """Return the force [N] at a setting."""
+        _, force = self.felt(number, 0.5)
+        return Found(float(force.mean()), float(stats.sem(force))) if len(force) > 1 else UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -83,9 +89,8 @@ class DriveResponse:
     def settings(self) -> dict[str, float]:
         """``[drive]`` as far as it was measured, in newtons that are felt."""
         found = {"delay": round(self.delay.value, 4), "hysteresis": round(self.hysteresis.value, 3)}
-        if not math.isnan(self.resolution.value):
-            found["resolution"] = round(self.resolution.value, 3)
-        return found
+        step = self.resolution.value
+        return found if math.isnan(step) else {**found, "resolution": round(step, 3)}
 
     def felt(self, setting: float) -> float:
         return self.gain.value * setting + self.offset.value
@@ -106,91 +111,73 @@ def respond(run: DriveRun) -> DriveResponse:
 
     """
     held = [run.held(number) for number in range(len(run.changes))]
-    if any(math.isnan(force) for force, _ in held):
+    if any(math.isnan(each.value) for each in held):
         raise InputError("there are settings at which the sensors said nothing; run it again")
     up, down = (
-        {c.setting: f for c, f in zip(run.changes, held, strict=True) if c.stage == s} for s in ("up", "down")
+        {c.setting: f.value for c, f in zip(run.changes, held, strict=True) if c.stage == s}
+        for s in ("up", "down")
     )
     both = sorted(up.keys() & down.keys())
     if len(both) < LEAST_LEVELS:
         raise InputError(f"only {len(both)} settings were held both ways, and {LEAST_LEVELS} are needed")
     level = np.array(both)
-    rising, falling = (np.array([each[s][0] for s in both]) for each in (up, down))
-    gain, offset, curved = _line(level, (rising + falling) / 2.0)
-    if gain.value <= SEEN * gain.std:
+    rising, falling = (np.array([each[s] for s in both]) for each in (up, down))
+    middle, apart = (rising + falling) / 2.0, falling - rising
+    line = stats.linregress(level, middle)
+    if line.slope <= SEEN * line.stderr:
         raise InputError(
             "the force that the sensors feel does not follow the settings: is the object between the pads "
             "and stiff, and do the pads feel along the closing direction?"
         )
+    spread = float(stats.median_abs_deviation(apart, scale="normal"))
     resolution, finer = _resolution(run, held)
-    most = float(max(each.setting for each in run.changes))
     return DriveResponse(
-        gain, offset, curved, _delay(run, held), _hysteresis(falling - rising), resolution, finer,
-        (float(level[0]), most),
-    )  # fmt: skip
+        gain=Found(float(line.slope), float(line.stderr)),
+        offset=Found(float(line.intercept), float(line.intercept_stderr)),
+        curved=float(np.abs(middle - line.slope * level - line.intercept).max()),
+        delay=_delay(run, held),
+        hysteresis=Found(max(float(np.median(apart)), 0.0), spread / math.sqrt(len(apart))),
+        resolution=resolution,
+        finer=finer,
+        range=(both[0], max(each.setting for each in run.changes)),
+    )
 
 
-def _mean(force: Floats) -> tuple[float, float]:
-    if len(force) < 2:
-        return math.nan, math.nan
-    return float(force.mean()), float(force.std(ddof=1) / math.sqrt(len(force)))
-
-
-def _line(x: Floats, y: Floats) -> tuple[Found, Found, float]:
-    """Return slope and offset of y = a x + b with standard errors, and the largest error of the line."""
-    basis = np.stack([x, np.ones_like(x)], axis=1)
-    (a, b), *_ = np.linalg.lstsq(basis, y, rcond=None)
-    rest = y - basis @ np.array([a, b])
-    spread = np.linalg.inv(basis.T @ basis) * (rest @ rest) / (len(x) - 2)
-    errors = np.sqrt(np.diag(spread))
-    return Found(float(a), float(errors[0])), Found(float(b), float(errors[1])), float(np.abs(rest).max())
-
-
-def _hysteresis(difference: Floats) -> Found:
-    """Return the median of F_down - F_up [N]; less than nothing is noise."""
-    middle = float(np.median(difference))
-    spread = 1.4826 * float(np.median(np.abs(difference - middle)))  # of a normal distribution
-    return Found(max(middle, 0.0), spread / math.sqrt(len(difference)))
-
-
-def _delay(run: DriveRun, held: list[tuple[float, float]]) -> Found:
+def _delay(run: DriveRun, held: list[Found]) -> Found:
     """Return the median time [s] from a command to the first force beyond half of its step."""
     found = []
     for number in range(1, len(run.changes)):
-        (before, before_std), (after, after_std) = held[number - 1], held[number]
-        begin, end = run.span(number)
-        inside = (run.time >= begin) & (run.time < end)
-        time, force = run.time[inside], run.force[inside]
-        noise = math.sqrt(len(force) / 2) * max(before_std, after_std)  # [N] of a sample
-        if abs(after - before) < 2.0 * SEEN * noise or run.changes[number].stage == "fine":
+        before, after = held[number - 1], held[number]
+        time, force = run.felt(number)
+        noise = math.sqrt(len(force) / 2) * max(before.std, after.std)  # [N] of a sample
+        step = after.value - before.value
+        if abs(step) < 2.0 * SEEN * noise or run.changes[number].stage == "fine":
             continue
-        at = int(np.argmax((force - (before + after) / 2.0) * math.copysign(1.0, after - before) >= 0.0))
-        if time[at] - begin > MOST_OF_DWELL * (end - begin):
+        late = time[np.argmax((force - before.value) / step >= 0.5)]
+        if late > MOST_OF_DWELL * time[-1]:
             raise InputError(
-                f"the force came {time[at] - begin:.2f} s after the command, too late for the "
-                f"{end - begin:.2f} s of a setting; state the drive's 'delay' in [drive] of its map, "
-                "and run it again"
+                f"the force came {late:.2f} s after the command, too late for the {time[-1]:.2f} s of a "
+                "setting; state the drive's 'delay' in [drive] of its map, and run it again"
             )
-        found.append(float(time[at] - begin))
+        found.append(float(late))
     if len(found) < LEAST_LEVELS:
         raise InputError(
             "too few steps of the force stand out of the noise of the sensors to measure the delay"
         )
-    return Found(float(np.median(found)), float(np.std(found, ddof=1) / math.sqrt(len(found))))
+    return Found(float(np.median(found)), float(stats.sem(found)))
 
 
-def _resolution(run: DriveRun, held: list[tuple[float, float]]) -> tuple[Found, float]:
+def _resolution(run: DriveRun, held: list[Found]) -> tuple[Found, float]:
     """Return one step of the force [N], and, where none is seen, what it is finer than."""
-    unknown = Found(math.nan, math.nan)
     fine = [number for number, each in enumerate(run.changes) if each.stage == "fine"]
     if not fine:
-        return unknown, math.nan
-    force = np.array([held[number][0] for number in (fine[0] - 1, *fine)])
-    noise = SEEN * math.sqrt(2.0) * max(held[number][1] for number in fine)
+        return UNKNOWN, math.nan
+    force = np.array([held[number].value for number in (fine[0] - 1, *fine)])
+    noise = SEEN * math.sqrt(2.0) * max(held[number].std for number in fine)
     steps = np.diff(force)
     jumps = steps[steps > max(noise, 0.5 * float(steps.max()))]
     if len(jumps) < 2:
-        return unknown, noise if not len(jumps) and force[-1] - force[0] > noise else math.nan
+        return UNKNOWN, noise if not len(jumps) and force[-1] - force[0] > noise else math.nan
     if len(jumps) > CONTINUOUS * len(steps):
-        return unknown, float(np.median(steps))
-    return Found(float(jumps.mean()), float(jumps.std(ddof=1) / math.sqrt(len(jumps)))), math.nan
+        return UNKNOWN, float(np.median(steps))
+    return Found(float(jumps.mean()), float(stats.sem(jumps))), math.nan
