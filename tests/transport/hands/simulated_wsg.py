@@ -4,7 +4,8 @@ import math
 import struct
 from typing import Final
 
-from vegrip.transport.hands.virtual_drive import FramedDrive
+from simulated_drive import FramedDrive
+
 from vegrip.transport.mapped.plan import Plan
 from vegrip.transport.maps.checksums import appended
 
