@@ -2,14 +2,13 @@
 
 import math
 import re
-import time
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Final
 
 from vegrip.config import toml_key
-from vegrip.connect.parts import Received, take
+from vegrip.connect.parts import listen
 from vegrip.errors import ConfigError, InputError
 from vegrip.transport.hands.bench import Source, read_source
 from vegrip.transport.hands.drive_steps import step_above
@@ -109,13 +108,8 @@ def listen_to_all(sources: Mapping[str, Source], seconds: float) -> dict[str, fl
     """Return the mean normal force [N] of the first finger of each, all listened to at once; NaN: none."""
     with ExitStack() as stack:
         opened = {name: stack.enter_context(source.open(source.text)) for name, source in sources.items()}
-        received = {name: Received() for name in sources}
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            for name, endpoint in opened.items():
-                take(endpoint, received[name], 0.01)
-    first = {name: next(iter(one.states), "") for name, one in received.items()}
-    return {name: float(one.mean(first[name])[2]) for name, one in received.items()}
+        received = listen(opened, seconds)
+    return {name: float(one.mean(next(iter(one.states), ""))[2]) for name, one in received.items()}
 
 
 def sources_of(texts: Sequence[str]) -> list[Source]:

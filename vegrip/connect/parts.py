@@ -19,11 +19,12 @@ from vegrip.runtime.launch_file import NodeConfig, read_launch_file
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.bench import Bench, BenchSettings, Source, read_bench
 from vegrip.transport.hands.drive_steps import range_of
+from vegrip.transport.mapped.largest_force import BELIEVED_N
 from vegrip.types import Floats
 
 LISTEN_S: Final = 3.0  # [s] for a device to answer; a Bota takes two to begin
+LOOK_S: Final = 0.02  # [s] of one look at all parts
 ENOUGH: Final = 50  # states of each finger
-BELIEVED_N: Final = 60.0  # [N] that a fingertip may read (watchdog.ranges.normal_force)
 AT_REST_N: Final = 2.0  # [N] more than a zero that has drifted
 OTHER_DEVICE: Final = ("unknown_packet", "bad_checksum", "bad_length", "bad_end", "bad_record", "foreign")
 FORCES: Final = ("tangential_force_x", "tangential_force_y", "normal_force")
@@ -44,23 +45,21 @@ class Received:
         return np.mean(rows, axis=0) if rows else np.full(3, np.nan)
 
 
-def take(endpoint: Endpoint, received: Received, timeout: float) -> None:
-    """Take what comes within ``timeout`` [s]."""
-    for message in endpoint.receive(timeout):
-        if isinstance(message, FingertipState):
-            received.states.setdefault(message.finger, []).append(message)
-
-
-def listen(endpoint: Endpoint, seconds: float, enough: int = 0) -> Received:
-    """Return what comes within ``seconds``, at once when ``enough`` states of a finger have come."""
-    received, begin = Received(), time.monotonic()
+def listen(endpoints: Mapping[str, Endpoint], seconds: float, enough: int = 0) -> dict[str, Received]:
+    """Return what comes of each within ``seconds``; at once when ``enough`` states of a finger have come."""
+    found, begin = {name: Received() for name in endpoints}, time.monotonic()
     while (now := time.monotonic()) < begin + seconds:
-        take(endpoint, received, min(0.02, begin + seconds - now))
-        if enough and received.states and min(map(len, received.states.values())) >= enough:
+        for name, endpoint in endpoints.items():
+            for message in endpoint.receive(min(LOOK_S / len(endpoints), begin + seconds - now)):
+                if isinstance(message, FingertipState):
+                    found[name].states.setdefault(message.finger, []).append(message)
+        counts = [len(states) for one in found.values() for states in one.states.values()]
+        if enough and counts and min(counts) >= enough:
             break
-    received.seconds, received.rejected = time.monotonic() - begin, endpoint.rejected
-    received.skipped = getattr(endpoint, "skipped", 0)
-    return received
+    for name, endpoint in endpoints.items():
+        found[name].seconds, found[name].rejected = time.monotonic() - begin, endpoint.rejected
+        found[name].skipped = getattr(endpoint, "skipped", 0)
+    return found
 
 
 def benches(path: Path) -> Iterator[tuple[NodeConfig, Bench]]:
@@ -85,7 +84,7 @@ def _tried(name: str, source: Source, place: str, seconds: float, *, is_drive: b
     """Return what comes of one part, whose port stands at ``place``."""
     try:
         with closing(source.open(source.text)) as endpoint:
-            received = listen(endpoint, seconds, 0 if is_drive else ENOUGH)
+            received = listen({name: endpoint}, seconds, 0 if is_drive else ENOUGH)[name]
     except VegripError as error:
         return fail(name, str(error), f"its port stands at {place}")
     return _of_drive(name, source, received) if is_drive else _of_sensor(name, source, received)

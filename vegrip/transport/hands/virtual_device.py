@@ -6,7 +6,6 @@ which rate. What the map leaves open in a packet (``..`` of its start, fields th
 """
 
 import math
-from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
@@ -31,7 +30,7 @@ Raws = Mapping[int | str, int]
 TURN: Final = 2.0 * math.pi  # [rad]
 
 
-class Simulated(ABC):
+class Simulated:
     """A device that answers, and sends a sample, ``latency`` [s] late, and is told forces."""
 
     def __init__(self, latency: float) -> None:
@@ -43,18 +42,6 @@ class Simulated(ABC):
         self._latency = round(latency * NS)
         self._received = bytearray()
         self._outbox: list[tuple[int, Frame]] = []
-
-    @abstractmethod
-    def take_in(self, frame: Frame, now: int) -> None:
-        """Take bytes, and answer the requests that are whole with them."""
-
-    @abstractmethod
-    def due(self, now: int) -> list[Frame]:
-        """Return what it sends up to ``now`` [ns]; on a byte stream only the data counts."""
-
-    @abstractmethod
-    def sense(self, state: FingertipState) -> None:
-        """Take what a finger feels."""
 
     def taken(self) -> list[tuple[str, float]]:
         """Return the forces [N] that it was told since it was last asked."""
