@@ -75,3 +75,11 @@ def test_an_option_that_could_do_nothing_is_refused_in_one_sentence(tmp_path, ca
     assert said in told
     assert told.count("\n") == 1
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("bench", ["papillarray+dynamixel", "wrist=ati+dynamixel", "wrist=onrobot+hand-e-ur"])
+def test_what_is_to_be_measured_is_taken_as_of_the_virtual_device(tmp_path, bench):
+    product = open_bench_product(bench, tmp_path)
+    assert product.drive.rate > 0.0
+    assert product.fingers == ("left", "right")
+    assert "?" not in (tmp_path / "bench.toml").read_text()

@@ -5,6 +5,7 @@ pulled.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -21,7 +22,8 @@ from vegrip.grip.safety.drive import DriveLimits
 from vegrip.runtime.launch_file import NodeConfig
 from vegrip.transport.hands.bench import JAWS
 from vegrip.transport.hands.drive_steps import range_of, step_above
-from vegrip.transport.maps.products import about, names
+from vegrip.transport.maps.map_text import changed_text
+from vegrip.transport.maps.products import about, map_of, names, virtual_text
 from vegrip.trials.closed_loop import SETTLED_S, Course, Scenario
 from vegrip.trials.fronts import least_forces
 from vegrip.virtual import Disturbance, HandSettings
@@ -140,8 +142,12 @@ def open_bench_product(text: str, folder: Path) -> BenchProduct:
     if not plus:
         raise InputError(f"--bench {text!r}: name a sensor and a drive, as papillarray+robotiq")
     is_at_wrist = sensor.startswith(WRIST)
-    feels = _product(sensor.removeprefix(WRIST), is_drive=False)
-    presses = _product(drive, is_drive=True)
+    sensors = [name for name in names() if not about(name)["commands"]]
+    if not is_at_wrist:  # pads with what is to be measured would need a map each
+        sensors = [name for name in sensors if not about(name)["to_measure"]]
+    feels = _chosen(sensor.removeprefix(WRIST), sensors, "sensor")
+    presses = _chosen(drive, [name for name in names() if not about(name)["channels"]], "drive")
+    folder.mkdir(parents=True, exist_ok=True)
     lines = [f"drive = {toml_value(_at(presses, 'drive', folder))}", f"serves = {toml_value(JAWS)}"]
     if is_at_wrist:
         load = {"from": _at(feels, "wrist", folder), "mass": GRIPPER_KG}
@@ -149,7 +155,6 @@ def open_bench_product(text: str, folder: Path) -> BenchProduct:
     else:
         pads = [f"{side}={_at(feels, side, folder)}" for side in JAWS]
         lines.append(f"sensors = {toml_value(pads)}")
-    folder.mkdir(parents=True, exist_ok=True)
     path = folder / "bench.toml"
     write_whole(path, "\n".join(lines) + "\n")
     ((node, bench),) = benches(path)
@@ -158,23 +163,21 @@ def open_bench_product(text: str, folder: Path) -> BenchProduct:
 
 
 def _at(product: str, place: str, folder: Path) -> str:
-    """Return the product at a port of its own on this machine."""
+    """Return the product at a port of its own; what is to be measured of it is that of its virtual device."""
     kind = about(product)["carrier"].partition(" ")[0]
     if kind == "can":
         raise InputError(f"--bench: {product} is on a CAN bus, which two of them would have to share")
     port = str(folder / f"tty_{place}") if kind == "serial" else f"127.0.0.1:{free_port(kind)}"
-    return f"{product}@{port}"
+    if not about(product)["to_measure"]:
+        return f"{product}@{port}"
+    path, text = folder / f"{place}.toml", virtual_text(map_of(product), has_drive=False)
+    write_whole(path, changed_text(text, [(["transport", "address"], port)], "of the demonstration"))
+    return str(path)
 
 
-def _product(word: str, *, is_drive: bool) -> str:
+def _chosen(word: str, known: Sequence[str], what: str) -> str:
     """Return the product whose name has ``word`` in it, the shortest of several."""
-    known = [
-        name
-        for name in names()
-        if bool(about(name)["commands"]) == is_drive and not about(name)["to_measure"]
-    ]
     found = [name for name in known if word in name]
     if not word or not found:
-        what = "drive" if is_drive else "sensor"
-        raise InputError(f"--bench: there is no {what} {word!r} to demonstrate; there are {', '.join(known)}")
+        raise InputError(f"--bench: there is no {what} {word!r}; there are {', '.join(known)}")
     return min(found, key=len)
