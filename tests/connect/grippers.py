@@ -72,6 +72,7 @@ class Line(Endpoint):
     """The drive of ``gripper``."""
 
     device_faults = frozenset()
+    obeys = True
     rejected = NONE_BROKEN
 
     def __init__(self, gripper, clock):

@@ -119,7 +119,10 @@ def test_a_silent_pad_and_a_fault_of_the_drive_end_the_run():
     bench = Bench()
     rig = bench.rig
     bench.drive.device_faults = frozenset({("gripper", "object_lost")})
-    with pytest.raises(DeviceError, match="says of itself: object_lost"):
+    with pytest.raises(DeviceError, match="says of itself: object_lost; the jaws are opened"):
+        rig.run(plan_sweep(STATED, MOST), lambda _: None)
+    bench.drive.obeys = False
+    with pytest.raises(DeviceError, match="object_lost; it takes no command, and its jaws stay"):
         rig.run(plan_sweep(STATED, MOST), lambda _: None)
     bench = Bench()
     rig = bench.rig

@@ -262,7 +262,8 @@ class Rig:
         if self._drive.rejected.get("not_ready"):
             raise DeviceError(f"the force cannot change: {self._drive.hints['not_ready']}")
         if said := sorted(name for _, name in self._drive.device_faults - self._known):
-            raise DeviceError(f"the drive says of itself: {', '.join(said)}; the jaws are opened")
+            what = "the jaws are opened" if self._drive.obeys else "it takes no command, and its jaws stay"
+            raise DeviceError(f"the drive says of itself: {', '.join(said)}; {what}")
         if above := [force for force in self._felt.values() if force > OVER * self.most]:
             raise InputError(
                 f"{max(above):.1f} N are felt and {self.most:g} N allowed, so the jaws are opened; is "
