@@ -3,9 +3,11 @@
 import pytest
 from benches import GRIPPER, PAD, write_bench
 
+from vegrip.config import build
 from vegrip.errors import VegripError
 from vegrip.grip.parameters import GraspParameters
 from vegrip.runtime.launch_file import read_launch_file
+from vegrip.transport.hands.bench import BenchSettings, read_bench
 from vegrip.transport.open import Hand, open_endpoint
 
 NODE = '[[node]]\nprogram = "grasp_force"\n'
@@ -116,3 +118,20 @@ def test_what_does_not_fit_together_is_refused_in_one_sentence(tmp_path, text, s
         opened(tmp_path, text)
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_of_a_load_that_the_wrist_feels_it_is_not_said_that_no_pad_does(tmp_path):
+    for finger in ("left", "right"):
+        text = PAD.format(finger=finger, port=tmp_path / f"tty_{finger}")
+        (tmp_path / f"{finger}.toml").write_text(text[: text.index(f"[fingers.{finger}.tangential_force_x]")])
+    (tmp_path / "gripper.toml").write_text(GRIPPER.format(port=tmp_path / "tty_gripper", minimum=20.0))
+    text = 'sensors = ["left.toml", "right.toml"]\ndrive = "gripper.toml"\n'
+    load = 'load = { from = "bota-sensone@/dev/ttyW", mass = 0.9 }\n'
+
+    def said(extra):
+        (node,) = read(tmp_path, text + extra)
+        bench = read_bench(build(BenchSettings, node.transport, ""), "")
+        return [one for one in bench.sentences() if "no slip margin" in one]
+
+    assert len(said("")) == 2
+    assert said(load) == []

@@ -1,5 +1,6 @@
 """Two pads and one gripper are one hand: one force goes out, and where one dies what is left goes on."""
 
+import math
 import re
 import time
 from contextlib import ExitStack, closing
@@ -228,6 +229,29 @@ def test_while_the_gripper_is_weighed_nothing_is_felt_of_its_fingers(monkeypatch
     assert bench.felt(0.0, 0.9) is None
     assert bench.felt(0.0, 0.2) == pytest.approx(0.0, abs=1e-9)
     assert bench.felt(1.0, 20.0) == pytest.approx(0.5 * 9.81, rel=1e-2)
+
+
+def test_pads_that_feel_no_load_are_heard_once_the_gripper_is_weighed_so_that_it_is_not_closed_before(
+    monkeypatch,
+):
+    monkeypatch.setattr(bench_endpoint, "ROUND_NS", 0)
+    bench, pad = WristBench(), Line()
+    part = bench_endpoint.Part("left", "left.toml", pad, {"tip": "left"})
+    parts, drive = (*bench.endpoint._parts, part), bench.endpoint._drive
+    bench.endpoint = bench_endpoint.BenchEndpoint(parts, [drive], bench.endpoint._wrist)
+
+    def pressed(load, force=3.0):
+        pad.coming = [FingertipState(bench.now, "tip", 1, force, load, load)]
+        found = [each for each in bench.endpoint.receive(0.0) if each.finger == "left"]
+        return found[-1].tangential_force_x if found else None
+
+    assert bench.felt(0.0, 0.5) is None
+    assert pressed(math.nan) is None
+    assert pressed(0.5) == 0.5  # one that feels its load waits for nothing
+    bench.felt(0.0, 1.0)
+    assert pressed(math.nan) == pytest.approx(0.0, abs=1e-9)
+    bench.endpoint._tell("lost_wrist", bench.endpoint._of_loss(parts[0]))
+    assert "left, right held" in bench.endpoint.hints["lost_wrist"]
 
 
 def test_a_gripper_that_holds_when_the_node_starts_is_not_weighed_with_its_object_but_asked_for(monkeypatch):

@@ -11,7 +11,7 @@ A hand of one map is the case where all of it is one file.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -76,9 +76,9 @@ class Source:
     def commanded(self) -> tuple[str, ...]:
         return tuple(name for name, finger in self.plan.hand.fingers.items() if finger.command is not None)
 
-    def under_our_names(self) -> Iterator[str]:
-        """Yield what its owner must know, with our names of its fingers."""
-        for text in price_of_sensors(self.plan):
+    def under_our_names(self, besides: Collection[str]) -> Iterator[str]:
+        """Yield what its owner must know, with our names of its fingers; ``besides`` is what others feel."""
+        for text in price_of_sensors(self.plan, besides):
             head, colon, rest = text.partition(": ")
             yield f"{self.names[head]}{colon}{rest}" if head in self.names else text
 
@@ -172,7 +172,9 @@ class Bench:
         """Return what the owner must know before it grips."""
         if self.drive is None and self.wrist is None:
             return [text for source in self.sensors for text in price(source.plan)]
-        said = [text for source in self.sensors for text in source.under_our_names()]
+        shared = ["tangential_force_x", "tangential_force_y"] if self.wrist is not None else []
+        shared += ["torque_z"] if self.load is not None and self.load.reach else []
+        said = [text for source in self.sensors for text in source.under_our_names(shared)]
         if self.wrist is not None and self.load is not None:
             said.append(
                 f"the load of {', '.join(self.serves)} is felt at {self.wrist.where}, and a finger "

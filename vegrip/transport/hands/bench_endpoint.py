@@ -162,6 +162,7 @@ class BenchEndpoint(Joined):
         served = drive.serves if drive is not None else ()
         self._shared = served if wrist is not None else ()
         self._blind = tuple(finger for finger in self._shared if finger not in self._of)
+        self._sharing = set(self._blind)  # whose load is felt at the wrist alone
         is_pair = len(served) == 2 and not self._blind
         self._balance = JawBalance(served[0], served[1]) if is_pair else None
         self._hints: dict[str, str] = {}
@@ -250,7 +251,8 @@ class BenchEndpoint(Joined):
     def _as_ours(self, part: Part, message: Message) -> Sequence[Message]:
         """Return the states of our fingers that ``message`` of a part makes."""
         if part.role == "sensor":
-            return (self._felt(part, message),)
+            felt = self._felt(part, message)
+            return () if felt is None else (felt,)
         if not isinstance(message, FingertipState):
             return ()
         if part.role == "drive" and self._drive is not None:
@@ -264,21 +266,27 @@ class BenchEndpoint(Joined):
         self._wrist.note(message)
         self._seq += 1
         force, (share, torque) = self._drive.pressing(message.stamp), self._wrist.share(message.stamp)
-        if math.isnan(share):  # it is being weighed: a finger without a load would count as frozen
+        if not self._wrist.is_known:  # it is being weighed: a finger without a load would count as frozen
             return ()
         return [
             FingertipState(message.stamp, finger, self._seq, force, share, share * 0.0, torque)
             for finger in self._blind
         ]
 
-    def _felt(self, part: Part, message: Message) -> Message:
-        """Return ``message`` under our name of its finger, with the load that only the wrist feels."""
+    def _felt(self, part: Part, message: Message) -> Message | None:
+        """Return ``message`` under our name of its finger, with the load that only the wrist feels.
+
+        None while the gripper has to be weighed for it: nothing may be commanded that closes the jaws.
+        """
         if not isinstance(message, (DeviceReport, FingertipState)):
             return message
         ours = part.names.get(message.finger, message.finger)
         changes: dict[str, Any] = {"finger": ours} if ours != message.finger else {}
         if isinstance(message, FingertipState):
             if self._wrist is not None and ours in self._shared and math.isnan(message.tangential_force_x):
+                self._sharing.add(ours)
+                if not self._wrist.is_known:
+                    return None
                 share, torque = self._wrist.share(message.stamp)
                 changes |= {"tangential_force_x": share, "tangential_force_y": share * 0.0}
                 changes |= {"torque_z": torque} if math.isnan(message.torque_z) else {}
@@ -357,8 +365,10 @@ class BenchEndpoint(Joined):
                 f"the drive {part.where} does not answer, so the force cannot change: it holds {held}, if it "
                 "holds by itself; it is opened again each second, and margins are still estimated"
             )
-        fingers = self._blind if part.role == "wrist" else tuple(part.names.values())
+        fingers = sorted(self._sharing) if part.role == "wrist" else list(part.names.values())
         rest = ", ".join(name for name in self._of if name not in fingers)
         goes_on = f"; {rest} and the drive go on" if rest else ""
-        whose = ", ".join(fingers) or "the load of all fingers"
+        if not fingers:
+            return f"{part.where} is silent: all fingers feel their load themselves"
+        whose = ", ".join(fingers)
         return f"{part.where} is silent: {whose} held, then at the fail-safe force, no lower{goes_on}"

@@ -79,6 +79,11 @@ class WristLoad:
         self.is_begun = False
         """Whether the gripper has been weighed, or is, or was asked to be."""
 
+    @property
+    def is_known(self) -> bool:
+        """Whether a load has been told since the gripper was weighed."""
+        return not math.isnan(self._load)
+
     def take_tare(self) -> None:
         """Weigh the gripper anew from the next reading on: it must be empty."""
         self.is_begun = True

@@ -7,7 +7,7 @@ grips.
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any, Final
 
 from vegrip.grip.safety import MECHANICAL, WatchdogSettings
@@ -55,8 +55,9 @@ def price(plan: Plan) -> list[str]:
     return [*price_of_sensors(plan), *_commands(plan)]
 
 
-def price_of_sensors(plan: Plan) -> list[str]:
-    said = [f"{finger.name}: {text}" for finger in plan.fingers for text in _finger(plan, finger)]
+def price_of_sensors(plan: Plan, besides: Collection[str] = ()) -> list[str]:
+    """Return what a plan costs; ``besides`` are channels that another device measures of its fingers."""
+    said = [f"{finger.name}: {text}" for finger in plan.fingers for text in _finger(plan, finger, besides)]
     return [*said, *_unknown(plan), *_messages(plan), *_rate(plan)]
 
 
@@ -157,11 +158,11 @@ def _noise(hand: HandMap) -> dict[str, float]:
     return found
 
 
-def _finger(plan: Plan, finger: FingerPlan) -> list[str]:
+def _finger(plan: Plan, finger: FingerPlan, besides: Collection[str]) -> list[str]:
     if finger.is_drive:
         dies = plan.hand.product.get("dies", "is not known: find out, and write it into the map")
         return ["it is a drive and feels nothing", f"when this computer dies, it {dies}"]
-    channels = finger.measured
+    channels = {*finger.measured, *besides}
     said = lacking(channels, STATE_IT)
     sources = plan.hand.fingers[finger.name].channels
     said += [
