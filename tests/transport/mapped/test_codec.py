@@ -129,6 +129,18 @@ def test_the_last_command_is_repeated_at_the_rate_and_never_becomes_zero(hand):
     assert hand.encoder.held == 46  # after 100 ms its time is over
 
 
+def test_a_force_that_is_taken_over_is_not_let_down_by_a_sensor_that_reads_too_little(hand):
+    pressed, sent = 10.0, []
+    for n in range(1, 51):
+        hand.decode_all(position(n * 20 * MS))
+        hand.decode_all(tip(n, stamp=n * 20 * MS, Fz=0.9 * pressed))
+        for frame in hand.encoder.due(n * 20 * MS):
+            pressed = DBC.decode_message(512, frame.data)["Grip"]
+            sent.append(pressed)
+    assert len(sent) == 50
+    assert sent == pytest.approx([9.0] * 50)  # was 0.05 N after a second
+
+
 def test_only_what_is_sent_counts_as_a_held_command(tmp_path):
     text = PLAIN_MAP + 'kind = "increment"\n'
     hand = MappedCodec(open_plan(written(tmp_path, PLAIN_DBC, text)))

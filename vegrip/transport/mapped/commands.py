@@ -232,10 +232,12 @@ class Commands(ABC):
             own, force, raw = f"t{number}", f"f{number}", f"r{number}"
             scope |= {own: target, f"n{number}": target.finger, f"w{number}": self._clipping(target)}
             otherwise = "" if target.law.kind in ON_STATE else " if command is None else nothing"
+            # what is felt is taken over once: again and again, a sensor that reads less lets go bit by bit
+            taken = "felt" if otherwise == "" else f"felt if {own}.sent != {own}.sent else {own}.sent"
             lines += [
                 f" command = {own}.command",
                 f" felt, position = state_of(n{number}){otherwise}",
-                f" {force} = felt if command is None else command.normal_force",
+                f" {force} = ({taken}) if command is None else command.normal_force",
                 f" value = {target.law.text(force, f'{own}.sent')}",
                 " if value - value != 0.0:",  # no command and no measurement yet: the hand holds by itself
                 "  return []",
