@@ -65,9 +65,10 @@ class Terminal(io.StringIO):
 
 
 def test_odd_answers_are_asked_for_again_and_a_sign_holds_for_all_pads_of_a_product(tmp_path, monkeypatch):
-    typed = ["", "", "up", "-y", "", "heavy", "nan", "-1", "0", "0.4"]
+    typed = ["", "", "", "up", "-y", "", "heavy", "nan", "-1", "0", "0.4"]
     monkeypatch.setattr(sys, "stdin", Terminal("\n".join(typed) + "\n"))
-    felt = iter([dict.fromkeys(PADS[1::2], 0.1), {PADS[1]: -0.1, PADS[3]: -5.0}])
+    rest = dict.fromkeys(PADS[1::2], 0.1)
+    felt = iter([rest, rest, {PADS[1]: -0.1, PADS[3]: -5.0}])  # the first press was not felt
     monkeypatch.setattr(_bench, "listen_to_all", lambda *_: next(felt))
     path = tmp_path / "bench.toml"
     assert main(["connect", *PADS, *GRIPPER, "-o", str(path)]) == 0

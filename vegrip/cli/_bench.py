@@ -3,7 +3,7 @@
 import math
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -20,7 +20,7 @@ from vegrip.connect.bench_file import (
     sources_of,
     which_is_pressed,
 )
-from vegrip.errors import UsageError, VegripError
+from vegrip.errors import InputError, UsageError, VegripError
 from vegrip.runtime.launch_file import read_launch_file
 from vegrip.transport.hands.bench import JAWS, Source
 from vegrip.transport.maps.map_text import Setting
@@ -96,10 +96,7 @@ def _asked(sources: Sequence[Source], sides: Sequence[str], heaviest: float) -> 
     typer.prompt("touch nothing, and press Enter", default="", show_default=False)
     rest = listen_to_all(named, LISTEN_S)
     for side in sides[: len(sides) - 1 or 1]:
-        typer.prompt(
-            f"press the pad of the {side} jaw, keep it pressed, Enter", default="", show_default=False
-        )
-        pressed, sign = which_is_pressed(rest, listen_to_all(named, LISTEN_S))
+        pressed, sign = _pressed(f"press the pad of the {side} jaw, keep it pressed, Enter", named, rest)
         signs[side] = sign_of[named[pressed].path] = sign
         if order[pressed] != side:
             complain(f"{side} and {order[pressed]} are swapped: {pressed} is {side}, and is written so")
@@ -113,6 +110,19 @@ def _asked(sources: Sequence[Source], sides: Sequence[str], heaviest: float) -> 
     for text, side in order.items():  # what one of a product does with its sign, the other does too
         signs.setdefault(side, sign_of.get(named[text].path, 1))
     return Answers([order[source.text] for source in sources], up, signs, mass)
+
+
+def _pressed(question: str, named: Mapping[str, Source], rest: Mapping[str, float]) -> tuple[str, int]:
+    """Ask until it is clear which pad is pressed."""
+    while True:
+        typer.prompt(question, default="", show_default=False)
+        felt = listen_to_all(named, LISTEN_S)
+        try:
+            return which_is_pressed(rest, felt)
+        except InputError as error:
+            if any(math.isnan(force) for force in (*rest.values(), *felt.values())):
+                raise  # another press helps no silent pad
+            complain(str(error))
 
 
 def _axis(text: str) -> str:

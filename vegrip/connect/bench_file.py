@@ -45,7 +45,8 @@ def map_of_pad(source: Source, side: str, answers: Answers, said: Sequence[Setti
         own.append((["fingers", side, "axes"], AXES[answers.up[side]]))
     if answers.sign.get(side, 1) < 0:
         own.append((["fingers", "*", "normal_force", "sign"], -1))
-    return changed_text(text, [*own, *(each for each in said if each[0][:2] == ["fingers", side])])
+    text = changed_text(text, own, "as vegrip connect was told")
+    return changed_text(text, [each for each in said if each[0][:2] == ["fingers", side]])
 
 
 def launch_text(sides: Sequence[str], drive: Source, heaviest: float) -> str:
