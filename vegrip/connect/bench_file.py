@@ -45,7 +45,7 @@ def map_of_pad(source: Source, side: str, answers: Answers, said: Sequence[Setti
         own.append((["fingers", side, "axes"], AXES[answers.up[side]]))
     if answers.sign.get(side, 1) < 0:
         own.append((["fingers", "*", "normal_force", "sign"], -1))
-    text = changed_text(text, own, "as vegrip connect was told")
+    text = changed_text(text, own, "answered to vegrip connect")
     return changed_text(text, [each for each in said if each[0][:2] == ["fingers", side]])
 
 
