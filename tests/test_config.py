@@ -24,7 +24,7 @@ class Grip:
     policy: str = config.parameter("limit_surface", choices=("limit_surface", "cone"))
     verbose: bool = config.parameter(False)
     repeats: int = config.parameter(3, low=1, high=10)
-    settles: float = config.constant(0.1, unit="s", low=0.0, high=1.0)
+    settles: float = config.constant(0.1, unit="s")
     limits: Limits = field(default_factory=Limits)
 
 

@@ -88,11 +88,9 @@ fixed_parameter = functools.partial(parameter, live=False)
 """Declare one that stays as it is while the node runs."""
 
 
-def constant(
-    default: Any, *, unit: str = "", low: float = -math.inf, high: float = math.inf, doc: str = ""
-) -> Any:
+def constant(default: Any, *, unit: str = "", doc: str = "") -> Any:
     """Declare a field that is no parameter: neither a file nor a running node sets it, only Python does."""
-    declared = Declaration(unit, low, high, doc, live=False)
+    declared = Declaration(unit, doc=doc, live=False)
     return dataclasses.field(default=default, metadata={"constant": declared})
 
 

@@ -1,11 +1,121 @@
 """What of a finger's settings follows from others, and what a file may not set."""
 
+import math
+from collections.abc import Iterator
+from typing import Any
+
 import pytest
 
 from vegrip.config import build
 from vegrip.errors import ConfigError
 from vegrip.estimator import EstimatorSettings
 from vegrip.grip.parameters import GraspParameters, estimator_factory
+from vegrip.grip.policies.baselines import ConeSettings, ConstantSettings, ElasticSettings
+from vegrip.grip.safety.drive import DriveLimits
+from vegrip.runtime.lifecycle import rows, with_value
+
+NUMBERS = {
+    GraspParameters: """
+        report_period                 0.02    0      10      s
+        grip.wanted_margin            0.15    0      0.9     1
+        grip.proven_time              0       0      3600    s
+        grip.drive_lag                0       0      0.2     s
+        grip.slip_growth              8       0      100     1/s
+        friction.coefficient          0       0      20      1
+        friction.coefficient_std      0       0      2       1
+        friction.load_exponent        0.15    -0.5   0.9     1
+        friction.load_exponent_std    0.12    0      1       1
+        friction.slip_threshold       0       0      10      m/s
+        friction.slip_delay           0       0      10      s
+        limits.min_force              0.3     0      1000    N
+        limits.max_force              15      0      1000    N
+        limits.raise_rate             80      0      100000  N/s
+        limits.lifetime               0.1     0.001  10      s
+        fail_safe.force               5       0      1000    N
+        watchdog.time_out             0.05    0.001  10      s
+        watchdog.frozen_after         0.25    0.01   3600    s
+        watchdog.force_frozen_after   2       0.01   3600    s
+        watchdog.stuck_travel         0.0003  1e-6   1       m
+        tip.radius                    0.009   1e-9   1       m
+        tip.modulus                   3e5     1      1e12    Pa
+        noise.normal_force            0.01    1e-18  1e6     N
+        noise.displacement            5e-6    1e-18  1       m
+        noise.tangential_force        0.01    0      1e6     N
+        noise.torque_z                1e-4    0      1e6     N_m
+        noise.contact_radius          5e-5    1e-18  1       m
+        noise.temperature             0.1     0      100     degC
+        sensors.tangential_gain       0.92    0.5    2       1
+        sensors.tangential_gain_std   0.1     0      1       1
+        estimator.confidence          0.95    0.5    0.9999  1
+        estimator.hold_stiffness      1000    0      1e12    N/m
+        estimator.agility             3       0.001  1e4     1/s
+        estimator.learning_rest       20      0      1e6     s
+        estimator.friction_drift      0.01    0      1       1/sqrt(s)
+    """,
+    ConstantSettings: """
+        force                         5       0      1000    N
+    """,
+    ConeSettings: """
+        friction                      0.8     0.01   10      1
+        safety                        0.5     0      100     1
+    """,
+    ElasticSettings: """
+        friction                      0.8     0.01   10      1
+        safety                        0.1     0      10      1
+        radius                        0.0034  1e-9   1       m
+    """,
+    DriveLimits: """
+        resolution                    0       0      1000    N
+        rate                          0       0      1e5     Hz
+        delay                         0       0      10      s
+        minimum                       0       0      1000    N
+        maximum                       inf     0      inf     N
+        hysteresis                    0       0      1000    N
+    """,
+}
+"""Name, default, least and largest value, unit: what is promised of every number that a file may set."""
+
+
+def promised(group: type[Any]) -> Iterator[tuple[str, float, float, float, str]]:
+    for line in NUMBERS[group].strip().splitlines():
+        name, default, least, largest, unit = line.split()
+        yield name, float(default), float(least), float(largest), unit.replace("_", " ")
+
+
+def is_out_of_bounds(group: object, name: str, value: float) -> bool:
+    """Whether a value is refused for itself; it may still not go with the others."""
+    try:
+        with_value(group, name, value, running=False, where="hand.toml")
+    except ConfigError as refused:
+        return "it must lie in" in str(refused)
+    return False
+
+
+@pytest.mark.parametrize("group", NUMBERS)
+def test_every_number_that_a_file_may_set_has_its_default_and_unit(group: type[Any]) -> None:
+    found = {
+        name: (value, declared.unit) for name, value, declared in rows(group()) if type(value) in (int, float)
+    }
+    assert found == {name: (default, unit) for name, default, _, _, unit in promised(group)}
+
+
+@pytest.mark.parametrize("group", NUMBERS)
+def test_a_number_may_reach_its_bounds_and_no_float_beyond_them(group: type[Any]) -> None:
+    for name, _, least, largest, _ in promised(group):
+        refused = [
+            is_out_of_bounds(group(), name, value)
+            for value in (math.nextafter(least, -math.inf), least, largest, math.nextafter(largest, math.inf))
+        ]
+        assert refused == [True, False, False, largest < math.inf], name
+
+
+def test_what_is_no_number_begins_so() -> None:
+    begins = {name: value for name, value, _ in rows(GraspParameters()) if isinstance(value, (bool, str))}
+    assert begins == {
+        "policy": "margin", "thumb": "thumb", "grip.measure_lag": False, "friction.shared": False,
+        "friction.object": "", "friction.probing": False, "tip.model": "", "estimator.hold": "position",
+        "suspects": True, "learned": "",
+    }  # fmt: skip
 
 
 def estimator_of(table: dict[str, object]) -> EstimatorSettings:

@@ -60,7 +60,7 @@ class EstimatorSettings:
     """How the estimator behaves; all is relative to the fingertip or the sensors, so any scale works."""
 
     confidence: float = parameter(0.95, unit="1", low=0.5, high=0.9999, doc="one-sided, of all bounds")
-    horizon: float = constant(1.0, unit="s", low=0.0, high=3600.0, doc="forecast of the least force")
+    horizon: float = constant(1.0, unit="s", doc="forecast of the least force")
     hold: str = parameter("position", choices=("position", "force", "mixed"), doc="what the forecast holds")
     hold_stiffness: float = parameter(
         1000.0, unit="N/m", low=0.0, high=1e12, doc="of the drive behind the tip in a mixed hold"
@@ -69,34 +69,28 @@ class EstimatorSettings:
     agility: float = parameter(
         3.0, unit="1/s", low=1e-3, high=1e4, doc="white acceleration has the density R^2 agility^3"
     )
-    force_drift: float = constant(
-        0.1, unit="1", low=0.0, high=100.0, doc="slow force disturbance, in units of the noise"
-    )
-    force_drift_time: float = constant(2.0, unit="s", low=1e-3, high=1e6, doc="its time constant")
+    force_drift: float = constant(0.1, unit="1", doc="slow force disturbance, in units of the noise")
+    force_drift_time: float = constant(2.0, unit="s", doc="its time constant")
     displacement_drift: float = constant(
-        0.1, unit="1", low=0.0, high=100.0, doc="slow displacement disturbance, in units of the noise"
+        0.1, unit="1", doc="slow displacement disturbance, in units of the noise"
     )
-    displacement_drift_time: float = constant(0.5, unit="s", low=1e-3, high=1e6, doc="its time constant")
-    force_bias: float = constant(2.0, unit="1", low=0.0, high=1e3, doc="unknown at start, in units of noise")
-    offset: float = constant(
-        0.002, unit="1", low=0.0, high=1.0, doc="std of where displacement is zero, in units of the radius"
-    )
+    displacement_drift_time: float = constant(0.5, unit="s", doc="its time constant")
+    force_bias: float = constant(2.0, unit="1", doc="unknown at start, in units of noise")
+    offset: float = constant(0.002, unit="1", doc="std of where displacement is zero, in units of the radius")
     learning_rest: float = parameter(
         20.0, unit="s", low=0.0, high=1e6, doc="learned parameters stay after so long without motion"
     )
-    longest_gap: float = constant(0.25, unit="s", low=1e-3, high=1e4, doc="beyond it the motion is unknown")
-    late: int = constant(
-        16, unit="1", low=0, high=10000, doc="samples among which a late one finds its place"
-    )
-    recovery: int = constant(15, unit="1", low=1, high=100000, doc="rejections in a row before widening")
-    health_time: float = constant(2.0, unit="s", low=1e-2, high=1e4, doc="memory of the consistency check")
+    longest_gap: float = constant(0.25, unit="s", doc="beyond it the motion is unknown")
+    late: int = constant(16, unit="1", doc="samples among which a late one finds its place")
+    recovery: int = constant(15, unit="1", doc="rejections in a row before widening")
+    health_time: float = constant(2.0, unit="s", doc="memory of the consistency check")
     friction_scatter: float = constant(
-        0.06, unit="1", low=1e-3, high=1.0, doc="of ln mu from one slip to the next, about its mean"
+        0.06, unit="1", doc="of ln mu from one slip to the next, about its mean"
     )
     friction_drift: float = parameter(
         0.01, unit="1/sqrt(s)", low=0.0, high=1.0, doc="forgetting: random walk of ln mu"
     )
-    regrasp: float = constant(0.05, unit="1", low=0.0, high=3.0, doc="change of ln mu with a new contact")
+    regrasp: float = constant(0.05, unit="1", doc="change of ln mu with a new contact")
     friction: FrictionPrior = constant(
         FrictionPrior(),
         doc="what is believed of friction at first; in a grasp the section 'friction' says it",

@@ -29,10 +29,8 @@ class TipParameters:
     model: str = parameter("", doc="model file (TOML); empty = the paper's model with the two below")
     radius: float = parameter(9e-3, unit="m", low=1e-9, high=1.0, doc="radius of the tip")
     modulus: float = parameter(3e5, unit="Pa", low=1.0, high=1e12, doc="guess of the effective modulus")
-    friction: float = constant(0.0, unit="1", low=0.0, high=10.0, doc="guess of mu; 0 = that of the model")
-    friction_spread: float = constant(
-        0.0, unit="1", low=0.0, high=2.0, doc="std of ln mu; 0 = that of the model"
-    )
+    friction: float = constant(0.0, unit="1", doc="guess of mu; 0 = that of the model")
+    friction_spread: float = constant(0.0, unit="1", doc="std of ln mu; 0 = that of the model")
 
 
 @dataclass(frozen=True)

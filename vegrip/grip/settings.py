@@ -28,8 +28,8 @@ class ControlSettings:
         {}, doc="place [m] and inward normal of each contact, instead of a thumb"
     )
     report_period: float = parameter(0.02, unit="s", low=0.0, high=10.0, doc="of estimates; 0 = every state")
-    health_period: float = constant(0.2, unit="s", low=0.0, high=60.0, doc="of ModelHealth")
-    learned_period: float = constant(1.0, unit="s", low=0.0, high=60.0, doc="of LearnedParameter")
+    health_period: float = constant(0.2, unit="s", doc="of ModelHealth")
+    learned_period: float = constant(1.0, unit="s", doc="of LearnedParameter")
     grip: GripSettings = parameter(GripSettings(), doc="the margin grip")
     friction: FrictionSettings = parameter(FrictionSettings(), doc="what the fingers learn of friction")
     limits: LimitSettings = parameter(USUAL_LIMITS, doc="passed by every command")

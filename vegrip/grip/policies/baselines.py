@@ -46,8 +46,8 @@ class ElasticSettings:
     )
     safety: float = parameter(0.1, unit="1", low=0.0, high=10.0, doc="part of the force on top")
     radius: float = parameter(3.4e-3, unit="m", low=1e-9, high=1.0, doc="contact radius at 1 N")
-    power: float = constant(1.0 / 3.0, unit="1", low=0.0, high=1.0, doc="of the radius law; 1/3 is Hertz")
-    exponent: float = constant(4.0, unit="1", low=1.0, high=100.0, doc="pressure exponent k")
+    power: float = constant(1.0 / 3.0, unit="1", doc="of the radius law; 1/3 is Hertz")
+    exponent: float = constant(4.0, unit="1", doc="pressure exponent k")
 
 
 CONSTANT = PolicyKind(None, ConstantSettings)
