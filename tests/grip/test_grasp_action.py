@@ -9,7 +9,8 @@ import pytest
 
 from vegrip.clock import NS
 from vegrip.errors import ConfigError, UsageError
-from vegrip.grip.grasp_action import GraspGoal, ReleaseGoal, _look
+from vegrip.grip.grasp_action import GraspAction, GraspGoal, ReleaseGoal, _look
+from vegrip.grip.safety import LimitSettings
 from vegrip.messages import Condition, FingertipState, ForceCommand, GraspPhase, GraspStatus
 from vegrip.trials import candidates
 from vegrip.trials.closed_loop import GRASPS
@@ -184,6 +185,13 @@ def test_goals_that_cannot_be_are_refused_in_a_sentence():
         bench.node.release({})
 
 
+def finger(force, held, touches, bound, condition=Condition.OK):
+    told = SimpleNamespace(contact=lambda _: SimpleNamespace(in_contact=touches))
+    told.margin = lambda _: SimpleNamespace(lower_bound=bound)
+    numbers = SimpleNamespace(felt=lambda: (force, 0.0))
+    return SimpleNamespace(condition=condition, numbers=numbers, held=held, reports=told)
+
+
 @pytest.mark.parametrize(
     ("force", "held", "touches", "limited", "soft", "largest"),
     [
@@ -198,13 +206,6 @@ def test_a_look_finds_who_touches_who_is_at_the_limit_and_who_presses_too_little
     force, held, touches, limited, soft, largest
 ):
     """Beside a thumb that presses with 1 N and holds 1 N, and a finger that is stale."""
-
-    def finger(force, held, touches, bound, condition=Condition.OK):
-        told = SimpleNamespace(contact=lambda _: SimpleNamespace(in_contact=touches))
-        told.margin = lambda _: SimpleNamespace(lower_bound=bound)
-        numbers = SimpleNamespace(felt=lambda: (force, 0.0))
-        return SimpleNamespace(condition=condition, numbers=numbers, held=held, reports=told)
-
     fingers = {
         "thumb": finger(1.0, 1.0, True, math.nan),
         "index": finger(force, held, touches, 0.3),
@@ -215,3 +216,74 @@ def test_a_look_finds_who_touches_who_is_at_the_limit_and_who_presses_too_little
     assert (found.is_limited, found.soft, found.force) == (limited, soft, largest)
     assert found.bounds == ({"index": 0.3} if touches else {})
     assert found.faults == ("ring stale",)
+
+
+def phases_of(action, fingers, seconds, start=0):
+    """Look every 20 ms; return when each phase and reason came [ms], and the last time [ns]."""
+    found, now = {}, start
+    while now <= start + round(seconds * NS):
+        action.look(fingers, now)
+        found.setdefault((action.phase, action.reason), (now - start) // 1_000_000)
+        now += NS // 50
+    return found
+
+
+CLOSED = {"touches": True, "force": 2.0, "held": 2.0, "bound": 0.1}
+
+
+@pytest.mark.parametrize(
+    ("change", "at_last", "reason", "ms"),
+    [
+        ({}, GraspPhase.HELD, "", 200),
+        ({"bound": math.nextafter(0.1, 0.0)}, GraspPhase.WEAK, "margin of b above 0.10, not 0.1", 660),
+        ({"bound": 0.0, "held": 5.0}, GraspPhase.WEAK, "margin of b above 0.00, not 0.1, at the limit", 200),
+        ({"force": 1.6}, GraspPhase.HELD, "", 200),
+        ({"force": 1.59}, GraspPhase.WEAK, "b presses less than it is asked to", 660),
+        ({"touches": False}, GraspPhase.MISSED, "1 fingers touch", 660),
+        ({"condition": Condition.DEGRADED}, GraspPhase.HELD, "", 200),
+        ({"condition": Condition.STALE}, GraspPhase.WEAK, "not judged: b stale", 660),
+    ],
+)
+def test_a_grasp_ends_when_its_verdict_has_stood_for_a_fifth_of_a_second(change, at_last, reason, ms):
+    """It is asked for a bound of 0.1 and at most 5 N, within half a second; finger a has what is wanted.
+
+    A verdict stands from the last look, every 20 ms, that said otherwise; late is what the next would be.
+    """
+    action = GraspAction("node", ("a", "b"))
+    action.grasp(GraspGoal(force=2.0, max_force=5.0, margin=0.1, timeout=0.5))
+    action.limits(LimitSettings())
+    found = phases_of(action, {"a": finger(**CLOSED), "b": finger(**CLOSED | change)}, 1.5)
+    assert (action.phase, action.reason) == (at_last, reason)
+    assert found[at_last, reason] == ms
+    assert {phase for phase, _ in found} == {GraspPhase.CLOSING, at_last}
+
+
+@pytest.mark.parametrize(
+    ("felt", "reason", "ms"),
+    [(0.1, "", 560), (math.nextafter(0.1, 1.0), "0.1 N is felt", 1160), (0.7, "0.7 N is felt", 1160)],
+)
+def test_a_hand_is_open_once_nothing_is_asked_for_and_a_tenth_of_a_newton_is_felt_or_time_is_over(
+    felt, reason, ms
+):
+    """It held 4 N and lets go with 10 N/s: the first look lowers, the last before zero is at 0.36 s."""
+    hand = {"a": finger(felt, 4.0, False, math.nan), "b": finger(0.0, 1.0, False, math.nan)}
+    action = GraspAction("node", ("a", "b"))
+    action.release(ReleaseGoal(rate=10.0, timeout=1.0), hand)
+    found = phases_of(action, hand, 2.0)
+    assert found[GraspPhase.RELEASED, reason] == ms
+    still = [said for phase, said in found if phase is GraspPhase.RELEASING and said]
+    assert still == ([f"{felt:.1f} N is still felt"] if reason else [])
+
+
+def test_a_phase_is_told_at_once_and_then_every_second():
+    action = GraspAction("node", ("a", "b"))
+    assert action.status(0) is None
+    action.grasp(GraspGoal(timeout=600.0))
+    nothing = {name: finger(0.0, 0.0, False, math.nan) for name in "ab"}
+    told = []
+    for ms in range(0, 3000, 10):
+        action.look(nothing, ms * 1_000_000)
+        if status := action.status(ms * 1_000_000):
+            told.append((ms, status.seq, status.phase, status.reason))
+    closing = GraspPhase.CLOSING, "0 fingers touch"
+    assert told == [(0, 1, *closing), (1000, 2, *closing), (2000, 3, *closing)]

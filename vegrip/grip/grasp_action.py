@@ -158,9 +158,9 @@ class GraspAction:
             return (GraspPhase.WEAK if ends else self.phase), reason + (
                 ", at the limit" if look.is_limited else ""
             )
-        if look.soft and is_closing:
+        if look.soft and self.phase is not GraspPhase.HELD:
             reason = f"{look.soft[0]} presses less than it is asked to"
-            return (GraspPhase.WEAK if is_late else self.phase), reason
+            return (GraspPhase.WEAK if is_late or not is_closing else self.phase), reason
         return GraspPhase.HELD, "" if look.bounds else "by force alone: no margin is known"
 
     def _verdict_of_release(self, look: _Look) -> tuple[GraspPhase, str]:
