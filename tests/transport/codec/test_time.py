@@ -61,3 +61,13 @@ def test_with_clocks_apart_a_payload_is_stamped_when_received() -> None:
     codec = MsgpackCodec(use_sender_time=False)
     received = codec.decode(*(codec.encode(command) or ("", b"")), stamp=7)
     assert received == dataclasses.replace(command, stamp=7, expires=7 + 50 * MILLISECOND)
+
+
+@pytest.mark.parametrize("at", [-(2**63), -1, 0, 2**63 - 1])
+def test_a_payload_carries_every_time_of_64_bits(at: int) -> None:
+    """Also one before the zero of a clock; moved to ours, times keep what lies between them."""
+    command = ForceCommand(at, "thumb", 0, 1.0, 0.0, Reason.HOLD, at)
+    topic, payload = MsgpackCodec().encode(command) or ("", b"")
+    assert MsgpackCodec().decode(topic, payload, stamp=7) == command
+    moved = dataclasses.replace(command, stamp=7, expires=7)
+    assert MsgpackCodec(use_sender_time=False).decode(topic, payload, stamp=7) == moved
