@@ -166,6 +166,13 @@ def test_load_beyond_the_contact_law_is_refused(contact: PowerLawContact | LawOf
         least_normal_force(1.6, 0.0, 0.5, contact)
 
 
+def test_a_contact_law_is_good_up_to_its_greatest_force_and_that_force_too() -> None:
+    least = least_normal_force(1.2, 0.002, 0.5, PowerLawContact(0.005, 2.0))
+    assert least_normal_force(1.2, 0.002, 0.5, PowerLawContact(0.005, 2.0, greatest=least)) == least
+    with pytest.raises(DomainError, match="the contact law holds up to"):
+        least_normal_force(1.2, 0.002, 0.5, PowerLawContact(0.005, 2.0, greatest=math.nextafter(least, 0.0)))
+
+
 def test_exponent_that_falls_below_one_is_refused() -> None:
     contact = PowerLawContact(0.005, 1.2, at=1.0, exponent_power=1.0)
     with pytest.raises(DomainError, match="exponent"):
