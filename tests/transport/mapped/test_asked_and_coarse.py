@@ -2,6 +2,7 @@
 
 import math
 from collections import Counter
+from statistics import NormalDist
 
 import pytest
 
@@ -141,12 +142,30 @@ def test_a_sensor_whose_noise_moves_it_is_frozen_when_it_stands_still(tmp_path):
     assert 15.0 < frozen < 16.0
 
 
-@pytest.mark.parametrize("noise", [0.036, 0.045, 0.06, 0.1])
-def test_no_live_sensor_in_the_middle_of_a_step_is_called_frozen(tmp_path, noise):
-    bus, random = Bus(tmp_path, 0.1, noise), seeded(2)
-    live = math.sqrt(noise**2 - 0.1**2 / 12)
-    _, frozen = watched(bus, 60.0, lambda: random.gauss(0.0, live))
+def test_no_live_sensor_in_the_middle_of_a_step_is_called_frozen(tmp_path):
+    bus, random = Bus(tmp_path, 0.1, 0.036), seeded(2)
+    live = math.sqrt(0.036**2 - 0.1**2 / 12)
+    _, frozen = watched(bus, 30.0, lambda: random.gauss(0.0, live))
     assert frozen == math.inf
+
+
+@pytest.mark.parametrize("rate", [500.0, 200.0, 20.0, None])
+@pytest.mark.parametrize("noise", [0.0289, 0.0291, 0.031, 0.036, 0.045, 0.06, 0.1, 5.0])
+def test_a_sensor_stands_still_once_chance_repeats_it_less_than_once_in_ten_million(tmp_path, noise, rate):
+    """A value in the middle of a step stays there by the normal law; of three channels, independently.
+
+    A rate that is not stated counts as 60 Hz, and no wait is longer than half an hour.
+    """
+    stated = "" if rate is None else f"rate = {rate}\n"
+    text = MAP.format(noise=noise).replace("rate = 200.0\n", stated)
+    found = settings(open_plan(written(tmp_path, DBC.format(step=0.1), text, "own.dbc"))).get("watchdog", {})
+    variance = noise**2 - 0.1**2 / 12
+    stays = 1.0 - 2.0 * NormalDist(0.0, math.sqrt(variance)).cdf(-0.05) if variance > 0.0 else 1.0
+    for name, channels, usual in (("force_frozen_after", 1, 2.0), ("frozen_after", 3, 0.25)):
+        run = math.log(1e-7) / (channels * math.log(stays)) if stays < 1.0 else math.inf
+        assert found.get(name, usual) == pytest.approx(
+            max(min(run / (rate or 60.0), 1800.0), usual), abs=6e-4
+        )
 
 
 @pytest.mark.parametrize(("step", "travel"), [(0.1, None), (0.5, 1.5e-3)])
