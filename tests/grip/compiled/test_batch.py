@@ -3,7 +3,9 @@
 import time
 from contextlib import closing
 from dataclasses import replace
-from itertools import groupby
+from itertools import groupby, permutations
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +14,7 @@ from validation.compiled_finger import Log
 from vegrip.clock import WallClock
 from vegrip.grip.frame_path import BatchPath
 from vegrip.grip.node import GraspForce
-from vegrip.grip.wires import COMMANDED, LEFT_ALONE
+from vegrip.grip.wires import COMMANDED, LEFT_ALONE, REPORT
 from vegrip.messages import FingertipState, ForceCommand, SlipMargin
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, BatchCodec
@@ -102,6 +104,30 @@ def test_a_row_that_is_refused_is_left_alone_and_the_others_are_answered(hand_lo
     assert answered is not None
     assert answered[0][2] == LEFT_ALONE
     assert answered[1] == len(hand_log.fingers) - 1
+
+
+@pytest.mark.parametrize("done", sorted(set(permutations((LEFT_ALONE, LEFT_ALONE, COMMANDED, REPORT)))))
+def test_the_rows_that_were_answered_are_counted_wherever_they_stand(done: tuple[int, ...]) -> None:
+    names, counted, felt = ["a", "b", "c", "d"], [], []
+    fingers = {name: SimpleNamespace(numbers=SimpleNamespace(felt=lambda: (3.0, 1.0))) for name in names}
+    node: Any = SimpleNamespace(
+        fingers=fingers,
+        batch=SimpleNamespace(commands=bytearray(COMMAND_ROW), names_in=lambda *_: names),
+        run_compiled=lambda _: None,
+        on_batch=lambda *_: (bytearray(done), 0),
+    )
+    endpoint = SimpleNamespace(line=lambda _: SimpleNamespace(state_id=1, command_id=2))
+    clock, statistics = (
+        SimpleNamespace(now=lambda: 7),
+        SimpleNamespace(batch=lambda *one: counted.append(one)),
+    )
+    senders = SimpleNamespace(note_values=lambda *one: felt.append(one))
+    path = BatchPath(node, endpoint, (clock, statistics, senders, None, None))  # type: ignore[arg-type]
+    path.prepare()
+    assert path.answer_batch(b"", 4, 5) == (bytearray(done), [names[done.index(REPORT)]])
+    assert path.frames == 2
+    assert counted == [(2, 0, 5, 7)]
+    assert felt == [("a", 3.0, 1.0)]
 
 
 @pytest.mark.usefixtures("runtime")
