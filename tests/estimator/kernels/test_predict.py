@@ -54,16 +54,20 @@ def test_the_covariance_moves_by_the_columns_of_the_root(kernels, m, P, rng, dri
 
 
 def test_the_error_of_the_depth_adds_to_it_and_to_what_it_does_to_the_memory(kernels, m, P) -> None:
-    before, error, h = P.copy(), 4e-12, 3e-4
-    m[kernels.H0], m[kernels.MODE_CORNER] = h, 5e-6
-    m[kernels.BEND0] = m[kernels.BEND_SUM0] = 0.0
+    """One error moves all; where the motion turned within the step is another for each, but no maximum's."""
+    before, error, ns = P.copy(), 4e-12, kernels.NS
+    kept = np.array(kernels.KEPT[kernels.EFFECTS : kernels.EFFECTS + ns])
+    assert kept.tolist() == [False, True]
+    h = 3e-4 * np.arange(1.0, ns + 1.0)
+    m[kernels.H0 : kernels.H0 + ns], m[kernels.MODE_CORNER] = h, 5e-6
+    m[kernels.BEND0 : kernels.BEND0 + ns] = m[kernels.BEND_SUM0 : kernels.BEND_SUM0 + ns] = 0.0
     kernels.add_depth_error(m, error, 2e-3)
-    d, z = kernels.DELTA, kernels.EFFECTS
-    added = P - before
-    assert added[d, d] == pytest.approx(error)
-    assert added[d, z] == pytest.approx(h * 2e-6)
-    assert added[z, d] == pytest.approx(P[d, z] - before[z, d])
-    assert added[z, z] == pytest.approx(h**2 + (0.4 * h * 5e-6 / 2e-6) ** 2)
+    moved = np.zeros(kernels.N)
+    moved[kernels.DELTA], moved[kernels.EFFECTS : kernels.EFFECTS + ns] = 2e-6, h
+    expected = np.outer(moved, moved)
+    effects = np.arange(kernels.EFFECTS, kernels.EFFECTS + ns)
+    expected[effects, effects] += np.where(kept, 0.0, (0.4 * h * 5e-6 / 2e-6) ** 2)
+    assert_allclose(P - before, expected, rtol=1e-6, atol=1e-14)
 
 
 def test_a_depth_that_is_known_exactly_adds_nothing(kernels, m, P) -> None:
