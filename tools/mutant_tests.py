@@ -31,6 +31,7 @@ LOADERS = {("library_of", "native.py"), ("load", "cache.py"), ("load_plain", "ca
 Wrapper = Generator[None, Any, Any]
 TOO_LONG = 5.0  # [s] of the processor, traced: such a test says nothing within the time of a mutant
 TOO_LATE = 45  # [s]
+MADE_ONCE_S = 20.0  # [s] of the processor, traced, for what is made once for several tests
 CALLS = 3_000_000  # of functions in a test that are looked at: what it enters later it has entered before
 
 
@@ -60,6 +61,7 @@ class Record:
         self.loaders: set[int] = set()
         self.texts: dict[str, str] = {}
         self.loaded: set[str] = set()
+        self.made_once = 0.0  # [s] of the processor, within the present test for others too
         self.of_fixture: dict[tuple[str, Any], set[str]] = defaultdict(set)
         self.tests: dict[str, list[tuple[str, float, float, list[str]]]] = defaultdict(list)
 
@@ -110,12 +112,28 @@ class Record:
 record = Record()
 
 
+@contextlib.contextmanager
+def made_once(scope: str) -> Iterator[None]:
+    """Do not let what is made for several tests make the first of them too long."""
+    if scope == "function":
+        yield
+        return
+    begun = of_processor()
+    left, late = signal.setitimer(signal.ITIMER_PROF, MADE_ONCE_S)[0], signal.alarm(4 * TOO_LATE)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, left)
+        signal.alarm(late)
+        record.made_once += of_processor() - begun
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_fixture_setup(fixturedef: Any) -> Wrapper:
     """What a fixture of a module enters counts for each of its tests, not only for the first."""
     if not RECORDS:
         return (yield)
-    with record.on() as entered:
+    with made_once(fixturedef.scope), record.on() as entered:
         result = yield
     record.of_fixture[fixturedef.argname, getattr(fixturedef, "baseid", "")] |= entered
     return result
@@ -140,7 +158,7 @@ def pytest_runtest_protocol(item: Any) -> Wrapper:
     signal.signal(signal.SIGPROF, too_long)
     signal.setitimer(signal.ITIMER_PROF, TOO_LONG)
     signal.alarm(TOO_LATE)
-    begun, of_begun, item.failed = time.monotonic(), of_processor(), False
+    begun, of_begun, item.failed, record.made_once = time.monotonic(), of_processor(), False, 0.0
     with record.on() as entered:
         result = yield
     signal.alarm(0)
@@ -149,7 +167,7 @@ def pytest_runtest_protocol(item: Any) -> Wrapper:
     for defs in item._fixtureinfo.name2fixturedefs.values():
         for one in defs:
             entered |= record.of_fixture.get((one.argname, one.baseid), set())
-    if item.failed or spent >= TOO_LONG:
+    if item.failed or spent - record.made_once >= TOO_LONG:
         entered = set()
     record.tests[item.nodeid.partition("::")[0]].append(
         (item.nodeid, round(seconds, 3), round(spent, 3), sorted(entered))
