@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from google.protobuf import text_format
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto as Field
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.descriptor_pool import DescriptorPool
@@ -13,8 +14,10 @@ from hypothesis import strategies as st
 from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.mapped import plan as opening
+from vegrip.transport.mapped.body_paths import parse_path
 from vegrip.transport.mapped.codec import TopicCodec
 from vegrip.transport.mapped.plan import open_plan
+from vegrip.transport.mapped.protobuf import ProtobufBodies
 
 MS = 1_000_000
 MAP = """
@@ -154,6 +157,34 @@ def test_a_command_is_a_message_of_their_type_and_stops_at_the_end_of_its_field(
     ((_, payload),) = codec.due(40 * MS)
     again = class_of("HandCommand").FromString(payload)
     assert (again.goals[0].force, again.n) == (2**32 - 1, 2)
+
+
+@pytest.mark.parametrize(
+    ("puts", "text"),
+    [
+        ({"header.n": 2.6}, "header { n: 3 }"),
+        ({"header.n": -1.0}, "header { }"),
+        ({"depth.thumb": 1.5, "depth.index": 2.5}, """depth { key: "thumb" value: 1.5 }
+            depth { key: "index" value: 2.5 }"""),
+        ({"tips[1].fz": 2.0}, "tips { } tips { fz: 2 }"),
+        ({"tips[name=T].fz": 2.0, "tips[name=I].fz": 3.0, "tips[name=T].f[0]": 4.0},
+         """tips { name: "T" fz: 2 f: 4 } tips { name: "I" fz: 3 }"""),
+        ({"tips[0].f[2]": 5.0}, "tips { f: 0 f: 0 f: 5 }"),
+        ({"tips[0].f[2]": 5.0, "tips[0].f[0]": 6.0, "tips[0].f[3]": 7.0}, "tips { f: 6 f: 0 f: 5 f: 7 }"),
+    ],
+)  # fmt: skip
+def test_what_is_put_into_a_message_stands_at_its_place_and_nothing_else(puts, text):
+    """As protobuf reads the text; a list that is filled up to a place has zeros before it."""
+    bodies = ProtobufBodies(descriptors(), {"hand/state": "acme.HandState"}, "hand.toml")
+    body = None
+    for path, value in puts.items():
+        body = bodies.put("hand/state", body, parse_path(path, ""), value)
+    state = class_of("HandState")()
+    text_format.Parse(text, state)
+    assert state.FromString(bodies.dump(body)) == state
+    for path, value in puts.items():
+        found = bodies.getter("hand/state", parse_path(path, ""), "")(body)
+        assert found == (max(round(value), 0) if path == "header.n" else value)
 
 
 BAD = {
