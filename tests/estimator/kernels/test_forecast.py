@@ -29,6 +29,20 @@ def model_force(kernels, m, elastic, dt):
     return force
 
 
+@pytest.mark.parametrize("pressed", [0.7, 1.0, 1.5])
+def test_a_hold_begins_at_once_with_the_contact_as_that_indentation_makes_it(kernels, m, pressed) -> None:
+    """No time passes: what has relaxed stays relaxed, and nothing more does."""
+    y, ns = kernels.TRIED0, kernels.NS
+    kernels.copy_state(m)
+    m[y + kernels.DELTA] *= pressed
+    m[y + kernels.SPEED] = 0.0
+    depth, (_, elastic, force, _) = m[y + kernels.DELTA], kernels.contact(m, y)
+    states = m[kernels.TRIAL0 : kernels.TRIAL0 + ns].copy()
+    assert kernels.begin_hold(m, y) == pytest.approx((elastic, depth, force), rel=1e-12)
+    assert m[y + kernels.EFFECTS : y + kernels.EFFECTS + ns] == pytest.approx(states, rel=1e-12)
+    assert kernels.contact(m, y)[2] == pytest.approx(force, rel=1e-12)
+
+
 @pytest.mark.parametrize("dt", [0.01, 0.5])
 @pytest.mark.parametrize("drive", [0.0, 300.0, 5000.0, math.inf])
 def test_force_and_indentation_go_on_along_the_stiffness_of_the_drive(kernels, m, begun, drive, dt) -> None:
