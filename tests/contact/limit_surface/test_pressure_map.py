@@ -10,6 +10,7 @@ from vegrip.contact.limit_surface import queries, reference
 from vegrip.contact.limit_surface.pressure_map import (
     TOLERANCE,
     PressureMap,
+    _bounds,
     bound_gauge,
     elliptical_map,
     map_gauge,
@@ -176,6 +177,23 @@ def test_bounds_meet(seed: int) -> None:
     bounds = bound_gauge(contact, any_load(rng, contact))
     assert bounds.lower <= bounds.upper * (1 + 1e-12)
     assert bounds.upper <= bounds.lower * (1 + 10 * TOLERANCE)
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=seeds, far=st.floats(1.0, 100.0))
+def test_every_slip_bounds_the_gauge_from_both_sides(seed: int, far: float) -> None:
+    """Also where one light point is so far from all others that it alone resists a torque."""
+    rng = np.random.default_rng(seed)
+    points, shares = rng.normal(size=(5, 2)) / far, np.full(5, far**2)
+    points[0], shares[0] = far * np.exp(rng.normal(size=2)) * -1.0, 1.0
+    contact = PressureMap(points, shares)
+    contact = PressureMap((contact.positions - contact.centre) / contact.size, contact.shares)
+    load, twist = rng.normal(size=3), rng.normal(size=3)
+    exact = map_gauge(contact, load)
+    for smooth in (1.0, 0.1, 1e-3):
+        found = _bounds(contact, load, twist / (load @ twist), smooth)
+        assert found.lower <= exact * (1.0 + 1e-8)
+        assert found.upper >= exact * (1.0 - 1e-8)
 
 
 @settings(max_examples=60, deadline=None)
