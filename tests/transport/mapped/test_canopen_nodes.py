@@ -12,7 +12,7 @@ import pytest
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import Frame
 from vegrip.transport.hands.endpoints import MappedCanEndpoint
-from vegrip.transport.mapped.canopen_nodes import CanopenNodes
+from vegrip.transport.mapped.canopen_nodes import CanopenNodes, read_eds
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.price import price
@@ -92,6 +92,47 @@ def test_an_answer_that_refuses_is_no_value(plan):
     assert codec.decode_all(frame(0x5A0, 0x80, *ask.data[1:4], 0, 0, 2, 6)) == []
     (state,) = codec.decode_all(frame(0x5A0, 0x4B, *ask.data[1:4], 0xDC, 0x05, 0, 0))
     assert state.normal_force == pytest.approx(1.5)
+
+
+class Heard:
+    """Stands for a network: keeps what a node sends."""
+
+    def __init__(self):
+        self.said = []
+
+    def send_message(self, _identifier, data, *_):
+        self.said.append(bytes(data))
+
+    def subscribe(self, *_): ...
+
+
+@pytest.mark.parametrize(
+    ("kind", "sizes"), [("0x0003", {1, 2}), ("0x0010", {1, 2, 3}), ("0x0004", {1, 2, 4})]
+)
+def test_objects_of_every_size_are_read_and_written_as_an_sdo_server_answers(tmp_path, kind, sizes):
+    """Signed objects of 16, 24 and 32 bits; the server is that of the library."""
+    path = tmp_path / "their.eds"
+    path.write_text(EDS.read_text().replace("DataType=0x0003", f"DataType={kind}"))
+    network, node = Heard(), canopen.LocalNode(32, str(path))
+    node.associate_network(network)
+    messages, seen = read_eds(path, {"thumb": 32}).messages, set()
+    for name, is_written in (("thumb_SDO", False), ("thumb_SDO_WRITE", True)):
+        for signal in (one for one in messages[name].signals.values() if one.selectors):
+            selector, size = signal.selectors[0].to_bytes(4, "little"), signal.length // 8
+            index, sub = int.from_bytes(selector[1:3], "little"), selector[3]
+            node.set_data(index, sub, b"\1\2\3\4"[:size])
+            asked = selector + b"\5\6\7\0" if is_written else b"\x40" + selector[1:] + bytes(4)
+            node.sdo.on_request(0x620, bytearray(asked), 0.0)
+            answer = network.said.pop()
+            if is_written:
+                assert selector[0] == 0x23 | (4 - size) << 2
+                assert answer[0] == 0x60
+                assert node.get_data(index, sub) == b"\5\6\7\0"[:size]
+            else:
+                assert answer == selector + b"\1\2\3\4"[:size] + bytes(4 - size)
+                assert signal.selectors[1] == signal.selectors[0] & ~0xFF | 0x42
+            seen.add((size, is_written))
+    assert seen == {(size, is_written) for size in sizes for is_written in (False, True)}
 
 
 def test_the_owner_is_told_that_values_are_not_of_one_moment(plan):
