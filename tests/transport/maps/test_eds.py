@@ -97,3 +97,24 @@ def test_a_pdo_without_an_identifier_of_its_own_has_that_of_the_predefined_conne
         for number in range(4)
     }
     assert {name: one.identifier for name, one in found.items() if "PDO" in name} == usual
+
+
+def test_a_pdo_that_is_switched_off_or_empty_is_named_by_its_identifier(tmp_path):
+    """Of each node, whatever else stands in the COB-ID; what else it sends is read."""
+    text = EDS.read_text().replace("$NODEID+0x40000180", "$NODEID+0xC0000180")
+    head, section, rest = text.partition("[1A01sub0]")
+    (tmp_path / "their.eds").write_text(
+        head + section + rest.replace("DefaultValue=0x5\n", "DefaultValue=0\n", 1)
+    )
+    found = read_eds(tmp_path / "their.eds", {"thumb": 32, "index": 33})
+    why = {
+        identifier: sentence.partition(" in this EDS")[0] for identifier, sentence in found.left_out.items()
+    }
+    assert why == {
+        0x1A0: "thumb_TPDO1 is switched off (bit 31 of its COB-ID)",
+        0x1A1: "index_TPDO1 is switched off (bit 31 of its COB-ID)",
+        0x2A0: "thumb_TPDO2 maps no object (sub-index 0 of 1A01 is 0)",
+        0x2A1: "index_TPDO2 maps no object (sub-index 0 of 1A01 is 0)",
+    }
+    sent = {name: message.identifier for name, message in found.messages.items() if "_TPDO" in name}
+    assert sent == {"thumb_TPDO3": 0x3A0, "index_TPDO3": 0x3A1}
