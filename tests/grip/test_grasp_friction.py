@@ -11,6 +11,8 @@ from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.grip import grasp_friction
 from vegrip.grip.controller import GripController
 from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.grasp_friction import GraspFriction
+from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.node import GraspForce
 from vegrip.grip.settings import ControlSettings
 from vegrip.grip.slip_channels import SCATTER
@@ -75,6 +77,27 @@ def test_before_anything_is_felt_friction_is_what_is_published_of_soft_tips_at_t
         mean, std = held.hand.friction.belief(name)
         assert math.exp(mean) == pytest.approx(0.92 * 0.5 * (2.0 / 5.0) ** -0.15, rel=0.02)
         assert std == pytest.approx(math.hypot(0.35, 0.1, 0.12 * math.log(5.0 / 2.0)), abs=0.01)
+
+
+@pytest.mark.parametrize(("std", "counts"), [(0.02, True), (2.0, False)])
+def test_what_is_known_of_an_object_counts_where_it_is_more_than_is_known_of_the_tips(
+    std: float, counts: bool
+) -> None:
+    hand = controller()
+    estimators = {name: finger.estimator for name, finger in hand.fingers.items()}
+    settings = replace(ControlSettings(), friction=LEARNING)
+    usual = GraspFriction(estimators, settings)
+    found = GraspFriction(estimators, settings, ObjectFriction(-1.7, std))
+    assert (found.memory.belief.version == 1.0) == counts
+    for name in NAMES:
+        mean, spread = found.belief(name)
+        if counts:
+            difference = usual.belief(name)[0] - mean
+            law = estimators[name].friction_law
+            assert difference == pytest.approx(law[0] + 1.7)
+            assert spread < usual.belief(name)[1]
+        else:
+            assert (mean, spread) == usual.belief(name)
 
 
 def test_a_slide_of_one_finger_lowers_the_bounds_of_all_and_reaches_their_estimators() -> None:
