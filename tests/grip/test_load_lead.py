@@ -49,9 +49,18 @@ def test_the_noise_of_a_steady_load_is_less_than_half_of_what_is_felt() -> None:
     assert np.mean(ahead) == pytest.approx(1.0, abs=0.002)
 
 
-def test_an_unknown_load_stays_unknown_and_the_next_one_begins_anew() -> None:
-    ahead = led([(1.0, 0.0, 0.0)] * 50 + [(math.nan, 0.0, 0.0), (3.0, 4.0, 0.01)])
-    assert math.isnan(ahead[-2][0])
+@pytest.mark.parametrize(
+    ("load", "told"),
+    [
+        ((math.nan, 0.0, 0.0), (math.nan, 0.0)),
+        ((0.0, math.nan, -0.2), (math.nan, 0.2)),
+        ((3.0, -4.0, -math.inf), (5.0, math.inf)),
+        ((-math.inf, 4.0, 0.1), (math.inf, 0.1)),
+    ],
+)
+def test_an_unknown_load_is_told_as_it_is_and_the_next_one_begins_anew(load, told) -> None:
+    ahead = led([(1.0, 0.0, 0.0)] * 50 + [load, (3.0, 4.0, 0.01)])
+    assert ahead[-2] == pytest.approx(told, nan_ok=True)
     assert ahead[-1] == pytest.approx((5.0, 0.01))
 
 
