@@ -182,6 +182,19 @@ def test_the_least_depth_is_where_the_worst_gauge_is_what_is_wanted(
         assert len(asked) <= (25 if present == 0.0 else 14)
 
 
+@pytest.mark.parametrize("below", [math.nan, math.inf])
+@pytest.mark.parametrize("jump", [1e-6, 0.02, 0.9])
+def test_a_gauge_that_jumps_to_none_is_held_from_the_jump_on(kernels, m, monkeypatch, jump, below) -> None:
+    """And where there is no load at all, at the least depth that is looked at: e^-19 of the deepest."""
+    radius = m[kernels.SET_TIP_RADIUS]
+    monkeypatch.setattr(kernels, "worst_gauge", lambda *given: below if given[2] < jump * radius else 0.0)
+    found = kernels.least_depth(m, kernels.TRIED0, LOAD, 0.8, 0.3 * radius, 1.6)
+    assert jump * radius <= found <= jump * radius * (1.0 + 2e-6)
+    monkeypatch.setattr(kernels, "worst_gauge", lambda *_: 0.0)
+    found = kernels.least_depth(m, kernels.TRIED0, LOAD, 0.8, 0.3 * radius, 1.6)
+    assert found == pytest.approx(kernels.DEEPEST * radius * math.exp(-19.0), rel=2e-6)
+
+
 @pytest.mark.parametrize("hold", [0.0, 500.0])
 def test_the_worst_gauge_is_the_greatest_over_parts_of_the_horizon(kernels, m, monkeypatch, hold) -> None:
     m[kernels.SET_HOLD], m[kernels.SET_HORIZON] = hold, 2.0
