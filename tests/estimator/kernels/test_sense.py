@@ -21,18 +21,23 @@ class Sense:
         self.kernels: ModuleType = KERNELS
         self.f = np.zeros(FINGER.n_reals)
         self.t = np.zeros(max(end for _, end in FINGER.sections.values()), np.int64)
+        start, count = self.kernels.STATE0, self.kernels.MEASURED
+        self.measured, self.multiples = self.f[start : start + count], np.arange(1.0, count + 1.0)
+        assert start == self.kernels.STATE_NORMAL_FORCE
         self.t[self.kernels.CLOCK_GAP], self.t[self.kernels.CLOCK_RECOVERY] = GAP, RECOVERY
 
     def update(self, f: np.ndarray, dt: float, force: float, *_: float) -> None:
         """Keep the number of samples, the last force, a sum that depends on their order, and the time."""
         y = self.kernels.Y0
+        if np.isfinite(force):
+            assert np.array_equal(self.measured, force * self.multiples), "what came with this force"
         f[y], f[y + 1], f[y + 2] = f[y] + 1.0, force, 0.5 * f[y + 2] + force
         f[y + 3] += max(dt, 0.0)
         f[y + 4] = dt
         f[self.kernels.CHANNEL0 + self.kernels.CH_USED] = 1.0
 
     def feel(self, stamp: int, force: float) -> None:
-        self.t[self.kernels.NEWS_STAMP], self.f[self.kernels.STATE_NORMAL_FORCE] = stamp, force
+        self.t[self.kernels.NEWS_STAMP], self.measured[:] = stamp, force * self.multiples
         self.kernels.assimilate(self.f, self.t)
 
     def number(self, name: str) -> int:
@@ -120,7 +125,6 @@ def test_a_memory_that_was_kept_goes_on_after_a_gap_of_unknown_length(sense: Sen
 
 
 def test_the_first_sample_measures_force_or_displacement_and_begins(sense: Sense) -> None:
-    sense.f[KERNELS.STATE_DISPLACEMENT] = np.nan
     sense.feel(3 * MS, np.nan)
     assert (sense.written[0], sense.number("SAMPLE_BEGUN")) == (0.0, 0)
     sense.feel(4 * MS, 1.0)
