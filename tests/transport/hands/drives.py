@@ -3,36 +3,26 @@
 import threading
 import time
 
-from simulated_dynamixel import Dynamixel
-from simulated_robotiq import RobotiqRtu, RobotiqUrcap
-from simulated_wsg import Wsg
-
 from vegrip.messages import ForceCommand, Reason
-from vegrip.transport.hands.device_endpoint import PtyPort, SocketPort, VirtualDeviceEndpoint
+from vegrip.transport.hands.device_endpoint import PtyPort, SocketPort, VirtualDeviceEndpoint, virtual_device
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.maps.products import map_of, virtual_text
 from vegrip.transport.open import Hand, open_alone
 
-PEERS = {"Modbus RTU": RobotiqRtu, "URCap": RobotiqUrcap, "WSG": Wsg, "Dynamixel": Dynamixel}
 PATIENCE = 20.0  # [s] on a busy machine
 
 
-def peer(plan):
-    """Return the drive as its manual and public clients have it, which has of our map only the limits."""
-    return next(kind for word, kind in PEERS.items() if word in plan.hand.product["name"])(plan)
-
-
 class Running:
-    """A drive that is simulated as ``make`` does, and endpoints of ours at it."""
+    """A virtual drive, and endpoints of ours at it."""
 
-    def __init__(self, name, folder, make=peer):
+    def __init__(self, name, folder):
         self.path = folder / f"{name}.toml"
         self.path.write_text(virtual_text(map_of(name)))
         plan = open_plan(self.path)
         self.transport = dict(plan.hand.transport)
         is_serial = self.transport["kind"] == "serial"
         self.port = PtyPort(str(folder / "tty")) if is_serial else SocketPort("tcp", "127.0.0.1:0")
-        self.device = make(plan)
+        self.device = virtual_device(plan)
         self._endpoint = VirtualDeviceEndpoint(self.device, self.port, 1.0)
         self._stops = threading.Event()
         self._thread = threading.Thread(target=self._work)

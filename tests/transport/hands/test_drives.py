@@ -2,12 +2,10 @@
 
 import math
 from collections import Counter
-from contextlib import closing
-from functools import partial
 
 import numpy as np
 import pytest
-from drives import PATIENCE, Running, command, peer, press, until
+from drives import command
 
 from vegrip.clock import NS
 from vegrip.config import read_toml
@@ -63,9 +61,8 @@ def damaged(known, seed, longest):
         yield bytes(data)
 
 
-@pytest.mark.parametrize("make", [peer, virtual_device])
-def test_no_bytes_whatever_raise_in_a_simulated_drive(plan, make):
-    device = make(plan)
+def test_no_bytes_whatever_raise_in_a_simulated_drive(plan):
+    device = virtual_device(plan)
     polls = plan.hand.device.poll
     known = [bytes.fromhex(one.get("data", "")) + one.get("text", "").encode() for one in polls]
     for number, data in enumerate(damaged(known, 4, 40)):
@@ -74,36 +71,6 @@ def test_no_bytes_whatever_raise_in_a_simulated_drive(plan, make):
         device.due(now)
     assert device.counts["unknown_request"] > 0
     assert all(math.isfinite(force) for force in device.forces.values())
-
-
-@pytest.mark.parametrize("name", DRIVES)
-def test_the_drive_that_follows_from_the_map_obeys_as_that_of_the_manual(name, tmp_path):
-    told = []
-    for make in (peer, virtual_device):
-        (tmp_path / make.__name__).mkdir()
-        with closing(Running(name, tmp_path / make.__name__, make)) as run, run.open() as endpoint:
-            device, forces = run.device, []
-            for force in (30.0, 21.5, 0.0, 25.0):
-                press(endpoint, force, partial(run.presses, force))
-                forces.append(device.forces["jaw"])
-            assert endpoint.obeys
-            told.append(forces)
-    assert told[0] == pytest.approx(told[1], abs=1e-3)
-
-
-def test_the_drive_of_a_map_obeys_once_it_is_ready_and_says_what_it_holds(tmp_path):
-    with closing(Running("robotiq-2f85", tmp_path, virtual_device)) as run, run.open() as endpoint:
-        press(endpoint, 60.0, lambda: run.presses(60.0))
-        assert endpoint.conditions == {"activated"}
-        run.device.sense(FingertipState(0, "jaw", 0, normal_force=2.0))
-        until(endpoint, lambda: "holding" in endpoint.conditions)
-        run.device.sense(FingertipState(0, "jaw", 1, normal_force=0.0))
-        until(endpoint, lambda: "holding" not in endpoint.conditions)
-        run.device.reset()
-        until(endpoint, lambda: "activation_lost" in endpoint.conditions)
-        endpoint.send(command(90.0, PATIENCE))
-        until(endpoint, lambda: endpoint.rejected.get("not_ready", 0) > 3)
-        assert run.presses(60.0)
 
 
 def test_no_bytes_whatever_raise_in_the_driver(plan):
@@ -120,7 +87,7 @@ def test_no_bytes_whatever_raise_in_the_driver(plan):
 
 
 def test_where_a_finger_presses_there_is_an_object(plan):
-    device = peer(plan)
+    device = virtual_device(plan)
     device.jaws.place = 30.0
     device.sense(FingertipState(0, "jaw", 0, normal_force=2.0))
     assert device.jaws.object_at == 30.0

@@ -4,11 +4,12 @@ import struct
 from functools import partial
 
 import pytest
-from drives import PATIENCE, command, peer, press, until
+from drives import PATIENCE, command, press, until
 
 from vegrip.clock import NS
 from vegrip.errors import ConfigError
 from vegrip.transport.codec import Frame
+from vegrip.transport.hands.device_endpoint import virtual_device
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.maps.checksums import appended
@@ -106,7 +107,7 @@ def test_the_maker_s_client_reads_writes_and_is_refused_by_our_device(motor):
 
 
 def test_damage_strangers_and_the_unknown_are_answered_as_the_protocol_says(path):
-    device = peer(open_plan(path))
+    device = virtual_device(open_plan(path))
     ping = appended("dynamixel", bytes.fromhex("FFFFFD00 01 0300 01"))
     assert asked(device, ping)[8:10] == b"\x00\xfc"
     assert asked(device, ping[:-1] + b"\0")[8] == 3

@@ -10,7 +10,7 @@ import tty
 from functools import partial
 
 import pytest
-from drives import PATIENCE, command, peer, press, until
+from drives import PATIENCE, command, press, until
 
 from vegrip.clock import NS
 from vegrip.config import read_toml
@@ -19,6 +19,7 @@ from vegrip.runtime.launch_file import read_launch_file
 from vegrip.transport.byte_link import remedy
 from vegrip.transport.codec import Frame
 from vegrip.transport.hands import link_endpoint
+from vegrip.transport.hands.device_endpoint import virtual_device
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.maps.map_text import whole
@@ -52,7 +53,7 @@ def asked(device, data, now=NS):
 @pytest.fixture
 def alone():
     """A device without a line."""
-    return peer(open_plan(map_of("robotiq-2f85")))
+    return virtual_device(open_plan(map_of("robotiq-2f85")))
 
 
 def test_our_device_answers_the_manual_s_requests_with_its_bytes(alone):

@@ -3,10 +3,11 @@
 import socket
 
 import pytest
-from drives import PATIENCE, command, peer, press, until
+from drives import PATIENCE, command, press, until
 
 from vegrip.clock import NS
 from vegrip.transport.codec import Frame
+from vegrip.transport.hands.device_endpoint import virtual_device
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.maps.lines import Line
@@ -38,7 +39,7 @@ EXCHANGES = [
 @pytest.fixture
 def alone():
     """A device without a line."""
-    return peer(open_plan(map_of("robotiq-2f85-ur")))
+    return virtual_device(open_plan(map_of("robotiq-2f85-ur")))
 
 
 def test_lines_of_public_clients_are_answered(alone):

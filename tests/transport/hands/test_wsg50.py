@@ -3,11 +3,12 @@
 import struct
 
 import pytest
-from drives import PATIENCE, command, peer, press, until
+from drives import PATIENCE, command, press, until
 
 from vegrip.clock import NS
 from vegrip.errors import DeviceError
 from vegrip.transport.codec import Frame
+from vegrip.transport.hands.device_endpoint import virtual_device
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.maps.checksums import weiss_crc
@@ -38,7 +39,7 @@ def message(what, payload=b""):
 @pytest.fixture
 def alone():
     """A device without a line, at home."""
-    device = peer(open_plan(map_of("weiss-wsg50")))
+    device = virtual_device(open_plan(map_of("weiss-wsg50")))
     asked(device, message(0x20, b"\0"))
     return device
 
@@ -71,7 +72,7 @@ def test_all_that_the_driver_says_has_the_form_of_a_public_client():
     codec.encode(command(42.5))
     (outgoing,) = codec.encoder.wanted()
     assert outgoing.message(NS)[0].data == message(0x32, struct.pack("<f", 42.5))
-    device = peer(plan)
+    device = virtual_device(plan)
     told = plan.hand.device
     limit = plan.hand.packets["limit"]
     for entry in (*told.opening, *told.poll, *told.closing, *limit.then, *limit.opened):

@@ -19,7 +19,6 @@ from vegrip.transport.endpoint import BACK, GONE, Endpoint
 from vegrip.transport.hands.drive_steps import OPEN_N, Commanded, least_force_sentence, next_force
 from vegrip.transport.hands.jaw_balance import JawBalance
 from vegrip.transport.hands.wrist_load import WristLoad
-from vegrip.transport.maps.conditions import HOLDING
 from vegrip.transport.sender_clock import ClockEstimate
 
 ROUND_NS: Final = 2 * NS // 1000  # [ns] after which each part is asked again: it may have something to say
@@ -28,6 +27,8 @@ SILENT_NS: Final = NS  # [ns] without a word of a part that had spoken
 FIRST_WORD_NS: Final = 3 * NS  # [ns] for its first: an opening takes its time
 LOST: Final = ("link_lost", "silent", "bus_lost", "no_traffic")
 """What an endpoint counts when its device has gone."""
+HOLDING: Final = "holding"
+"""What a gripper says that is not empty: a node that starts anew while it holds must not weigh the object."""
 NOT_EMPTY: Final = (
     "holds something, and the load is known once it was weighed empty: bear the object by hand, `vegrip "
     "lifecycle set NODE inactive`, `vegrip zero NODE`, and a second later set it active"
@@ -259,7 +260,6 @@ class BenchEndpoint(Joined):
             self._drive.felt = message.normal_force
         if part.role != "wrist" or self._wrist is None or self._drive is None:
             return ()
-        # a node that starts anew while it holds must not weigh the object with the gripper
         if not self._wrist.is_begun and HOLDING in self._drive.part.endpoint.conditions:
             self._tell("not_empty", f"{self._drive.part.where} {NOT_EMPTY}")
             return ()

@@ -27,12 +27,22 @@ from vegrip.transport.canbus.frame_time import FD_SIZES
 from vegrip.transport.codec import Frame
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.virtual_device import VirtualDevice
-from vegrip.transport.hands.virtual_drive import VirtualDrive
+from vegrip.transport.hands.virtual_drive import Simulated, VirtualDrive
+from vegrip.transport.hands.virtual_dynamixel import Dynamixel
+from vegrip.transport.hands.virtual_robotiq import RobotiqRtu, RobotiqUrcap
+from vegrip.transport.hands.virtual_wsg import Wsg
 from vegrip.transport.mapped.plan import Plan, open_plan
 from vegrip.transport.open import CanSettings, Hand, open_bus
 
 CHUNK: Final = 4096  # [bytes] read at once
 LIFETIME_PERIODS: Final = 10  # of repeated commands, after which silence counts as the end of them
+DRIVES: Final[dict[str, type[VirtualDrive]]] = {
+    "robotiq": RobotiqRtu,
+    "robotiq-urcap": RobotiqUrcap,
+    "wsg": Wsg,
+    "dynamixel": Dynamixel,
+}
+"""Drives that have a simulation of their own, by ``speaks`` of ``[product.virtual]``."""
 LOOPBACK: Final = ("127.0.0.1", "localhost")
 
 
@@ -192,7 +202,7 @@ class DeviceSettings:
 class VirtualDeviceEndpoint(Endpoint):
     """States of ours in, packets of a device out; its commands as force commands."""
 
-    def __init__(self, device: VirtualDevice, port: DevicePort, lifetime: float) -> None:
+    def __init__(self, device: Simulated, port: DevicePort, lifetime: float) -> None:
         self.address = port.address
         self._device, self._port, self._lifetime = device, port, round(lifetime * NS)
         self._clock = WallClock()
@@ -243,11 +253,10 @@ def open_device(table: Mapping[str, Any], hand: Hand, where: str) -> VirtualDevi
     return VirtualDeviceEndpoint(device, _port(plan.hand.transport, settings), lifetime)
 
 
-def virtual_device(plan: Plan, latency: float = 0.0) -> VirtualDevice:
-    """Return the simulation of a drive, or of what feels."""
-    if all(finger.is_drive for finger in plan.fingers):
-        return VirtualDrive(plan, latency)
-    return VirtualDevice(plan, 0, latency)
+def virtual_device(plan: Plan, latency: float = 0.0) -> Simulated:
+    """Return the simulation of a drive, or else of any device by its map."""
+    speaks = plan.hand.product.get("virtual", {}).get("speaks", "")
+    return DRIVES[speaks](plan, latency) if speaks in DRIVES else VirtualDevice(plan, 0, latency)
 
 
 def _port(transport: Mapping[str, Any], settings: DeviceSettings) -> DevicePort:

@@ -16,6 +16,7 @@ from vegrip.clock import NS
 from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import Frame
+from vegrip.transport.hands.virtual_drive import Simulated
 from vegrip.transport.mapped.commands import FrameCommands, Outgoing, Target, rounding
 from vegrip.transport.mapped.compiled import Group, compile_raw, groups_of, made, packing
 from vegrip.transport.mapped.plan import VECTORS, ChannelPlan, FingerPlan, Plan
@@ -26,40 +27,7 @@ from vegrip.transport.maps.schema import POLAR, MessageMap
 from vegrip.transport.maps.signals import ForeignMessage, Signal
 
 USUAL_RATE: Final = 100.0  # [Hz] of a device that sends by itself and whose map states none
-Raws = Mapping[int | str, int]
 TURN: Final = 2.0 * math.pi  # [rad]
-
-
-class Simulated:
-    """A device that answers, and sends a sample, ``latency`` [s] late, and is told forces."""
-
-    def __init__(self, latency: float) -> None:
-        self.counts: Counter[str] = Counter()
-        """Of what it received: ``unknown_request``, and ``zero``, the times that it took its zero."""
-        self.forces: dict[str, float] = {}
-        """The force that each finger was last commanded [N]."""
-        self._fresh: dict[str, float] = {}
-        self._latency = round(latency * NS)
-        self._received = bytearray()
-        self._outbox: list[tuple[int, Frame]] = []
-
-    def taken(self) -> list[tuple[str, float]]:
-        """Return the forces [N] that it was told since it was last asked."""
-        found, self._fresh = list(self._fresh.items()), {}
-        return found
-
-    def _press(self, finger: str, force: float) -> None:
-        if math.isfinite(force):
-            self.forces[finger] = self._fresh[finger] = force
-
-    def _say(self, frame: Frame, now: int) -> None:
-        self._outbox.append((now + self._latency, frame))
-
-    def _said_by(self, now: int) -> list[Frame]:
-        sent = [frame for at, frame in self._outbox if at <= now]
-        if sent:
-            self._outbox = [each for each in self._outbox if each[0] > now]
-        return sent
 
 
 class VirtualDevice(Simulated):
@@ -80,19 +48,18 @@ class VirtualDevice(Simulated):
         )
         commands = FrameCommands(plan, self._state_of, Counter())
         self._commands = {
-            name: CommandReader(plan, *each)
+            name: _CommandReader(plan, *each)
             for name, each in commands.targets.items()
             if on_can or each[0].name in self._packets
         }
-        asked = self._steps if hand.conditions else (*self._dialogue.zeroing, *self._dialogue.poll)
-        answers = {step.expects for step in asked}
+        answers = {step.expects for step in (*self._dialogue.zeroing, *self._dialogue.poll)}
         answers = (answers | {each.answer for each in hand.packets.values()}) - {""}
         sent = {hand.packets[name].of or name if name in hand.packets else name for name in plan.messages}
         known = plan.database.messages if on_can else self._packets
         self._writers = {name: _Writer(plan, name) for name in known if name in sent | answers}
         self._by_itself = [name for name in self._writers if name not in answers]
         self._period = round(NS / (hand.rate or USUAL_RATE))
-        self._raws: dict[int | str, int] = {}  # slot, or PACKET.FIELD -> what stands in its field
+        self._raws: dict[int, int] = {}  # slot -> what stands in its field
         self._held: dict[int, float] = {}  # slot -> what can be read in it
         self._positions: dict[str, float] = {}  # in the unit of their command
         self._measured: dict[str, float] = {}  # [N] the last normal force
@@ -161,15 +128,7 @@ class VirtualDevice(Simulated):
         size, answered = 0, set[str]()
         for finger, reader in self._commands.items():
             packet = self._packets[reader.message.name]
-            if packet.line is not None:
-                line, end, _ = data.partition(b"\n")
-                fields = packet.line.fields(line) if end else None
-                if fields is not None:
-                    size = len(line) + 1
-                    self._command(finger, reader, fields)
-                    answered.add(self._plan.hand.packets[packet.name].answer)
-                is_begun = is_begun or not end
-            elif packet.start.match(data) is None:
+            if packet.start.match(data) is None:
                 is_begun = is_begun or len(data) < packet.reach
             elif len(data) < reader.message.length:
                 is_begun = True
@@ -208,7 +167,7 @@ class VirtualDevice(Simulated):
             for frame in self._writers[name].frames(self._raws, now, asked):
                 self._say(frame, now)
 
-    def _command(self, finger: str, reader: "CommandReader", data: bytes) -> None:
+    def _command(self, finger: str, reader: "_CommandReader", data: bytes) -> None:
         before = self.forces.get(finger, math.nan)
         force = reader.force(data, before, *self._state_of(finger))
         self._press(finger, force)
@@ -308,7 +267,7 @@ class VirtualDevice(Simulated):
         return held, is_beyond
 
 
-class CommandReader:
+class _CommandReader:
     """Reads the force of one finger out of a command."""
 
     def __init__(self, plan: Plan, outgoing: Outgoing, target: Target) -> None:
@@ -348,7 +307,7 @@ class _Writer:
         where = f"{plan.hand.path} [messages.{name}.checksum]"
         self._guard = protection(spec.checksum, self._message, where) if self._packet is None else None
 
-    def frames(self, raws: Raws, now: int, asked: bytes) -> list[Frame]:
+    def frames(self, raws: Mapping[int, int], now: int, asked: bytes) -> list[Frame]:
         """Return the pages that ``asked`` asks for, or else all."""
         wanted = [page for page in self._pages if page.is_asked_by(asked)] or self._pages
         return [
@@ -356,10 +315,8 @@ class _Writer:
             for page in wanted
         ]
 
-    def _whole(self, page: "_Page", raws: Raws, now: int) -> bytes:
+    def _whole(self, page: "_Page", raws: Mapping[int, int], now: int) -> bytes:
         data, packet = page.data(raws), self._packet
-        if packet is not None and packet.line is not None:
-            return packet.line.line(bytes(data))
         guard = self._guard
         if packet is not None:
             if packet.clock is not None:
@@ -385,7 +342,7 @@ class _Writer:
             _put_in(data, place, len(data) - self._spec.length.get("plus", 0))
         return data
 
-    def _with_records(self, head: bytearray, index: Index, raws: Raws) -> bytearray:
+    def _with_records(self, head: bytearray, index: Index, raws: Mapping[int, int]) -> bytearray:
         kind_at = read_field("type", self._spec.index["type"], 0, self._message.name)
         bodies = [(kind, page.data(raws)) for kind, page in self._records]
         entries, begin = bytearray(), index.at + len(bodies) * index.entry - index.origin
@@ -412,12 +369,6 @@ class _Page:
         fields |= {
             slot.place.name: f"raws.get({slot.number}, 0)" for slot in group.slots if slot.place is not None
         }
-        asked = {place for each in plan.hand.conditions.values() for place in each.where}
-        fields |= {
-            field: f"raws.get({f'{name}.{field}'!r}, 0)"
-            for field in self._message.signals
-            if f"{name}.{field}" in asked
-        }
         self._gates = [
             (compile_raw(self._message, self._message.signals[name]), values)
             for name, values in group.condition
@@ -435,7 +386,7 @@ class _Page:
         data = request.ljust(self._message.length, b"\0")
         return bool(request and self._gates) and all(raw(data) in values for raw, values in self._gates)
 
-    def data(self, raws: Raws) -> bytearray:
+    def data(self, raws: Mapping[int, int]) -> bytearray:
         """Return the page, without what is counted from its end."""
         self._count += 1
         data: bytearray = self._pack(raws, self._count)

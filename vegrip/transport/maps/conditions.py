@@ -16,13 +16,10 @@ unless ``is_fault`` is false.
 from collections import Counter
 from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 from vegrip.config import parameter
 from vegrip.errors import ConfigError, suggestion
-
-HOLDING: Final = "holding"
-"""The condition of a gripper that presses on something."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +50,7 @@ class Conditions:
         self.now: set[str] = set()
         self._maps, self._readers, self._counts = maps, readers, counts
         self._last: dict[str, int] = {}
-        self._wanted = {name: values_of(each, name) for name, each in maps.items()}
+        self._wanted = {name: _values(each, name) for name, each in maps.items()}
         self._judged_by = {name: next(iter(each.where)).partition(".")[0] for name, each in maps.items()}
         self._held_before: set[str] = set()  # conditions whose ``after`` has held since they held last
 
@@ -108,8 +105,7 @@ def fields_of(
     return found
 
 
-def values_of(each: ConditionMap, name: str = "") -> dict[str, frozenset[int]]:
-    """Return which values each PACKET.FIELD has while a condition holds."""
+def _values(each: ConditionMap, name: str) -> dict[str, frozenset[int]]:
     found = {
         place: frozenset(value if isinstance(value, (list, tuple)) else [value])
         for place, value in each.where.items()

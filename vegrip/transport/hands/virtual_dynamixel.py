@@ -7,8 +7,7 @@ import math
 import struct
 from typing import Final
 
-from simulated_drive import FramedDrive
-
+from vegrip.transport.hands.virtual_drive import FramedDrive
 from vegrip.transport.mapped.commands import law_of
 from vegrip.transport.mapped.plan import Plan
 from vegrip.transport.maps.checksums import appended
@@ -36,7 +35,7 @@ class Dynamixel(FramedDrive):
         self.table[0:2], self.table[MODE] = MODEL, 3  # delivered in position mode
         name = self._fingers[0]
         command = plan.hand.fingers[name].command
-        assert command is not None
+        assert command is not None  # noqa: S101 (it is a drive)
         self._law = law_of(command, command.unit, name)
         self._opened, closed = command.opened, command.closed[0]
         self._sign = 1 if closed > self._opened else -1

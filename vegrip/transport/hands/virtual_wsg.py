@@ -4,8 +4,7 @@ import math
 import struct
 from typing import Final
 
-from simulated_drive import FramedDrive
-
+from vegrip.transport.hands.virtual_drive import FramedDrive
 from vegrip.transport.mapped.plan import Plan
 from vegrip.transport.maps.checksums import appended
 

@@ -7,9 +7,8 @@ import math
 import struct
 from typing import Final
 
-from simulated_drive import NO_FRAME, VirtualDrive
-
 from vegrip.clock import NS
+from vegrip.transport.hands.virtual_drive import NO_FRAME, VirtualDrive
 from vegrip.transport.mapped.plan import Plan
 from vegrip.transport.maps.modbus import crc16
 
