@@ -158,13 +158,11 @@ def _recorded(
 def judged(pair: Pair) -> Outcome:
     """Make a pair, and judge what is said of it."""
     found = changed(*made(pair))
-    truth = {"zero_force" if name == "zero_normal_force" else name for name in pair.truth}
-    names = found.pair.names
-    sets = [{names[j] for j in one} for one in found.choice.rivals]
+    pair_of, truth = found.pair, set(pair.truth)
+    sets = [set(one) for one in found.choice.rivals]
     is_right = truth in sets and not found.new_effects
     is_false = found.verdict != "nothing" and not is_right  # something is said, and it is not that
-    asked = {names.index(name) for name in truth if name in names}
-    gain = found.pair.cost(()) - found.pair.cost(tuple(asked & set(found.pair.questions)))
+    gain = pair_of.cost(()) - pair_of.cost([name for name in pair_of.questions if name in truth])
     return Outcome(
         pair, found.verdict, found.sentence, is_right and len(sets) == 1, is_right, is_false,
         gain > SHOWS_NATS,

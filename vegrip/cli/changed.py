@@ -2,7 +2,7 @@
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -10,9 +10,6 @@ from vegrip.cli import _terminal
 from vegrip.cli._options import JSON, START_MODEL, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
 from vegrip.errors import UsageError
-
-if TYPE_CHECKING:
-    from vegrip.identification.recording import Recording
 
 FIRST = Annotated[Path, typer.Argument(help="Folder of the recording before, of a finger or a hand.")]
 SECOND = Annotated[Path, typer.Argument(help="Folder of the recording after, of the same.")]
@@ -39,38 +36,33 @@ def changed(
     Example: vegrip sample press && vegrip sample press-later
     && vegrip changed press press-later -o changed.png
     """
-    from vegrip.identification.changed.hand import changed_fingers
+    from vegrip.identification.changed.changes import changed_fingers
     from vegrip.identification.changed.plot import draw_changed
+    from vegrip.identification.recording.session import read_fingers
     from vegrip.model import read_model
 
     with Outputs(force=force) as outputs:
         outputs.picture(output)
-        before, after = _fingers(first), _fingers(second)
+        with _terminal.progress("read") as report:
+            count = _terminal.counted(report)
+            before, after = (read_fingers(folder, progress=count) for folder in (first, second))
         if len(before) == len(after) == 1:
             after = dict(zip(before, after.values(), strict=True))  # one finger, however it is called
         elif output is not None:
             raise UsageError(f"-o draws one finger: give its folder, such as {first / next(iter(before))}")
         start = read_model(model) if model is not None else None
         with _terminal.progress("changed") as report:
-            found = changed_fingers(before, after, start, tolerance=tolerance, report=report)
-        one = next(iter(found.fingers.values()))
-        is_hand = len(before) > 1 or len(after) > 1
+            found, left_out = changed_fingers(before, after, start, tolerance=tolerance, report=report)
+        one = next(iter(found.values()))
         outputs.write(output, partial(draw_changed, one))
-        if as_json:
-            _terminal.print_json(found.as_dict() if is_hand else one.as_dict())
-            return
-        for each in found.fingers.values():
-            _terminal.printer().print(f"{each.verdict} - {each.sentence}", style="bold")
-            _terminal.print_sentences(each.remarks)
-        left_out = found.not_compared.items()
-        _terminal.print_sentences(f"{finger} was not compared: {why}" for finger, why in left_out)
-
-
-def _fingers(folder: Path) -> "dict[str, Recording]":
-    from vegrip.identification.recording import read_recording
-    from vegrip.identification.recording.session import finger_folders
-
-    with _terminal.progress("read") as report:
-        places = finger_folders(folder)
-        found = [read_recording(place, progress=_terminal.counted(report)) for place in places]
-    return {one.fingertip.name: one for one in found}
+        if as_json and len(before) == len(after) == 1:
+            _terminal.print_json(one.as_dict())
+        elif as_json:
+            fingers = {finger: each.as_dict() for finger, each in found.items()}
+            _terminal.print_json({"fingers": fingers, "not_compared": left_out})
+        else:
+            for each in found.values():
+                _terminal.printer().print(f"{each.verdict} - {each.sentence}", style="bold")
+                _terminal.print_sentences(each.remarks)
+            reasons = left_out.items()
+            _terminal.print_sentences(f"{finger} was not compared: {why}" for finger, why in reasons)

@@ -76,6 +76,18 @@ def test_a_slip_tells_a_gain_of_the_force_sensor_from_a_stiffness_and_without_on
         assert one.interval[0] < 6.0 < one.interval[1]
 
 
+def test_what_one_recording_alone_shows_is_not_compared() -> None:
+    first, second = recorded(11)
+    blind = replace(first, columns={n: one for n, one in first.columns.items() if n != "contact_radius"})
+    for one, is_asked in ((first, True), (blind, False)):
+        found = changed(one, second)
+        compared = {each.name for each in (*found.changes, *found.unchanged)}
+        assert ("gain_contact_radius" in compared) is is_asked
+        assert (
+            any("not compared" in said and "contact radius" in said for said in found.remarks) is not is_asked
+        )
+
+
 @pytest.mark.long
 def test_two_changes_are_both_named_with_their_intervals() -> None:
     truth = {"mu": math.log(0.9), "zero_normal_force": 0.012}

@@ -1,6 +1,6 @@
 """What changed between two recordings of one fingertip."""
 
-from vegrip.identification.changed.changes import Changed, changed
-from vegrip.identification.changed.words import Change
+from vegrip.identification.changed.changes import changed
+from vegrip.identification.changed.result import Change, Changed
 
 __all__ = ["Change", "Changed", "changed"]

@@ -18,7 +18,7 @@ FALSE_CHANGE = 1e-3  # chance that anything is said to have changed where nothin
 MOST_CHANGES = 4
 MOST_STEPS = 8  # of Gauss and Newton
 LAST_STEP_NATS = 0.01  # [nats] that the last one foretells
-Set = tuple[int, ...]
+Set = tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,35 +30,34 @@ class Choice:
 
     @property
     def sure(self) -> Set:
-        return tuple(j for j in self.best if all(j in one for one in self.rivals))
+        return tuple(name for name in self.best if all(name in one for one in self.rivals))
 
     @property
     def unsure(self) -> list[tuple[int, Set]]:
         """How many of which differences there are: what takes each other's place belongs together."""
-        best, groups = set(self.best), list[set[int]]()
+        best, groups = set(self.best), list[set[str]]()
         for one in sorted(map(set, self.rivals), key=lambda rival: len(rival - best)):
             is_resolved = all(len(one & group) == len(best & group) for group in groups)
             if not (is_resolved and one ^ best <= set().union(*groups)):
                 touched = [group for group in groups if group & (one ^ best)]
                 groups = [group for group in groups if group not in touched] + [(one ^ best).union(*touched)]
-        return [(len(group & best), tuple(sorted(group))) for group in sorted(groups, key=min)]
+        order = [name for one in self.rivals for name in one]
+        ordered = sorted([sorted(map(order.index, group)) for group in groups])
+        sets = [tuple(order[i] for i in one) for one in ordered]
+        return [(len(best.intersection(one)), one) for one in sets]
 
 
 def choose(pair: Pair) -> Choice:
     """Return which differences there are; ``pair`` ends at its best with them."""
-    best: Set | None = None
     for _ in range(MOST_STEPS):
-        found = _best(pair)
-        w, least = pair.solved(found)
-        here = 0.5 * float(pair.w @ pair.G @ pair.w) - float(pair.h @ pair.w)
-        if found == best and here - least < LAST_STEP_NATS:
+        best = _best(pair)
+        w, least = pair.solved(best)
+        if 0.5 * float(pair.w @ pair.G @ pair.w) - float(pair.h @ pair.w) - least < LAST_STEP_NATS:
             break
-        best = found
         pair.move(w)
-    assert best is not None  # noqa: S101
     most = pair.cost(best) + INDISTINGUISHABLE_NATS
-    rivals = {one for one in combinations(pair.questions, len(best)) if pair.cost(one) <= most}
-    return Choice(best, tuple(sorted(rivals | {best})))
+    every = combinations(pair.questions, len(best))
+    return Choice(best, tuple(one for one in every if pair.cost(one) <= most))
 
 
 def _best(pair: Pair) -> Set:

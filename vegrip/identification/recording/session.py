@@ -16,7 +16,7 @@ from vegrip.errors import ConfigError, RecordingError
 from vegrip.identification.recording.data import Recording
 from vegrip.identification.recording.folder import CSV, TOML, existing_folder, read_recording
 from vegrip.identification.recording.report import LoadReport
-from vegrip.identification.recording.table import Layout, read_header, read_table
+from vegrip.identification.recording.table import Layout, Progress, read_header, read_table
 from vegrip.identification.recording.writer import FILE_OF_MESSAGE, SESSION
 from vegrip.messages import FingertipState
 
@@ -38,9 +38,15 @@ def finger_folders(folder: Path) -> list[Path]:
     return found
 
 
-def read_fingers(folder: Path | str, *, announce: bool = True) -> dict[str, Recording]:
-    """Return the recordings in ``folder`` by finger: of a session, or the one that it is itself."""
-    found = [read_recording(place, announce=announce) for place in finger_folders(Path(folder))]
+def read_fingers(
+    folder: Path | str, *, announce: bool = True, progress: Progress = lambda _: None
+) -> dict[str, Recording]:
+    """Return the recordings in ``folder`` by finger: of a session, or the one that it is itself.
+
+    ``announce`` and ``progress`` are those of :func:`read_recording`.
+    """
+    places = finger_folders(Path(folder))
+    found = [read_recording(place, announce=announce, progress=progress) for place in places]
     return {recording.fingertip.name: recording for recording in found}
 
 
