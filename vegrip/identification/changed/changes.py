@@ -122,7 +122,7 @@ def _overlap(a: Fit, b: Fit) -> dict[str, Any]:
         RecordingError: they have no depth or no speed in common.
 
     """
-    mine, its = (set(one.recording.columns) for one in (a, b))
+    mine, its = (one.recording.columns.keys() for one in (a, b))
     overlap: dict[str, Any] = {"first_only": sorted(mine - its), "second_only": sorted(its - mine)}
     overlap["channels"] = sorted(mine & its)
     for name, factor in zip(("indentation", "speed"), thresholds.SAME_MOTION, strict=False):
@@ -139,10 +139,8 @@ def _overlap(a: Fit, b: Fit) -> dict[str, Any]:
 def _shown(one: Fit, name: str) -> list[float]:
     """Return the range of a feature in contact, without the outermost."""
     values = features_of(one.problem, one.optimum.u).values[name][one.problem.stiffness > 0.0]
-    ends: list[float] = np.quantile(
-        values[values >= OUTERMOST * values.max()], (OUTERMOST, 1.0 - OUTERMOST)
-    ).tolist()
-    return ends
+    inner = values[values >= OUTERMOST * values.max()]
+    return [float(end) for end in np.quantile(inner, (OUTERMOST, 1.0 - OUTERMOST))]
 
 
 def _doubts(problem: Problem) -> list[str]:

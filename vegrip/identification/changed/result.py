@@ -48,7 +48,7 @@ def advice_for(names: Set, count: int, model: ContactModel) -> str:
     known = [KNOWN[name][1] for name in KNOWN if name in names]
     others = [effect(model.parameters[name][0]).experiment for name in names if name not in KNOWN]
     described = list(dict.fromkeys(one for one in (*known, *others) if one))
-    return "; ".join(described[: max(count, 1)])
+    return "; ".join(described[:count])
 
 
 @dataclass(frozen=True)
