@@ -178,7 +178,7 @@ def changed_fingers(
     tolerance: float = 0.0,
     report: Report = lambda _: None,
 ) -> tuple[dict[str, Changed], dict[str, str]]:
-    """Say what changed of every finger, by its name, as :func:`changed` does of one.
+    """Say what changed of every finger, by its name, as :func:`~vegrip.changed` does of one.
 
     Returns what changed of those that both recordings show, and why others are not compared.
 

@@ -79,11 +79,11 @@ def effective(problem: Problem, u: Floats) -> float:
 
 
 class Pair:
-    """Both recordings, linearised at w: by how much u differs from where it began, and d.
+    """Both recordings, linearised at ``w = (u - origin, d)``; what is not free is held at 0.
 
     Args:
         first, second: fits of one model.
-        absent: coordinates, at which the first has them, of values of effects that the second shows alone.
+        absent: of effects that the second shows alone: coordinates at which the first has none of them.
 
     """
 
@@ -96,8 +96,7 @@ class Pair:
         self.names = ["zero_normal_force" if name == "zero_force" else name for name in k.names]
         self.comparable = [name for name in self.names if name not in absent]
         is_new, is_gain = (np.isin(k.names, list(some)) for some in (absent, GAINS))
-        self.free = np.flatnonzero(np.r_[~is_new & ~is_gain, is_new])  # of w, whatever changed
-
+        self.free = np.flatnonzero(np.r_[~is_new & ~is_gain, is_new])  # places in w, whatever changed
         here, there = (np.r_[one.optimum.u, np.zeros(len(GAINS))] for one in (first, second))
         here = np.array([absent.get(name, at) for name, at in zip(k.names, here, strict=True)])
         self.origin = here
