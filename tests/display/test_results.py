@@ -54,6 +54,7 @@ def results():
         "diagnosis": found,
         "ladder": vegrip.ladder([start, better]),
         "refinement": Refinement(build_ladder(found), "press", found),
+        "changed": vegrip.changed(recording, sample_recording("press-later.csv")),
         "model": better.model,
         "contact": vegrip.ContactEstimate(10**9, "index", 1),
         "margin": vegrip.SlipMargin(10**9, "index", 1, vegrip.Estimate(0.5, 0.1, True, 0.0), 0.3, 0.95),
@@ -62,7 +63,7 @@ def results():
 
 NAMES = (
     "recording", "fit", "better", "comparison", "diagnosis", "ladder", "refinement",
-    "model", "contact", "margin",
+    "changed", "model", "contact", "margin",
 )  # fmt: skip
 KINDS = (vegrip.Diagnosis, vegrip.Fit, vegrip.Comparison, vegrip.Ladder, vegrip.Draft)
 DRAWN = NAMES[:-3]

@@ -1,6 +1,5 @@
 """``vegrip changed``: what changed between two recordings."""
 
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -37,9 +36,10 @@ def changed(
     && vegrip changed press press-later -o changed.png
     """
     from vegrip.identification.changed.changes import changed_fingers
-    from vegrip.identification.changed.plot import draw_changed
+    from vegrip.identification.changed.plot import changed_figure
     from vegrip.identification.recording.session import read_fingers
     from vegrip.model import read_model
+    from vegrip.plotting import save_figure
 
     with Outputs(force=force) as outputs:
         outputs.picture(output)
@@ -54,7 +54,7 @@ def changed(
         with _terminal.progress("changed") as report:
             found, left_out = changed_fingers(before, after, start, tolerance=tolerance, report=report)
         one = next(iter(found.values()))
-        outputs.write(output, partial(draw_changed, one))
+        outputs.write(output, lambda path: save_figure(changed_figure(one), path))
         if as_json and len(before) == len(after) == 1:
             _terminal.print_json(one.as_dict())
         elif as_json:

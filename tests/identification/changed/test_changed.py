@@ -12,7 +12,6 @@ from validation.measured.cases import data_folder
 from vegrip.errors import RecordingError, UsageError
 from vegrip.identification import samples
 from vegrip.identification.changed import Changed, changed
-from vegrip.identification.changed.plot import draw_changed
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Recording
 from vegrip.identification.recording.column_map import read_column_map
@@ -106,7 +105,7 @@ def test_what_the_first_lacks_is_added_for_both_and_stays_in_newtons_on_a_softer
     assert {"adhesion"} <= {effect.name for effect in found.pair.second.model.effects}
     low, high = found.changes[0].interval
     assert low < -11.0 < high
-    draw_changed(found, tmp_path / "changed.png")
+    found.plot().savefig(tmp_path / "changed.png")
     assert (tmp_path / "changed.png").stat().st_size > 10_000
 
 

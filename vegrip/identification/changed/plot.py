@@ -1,7 +1,6 @@
 """Two recordings and what changed between them, as a picture."""
 
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -9,14 +8,17 @@ from vegrip.identification.changed.result import Changed
 from vegrip.identification.compare.comparison import residuals_of
 from vegrip.identification.compare.plot import TIME_LABEL, drawn_time, measured_values
 from vegrip.identification.compare.where import SPOKEN_UNITS, Residuals
-from vegrip.plotting import new_figure, save_figure
+from vegrip.plotting import new_figure
 from vegrip.types import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 AVERAGED = 25  # rows of a difference that are drawn as one: noise hides what a few percent make
 LEAST_SEEN = 10.0  # [nats] of a change, from which its channel is drawn
 
 
-def draw_changed(found: Changed, path: Path) -> None:
+def changed_figure(found: Changed) -> "Figure":
     """Draw both recordings, and by channel what the second shows beyond the first's law and why."""
     w = found.pair.w
     first, law = found.pair.sides(np.where(np.arange(w.size) < w.size // 2, w, 0.0))  # without differences
@@ -45,7 +47,7 @@ def draw_changed(found: Changed, path: Path) -> None:
         axis.set_xlim(axes[1].get_xlim())
         _label(axis, r.channel, f"difference of the {r.channel.replace('_', ' ')}")
     figure.suptitle(found.sentence, fontsize=10, wrap=True)
-    save_figure(figure, path)
+    return figure
 
 
 def _label(axis: Any, channel: str, title: str) -> None:

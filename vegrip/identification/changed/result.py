@@ -4,10 +4,11 @@ import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
+from vegrip.displayed import Result
 from vegrip.effects import effect
 from vegrip.identification.changed.choice import Choice, Set, chance
 from vegrip.identification.changed.pair import Pair
@@ -87,9 +88,20 @@ class Change:
         return format_quantity(self.name.removeprefix("zero_"), value) if is_zero else f"{value:.2g} %"
 
 
-@dataclass(frozen=True, eq=False)
-class Changed:
-    """What changed from the first recording to the second."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Changed(Result):
+    """What changed from the first recording to the second.
+
+    Attributes:
+        verdict: nothing, named, ambiguous or new_effect.
+        sentence: the verdict in words.
+        changes: every value that changed, or may have, each with its interval.
+        unchanged: by how much each other value can have changed.
+        remarks: what else is to be known, in sentences.
+
+    """
+
+    _display: ClassVar[str] = "changed"
 
     pair: Pair
     choice: Choice
@@ -167,9 +179,6 @@ class Changed:
         if unseen := [label for name, label in labels.items() if name not in known]:
             yield f"not compared, for both do not show it: {', '.join(unseen)}"
         yield from self.doubts
-
-    def __str__(self) -> str:
-        return "\n".join([self.sentence, *self.remarks])
 
     def as_dict(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
