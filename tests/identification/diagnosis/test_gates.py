@@ -207,6 +207,24 @@ def test_a_candidate_that_failed_makes_nothing_ambiguous() -> None:
     assert Diagnosis(SimpleNamespace(), Found([step(tried("adhesion", 100.0), failed)])).verdict == "named"
 
 
+@pytest.mark.parametrize(
+    ("rival", "failed", "verdict"),
+    [
+        ("layer_over_core", ("held-out episodes", "one episode only"), "ambiguous"),
+        ("layer_over_core", ("held-out episodes", "bounds"), "named"),
+        ("sensor_lag", ("held-out episodes",), "named"),  # known to resemble something else
+    ],
+)
+def test_of_two_that_resemble_each_other_held_out_episodes_say_nothing(rival, failed, verdict) -> None:
+    """One deep press alone may show where a layer ends: without it the right law fails."""
+    both = tried("exponential_stiffness", 251.0), tried(rival, 251.2, failed=failed, change=(0.0, 1.0))
+    for each in both:
+        each.candidate.effect = effect(each.candidate.name)
+    one = Diagnosis(SimpleNamespace(), Found([step(*both)]))
+    vars(one)["_rest"] = None
+    assert one.verdict == verdict
+
+
 def near(cosine):
     return cosine, math.sqrt(1.0 - cosine**2)
 

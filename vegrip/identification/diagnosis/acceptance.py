@@ -26,6 +26,7 @@ from vegrip.identification.fit.problem import AT, FIRM
 from vegrip.model import BASE
 from vegrip.types import Floats
 
+OF_EPISODES = ("held-out episodes", "one episode only")  # the gate 2
 FORM = "form of what is accepted"  # the gate 7
 
 
@@ -66,9 +67,9 @@ def judge_candidate(
     takes_most = gain >= thresholds.MOST_OF_LEFT_SHARE * left > 0.0
     may_lose = thresholds.MAX_LOST_SHARE_OF_MOST if takes_most and before else thresholds.MAX_LOST_SHARE
     if not (up > down and down <= may_lose * up + thresholds.CHANCE_NATS):
-        failed.append("held-out episodes")
+        failed.append(OF_EPISODES[0])
     if change.size > 2 and not float(change.sum() - change.max()) > 0.0:
-        failed.append("one episode only")
+        failed.append(OF_EPISODES[1])
     # among regimes that all are noise it is chance which has the lesser misfit
     if not (regimes[1] < regimes[0] or (takes_most and before >= after)):
         failed.append("regimes")

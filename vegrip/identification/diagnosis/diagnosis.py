@@ -18,7 +18,7 @@ from vegrip.identification.blind import FRICTION_TREND, ZERO_JUMP
 from vegrip.identification.compare.comparison import Comparison, Repeated
 from vegrip.identification.compare.where import Regime
 from vegrip.identification.diagnosis import thresholds
-from vegrip.identification.diagnosis.acceptance import FORM
+from vegrip.identification.diagnosis.acceptance import FORM, OF_EPISODES
 from vegrip.identification.diagnosis.candidate_fit import (
     CandidateFit,
     evaluate_candidate,
@@ -35,7 +35,7 @@ from vegrip.identification.diagnosis.data_checks import (
 )
 from vegrip.identification.diagnosis.discrepancy import OUTER, Discrepancy, find_discrepancy, friction_trend
 from vegrip.identification.diagnosis.motions import ONE_MOTION, unproven
-from vegrip.identification.diagnosis.search import Search, Step, Tried, best_of, left, search_effects
+from vegrip.identification.diagnosis.search import Search, Step, Tried, are_kin, best_of, left, search_effects
 from vegrip.identification.diagnosis.zero_jump import NEAR, Jump, find_jump
 from vegrip.identification.fit.fitting import fit, on_one_thread, used_of
 from vegrip.identification.fit.given import on_recording
@@ -68,6 +68,18 @@ def are_alike(one: Tried, other: Tried) -> bool:
     apart = abs(one.verdict.gain - other.verdict.gain)
     most = min(thresholds.FORM_NATS, thresholds.FORM_SHARE * one.verdict.gain)
     return cosine > thresholds.SAME_CHANGE_COSINE and apart <= most
+
+
+def may_stand_beside(own: Tried, other: Tried) -> bool:
+    """Whether a rival counts that explains as much as what was accepted: it passes the gates.
+
+    Whether episodes that were held out agree says that something is there, not which of two that are known to
+    resemble each other: a parameter that one episode alone determines lets the right law fail without it.
+    """
+    failed = set(other.verdict.failed)
+    return not failed or (
+        failed <= set(OF_EPISODES) and are_kin(own.candidate.effect, other.candidate.effect)
+    )
 
 
 @dataclass(frozen=True)
@@ -251,7 +263,7 @@ class Diagnosis(Result):
             close = [
                 one.candidate.name
                 for one in others
-                if one.verdict.is_passed
+                if may_stand_beside(own, one)
                 and (
                     own.verdict.gain - one.verdict.gain <= self.search.within(own.verdict.gain)
                     or are_alike(own, one)
