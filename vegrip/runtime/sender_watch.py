@@ -17,7 +17,7 @@ from typing import Final
 
 from vegrip.clock import NS
 from vegrip.messages import FingertipState
-from vegrip.transport.endpoint import ADVICE, BACK, GONE
+from vegrip.transport.endpoint import ADVICE, PART_BACK, PART_GONE
 
 QUIET_NS: Final = 60 * NS
 """[ns] without the trouble after which it is news again."""
@@ -109,12 +109,14 @@ class FaultHints:
 
 def level_of(name: str) -> int:
     """Return at which level of the log the count ``name`` is told."""
-    return logging.INFO if name.startswith(BACK) else logging.WARNING if name in ADVICE else logging.ERROR
+    return (
+        logging.INFO if name.startswith(PART_BACK) else logging.WARNING if name in ADVICE else logging.ERROR
+    )
 
 
 def _opposite(name: str) -> str:
     """Return what undoes ``name``, "" where nothing does."""
-    for one, other in ((GONE, BACK), (BACK, GONE)):
+    for one, other in ((PART_GONE, PART_BACK), (PART_BACK, PART_GONE)):
         if name.startswith(one):
             return other + name.removeprefix(one)
     return ""

@@ -15,7 +15,7 @@ from typing import Any, Final
 from vegrip.clock import NOT_YET, NS
 from vegrip.grip.safety.drive import DriveLimits
 from vegrip.messages import DeviceReport, FingertipState, ForceCommand, Message, make_row
-from vegrip.transport.endpoint import BACK, GONE, Endpoint
+from vegrip.transport.endpoint import PART_BACK, PART_GONE, Endpoint
 from vegrip.transport.hands.drive_steps import OPEN_N, Commanded, least_force_sentence, next_force
 from vegrip.transport.hands.jaw_balance import JawBalance
 from vegrip.transport.hands.wrist_load import WristLoad
@@ -316,10 +316,10 @@ class BenchEndpoint(Joined):
             is_mute = part.role != "drive" and now > last
             if is_mute or lost > part.lost:
                 part.lost_at = part.lost_at or now
-                self._tell(f"{GONE}{part.name}", self._of_loss(part))
+                self._tell(f"{PART_GONE}{part.name}", self._of_loss(part))
             elif (heard if part.role == "drive" else part.received) > part.lost_at > 0:
                 part.lost_at = 0
-                self._tell(f"{BACK}{part.name}", f"{part.where} is received again")
+                self._tell(f"{PART_BACK}{part.name}", f"{part.where} is received again")
             part.lost = lost
         if self._balance is not None and self._drive is not None:
             self._look_at_jaws(self._balance, self._drive.limits.maximum)
