@@ -63,6 +63,7 @@ def test_what_is_not_known_is_left_out_and_never_is_infinite(serving) -> None:
     serving(source, conversation)
 
 
+@pytest.mark.long
 def test_a_client_that_reads_nothing_costs_bounded_memory_and_what_it_loses_is_counted(serving) -> None:
     source, count = Given(thumb=FingertipState), 20_000
     told = []

@@ -15,6 +15,7 @@ folders = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(folders)
 
 
+@pytest.mark.long
 def test_nothing_but_the_command_line_imports_a_bridge() -> None:
     users = {name for name, targets in folders.arrows().items() if "bridges" in targets}
     assert {name for name in users if name.split("/")[0] not in folders.NOT_SHIPPED} == {"cli"}

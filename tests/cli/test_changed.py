@@ -11,6 +11,7 @@ from vegrip.cli import main
 from vegrip.identification.recording import write_recording
 
 
+@pytest.mark.long
 def test_the_json_has_what_the_contract_names(
     bench: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

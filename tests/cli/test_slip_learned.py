@@ -141,6 +141,7 @@ def test_launch_belongs_to_the_end(folder, capsys):
     assert "--launch belongs to the end of a calibration; add --end" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_the_slides_of_a_calibration_tell_how_slip_is_felt(folder):
     tip = practice_tip(14)
     calibration = Calibration(folder / "tip", tip.radius, usual_limits(RigLimits(), tip.radius))

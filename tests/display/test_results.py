@@ -114,6 +114,7 @@ def test_the_error_falls_to_the_noise_with_what_is_named(results):
     assert rungs[1].error == pytest.approx(results["diagnosis"].error["after"], rel=2e-3)
 
 
+@pytest.mark.long
 def test_terminal_and_json_say_the_same_as_python(results, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     vegrip.sample("press")

@@ -35,7 +35,7 @@ NOISE = SensorNoise()
 
 @pytest.fixture(scope="module")
 def compiled() -> ModuleType:
-    return module_for(MODEL, LAYOUT)
+    return module_for(MODEL, LAYOUT, late=EstimatorSettings().late)  # what a node compiles
 
 
 @pytest.fixture

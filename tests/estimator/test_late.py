@@ -87,6 +87,7 @@ def test_a_sample_taken_twice_is_refused_once(given):
     np.testing.assert_array_equal(lasting(estimator), lasting(run(given)))
 
 
+@pytest.mark.other_model
 def test_without_a_window_every_late_sample_is_refused(given):
     estimator = run([*given[:50], given[51], given[50], *given[52:]], late=0)
     assert (estimator.late, estimator.refused) == (0, 1)

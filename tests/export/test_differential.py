@@ -93,6 +93,7 @@ def test_no_time_overflows(time: int, vectors: FingerVectors, program: Path, pyt
         assert c.obey(orders) == [python.answer(order) for order in orders]
 
 
+@pytest.mark.long
 @needs_compiler
 def test_a_save_with_a_number_replaced_or_a_bit_flipped_is_refused(
     program: Path, saved: np.ndarray, python: InPython

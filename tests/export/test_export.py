@@ -139,6 +139,7 @@ def test_a_prefix_that_c_does_not_take_is_refused(prefix: str) -> None:
         Request(paper_model(8e-3), prefix=prefix)
 
 
+@pytest.mark.long
 @needs_compiler
 @pytest.mark.usefixtures("host_alone")
 def test_the_command_writes_to_a_folder_named_from_here_and_does_not_replace_it(

@@ -41,6 +41,7 @@ def test_a_finger_alone_learns_friction_by_itself_whatever_the_hand_shares() -> 
     assert [meeting.command for meeting in alone.meetings] == [meeting.command for meeting in plain.meetings]
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("host_alone")
 def test_the_hand_has_the_fingers_that_are_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
@@ -81,6 +82,7 @@ def test_what_a_finger_learned_is_read_with_the_settings_of_its_export(
     assert mu.std < before.std
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("host_alone")
 def test_the_command_takes_the_settings_of_the_control(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]

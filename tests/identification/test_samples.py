@@ -27,6 +27,7 @@ from vegrip.identification.samples import (
 from vegrip.model import read_model
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_both_tables_are_made_anew_byte_by_byte() -> None:
     shipped = gzip.decompress(
@@ -57,6 +58,7 @@ def test_each_can_be_read_by_what_it_is_for(written: Path) -> None:
     )
 
 
+@pytest.mark.long
 def test_the_muscle_comes_with_its_licence_and_relaxes_by_a_power_law(written: Path, tmp_path: Path) -> None:
     folder = written / MUSCLE
     assert "MIT License" in (folder / "LICENSE").read_text(encoding="utf-8")

@@ -111,6 +111,7 @@ def test_a_pull_that_ends_before_it_slides_is_no_slide_that_is_not_felt(slid):
     assert math.isnan(slip_channel(slides_of(replace(recording, columns=columns), speeds)).unfelt)
 
 
+@pytest.mark.long
 def test_an_episode_in_which_nothing_slides_brackets_nothing(slid):
     recording, speeds = slid
     columns = {name: values for name, values in recording.columns.items() if name != "slip_speed"}

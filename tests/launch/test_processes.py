@@ -73,6 +73,7 @@ def both_active():
     return now if [state for _, state in now.values()] == ["active"] * 2 else None
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_launch_starts_watches_restarts_and_stops_in_reverse(tmp_path, vegrip):
     path = tmp_path / "two.toml"

@@ -30,7 +30,7 @@ LATENCY_S = 0.002  # of a command
 NOISE = {"force": 0.01, "tangential": 0.01, "torque": 1e-4, "depth": 5e-6}  # [N], [N], [N m], [m]
 THRESHOLD_M_S, DELAY_S, SPEED_NOISE_M_S = 1e-4, 0.02, 5e-5  # of a sound slip channel
 SLID_M, DROPPED_M = 3e-3, 0.02  # by which the object may slide, and from which on it is lost
-LOOK_S = 0.05  # how often the condition is looked at
+LOOK_S = 0.2  # how often the condition is looked at, as by a node as it comes
 
 
 @dataclass(frozen=True)

@@ -70,6 +70,7 @@ def test_a_wooden_object_is_held_whatever_the_slip_channel_says(fault: str) -> N
     assert told.slid < SLID_M, told
 
 
+@pytest.mark.long
 @OPEN
 def test_a_tangential_force_that_drifts_away_beside_a_flag_that_never_tells_drops_nothing() -> None:
     """The slip speed tells what happens."""

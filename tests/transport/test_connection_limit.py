@@ -148,6 +148,7 @@ sink.close()
 """
 
 
+@pytest.mark.long
 def test_a_node_out_of_descriptors_is_not_aborted_and_answers_when_they_are_free_again():
     entry = Entry("/grip", "echo")
     node = subprocess.Popen(

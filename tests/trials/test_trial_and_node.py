@@ -49,6 +49,7 @@ def test_a_grip_that_is_far_too_light_loses_the_object() -> None:
     assert run_course(TRIALS[-1]).dropped
 
 
+@pytest.mark.long
 def test_every_controller_of_the_comparison_runs() -> None:
     rest = KNOBS["pinch"].keys() - {trial.name for trial in TRIALS} - {"known"}  # which a test below runs
     assert rest == {"ellipse"}

@@ -108,6 +108,7 @@ def test_a_page_is_drawn_again_once_its_command_runs(tmp_path: Path, monkeypatch
     assert busy[-1]
 
 
+@pytest.mark.long
 def test_a_drafted_law_is_added_by_its_file_under_its_own_name(controller: Controller) -> None:
     controller.session.add(
         Rung("0-start.toml", None, None, 4.9)

@@ -34,6 +34,7 @@ def is_self_contained(text: str) -> bool:
     return not re.search(r"""(?:src|href)\s*=|url\(|@import|<script|<link""", text)
 
 
+@pytest.mark.long
 def test_the_report_of_a_refinement_tells_data_model_failure_ladder_and_how_to_repeat_it(
     refined: Path,
 ) -> None:

@@ -24,6 +24,7 @@ def carried(r: np.ndarray, p: np.ndarray) -> float:
     return float(np.trapezoid(p * np.abs(r), r))
 
 
+@pytest.mark.long
 def test_every_figure_is_written_as_png(tmp_path: Path) -> None:
     assert main(["paper", "-o", str(tmp_path / "new" / "figures")]) == 0
     files = sorted((tmp_path / "new" / "figures").iterdir())

@@ -56,6 +56,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Practised:
     return calibration, why, judged
 
 
+@pytest.mark.long
 def test_every_kind_is_done_once_and_in_its_order(done: Practised) -> None:
     calibration, why, _ = done
     assert tuple(dict.fromkeys(one.kind for one in calibration.trials)) == TRIAL_KINDS
@@ -191,6 +192,7 @@ def test_a_zero_that_differs_from_trial_to_trial_is_taken_off_each(tmp_path: Pat
     assert abs(float(np.mean(joined[0][air]))) < 1e-3
 
 
+@pytest.mark.long
 def test_a_rig_that_loses_its_zeros_between_trials_costs_no_accuracy(done: Practised, tmp_path: Path) -> None:
     calibration = done[0]
     tip = practice_tip(SEED)

@@ -46,6 +46,7 @@ def test_where_nothing_changed_nothing_is_said_to_have() -> None:
     assert least["K"] < 1.0  # [%]: the word is worth something only where a change would have shown
 
 
+@pytest.mark.long
 def test_a_softer_pad_is_named_and_to_exchange_the_recordings_inverts_the_change() -> None:
     first, second = recorded(12, K=math.log(0.93))
     there, back = changed(first, second), changed(second, first)
@@ -75,6 +76,7 @@ def test_a_slip_tells_a_gain_of_the_force_sensor_from_a_stiffness_and_without_on
         assert one.interval[0] < 6.0 < one.interval[1]
 
 
+@pytest.mark.long
 def test_what_one_recording_alone_shows_is_not_compared() -> None:
     first, second = recorded(11)
     blind = replace(first, columns={n: one for n, one in first.columns.items() if n != "contact_radius"})
@@ -109,6 +111,7 @@ def test_what_the_first_lacks_is_added_for_both_and_stays_in_newtons_on_a_softer
     assert (tmp_path / "changed.png").stat().st_size > 10_000
 
 
+@pytest.mark.long
 def test_an_effect_that_only_the_second_shows_is_new() -> None:
     pressed = without_slips(sample())
     clean = replace(pressed, columns=dict(pressed.columns))

@@ -110,6 +110,7 @@ def fitted(bench):
     return fit(bench()).model
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_right_model_has_nothing_to_show_and_the_wrong_one_has(bench, plain) -> None:
     assert plain.error == pytest.approx(1.0, abs=0.03)
@@ -175,6 +176,7 @@ def test_a_given_model_is_compared_as_it_is(bench, fitted) -> None:
     assert told.problem.unknowns.names == ("zero_displacement", "zero_force")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_command_holds_to_the_contract(bench, fitted, tmp_path, capsys) -> None:
     write_recording(bench("adhesion"), tmp_path / "press")

@@ -46,6 +46,7 @@ def test_they_do_of_the_sample() -> None:
     has_one_error(samples.recording(), "adhesion")
 
 
+@pytest.mark.long
 def test_a_diagnosis_begins_and_ends_with_the_error_of_its_models(tip) -> None:
     recording = tip(4, branches=((0.25, 20.0), (0.15, 0.8)), kinds=("taps",) * 4)
     base = fit(recording)
@@ -56,6 +57,7 @@ def test_a_diagnosis_begins_and_ends_with_the_error_of_its_models(tip) -> None:
     assert compare(recording, found.model).error == pytest.approx(found.error["after"], rel=THREE_DIGITS)
 
 
+@pytest.mark.long
 def test_commands_print_it_and_hand_it_on(tip, tmp_path, capsys) -> None:
     write_recording(tip(3, kinds=("taps", "hold"), branches=TWO_TIMES, zeros=(-0.3, -0.15)), tmp_path / "tip")
     folder, model, more = (str(tmp_path / name) for name in ("tip", "m.toml", "more.toml"))

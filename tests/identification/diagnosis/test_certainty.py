@@ -211,6 +211,7 @@ def test_a_certificate_is_the_worse_of_two_tests_each_on_episodes_that_told_no_v
     assert certify(found)["adhesion"] == pytest.approx(min(max(looks, 1) * max(expected), 1.0), rel=0.01)
 
 
+@pytest.mark.long
 def test_among_many_candidates_noise_is_certified_no_more_often_than_it_is_allowed(linear) -> None:
     """Whichever of ten is chosen, and by all rows: the least chance of ten keeps its level."""
     rng = np.random.default_rng(8)

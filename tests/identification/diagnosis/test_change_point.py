@@ -64,6 +64,7 @@ def test_a_slow_drift_has_no_instant(tip) -> None:
     assert found.change is None
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_diagnosis_says_when_and_by_how_much(tip) -> None:
     found = diagnose(tip(1, kinds=KINDS, crack=(50.1, -0.18)), most=0)

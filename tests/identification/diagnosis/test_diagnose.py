@@ -110,6 +110,7 @@ def _without_slip(recording: Recording) -> Recording:
     return Recording("bare", recording.t, recording.episode, kept, recording.fingertip, recording.sensors)
 
 
+@pytest.mark.long
 def test_commands_hold_to_the_contract(bench, tmp_path, capsys) -> None:
     name = "load_dependent_friction"
     write_recording(bench(name), tmp_path / "press")

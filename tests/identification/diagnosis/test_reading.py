@@ -37,6 +37,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "found"
 
 
+@pytest.mark.long
 def test_the_folder_has_a_picture_per_channel_the_diagnosis_and_a_model_that_reads(found: Path) -> None:
     names = {path.name for path in found.iterdir()}
     assert names == {"normal_force.png", "tangential_force.png", "diagnosis.json", "model.toml"}
@@ -92,6 +93,7 @@ def test_a_replay_starts_no_process_that_outlives_it_unless_asked() -> None:
     assert offline({"suspects": True})["suspects"] is True
 
 
+@pytest.mark.long
 def test_between_trials_no_input_is_stale(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

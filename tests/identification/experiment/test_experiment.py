@@ -105,6 +105,7 @@ def planned(softened):
     return design(softened, LIMITS, is_thorough=False)
 
 
+@pytest.mark.long
 def test_the_best_one_decides_within_the_limits(softened, planned) -> None:
     best = planned.best
     assert best is not None
@@ -197,6 +198,7 @@ def test_chance_grows_with_nats() -> None:
     assert chance_to_decide(20.0) > 0.99
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_command_writes_a_protocol_that_reads_back(tmp_path, capsys) -> None:
     write_recording(recorded("mullins_softening", 0.5), tmp_path / "press")

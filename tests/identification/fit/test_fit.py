@@ -41,6 +41,7 @@ def test_what_is_left_is_noise(plain) -> None:
     assert not plain.warnings()
 
 
+@pytest.mark.long
 def test_standard_errors_are_those_of_repeated_recordings(bench) -> None:
     fits = [fit(bench(seed=seed)) for seed in range(1, 5)]
     for name in ("K", "p", "c1", "nu1", "mu"):

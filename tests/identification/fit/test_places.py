@@ -53,6 +53,7 @@ def test_each_place_has_its_stiffness_and_the_others_their_own(two_places) -> No
     assert not [text for text in fit(two_places, laws="episode").warnings() if "_at_" in text]
 
 
+@pytest.mark.long
 def test_more_episodes_than_memory_holds_are_refused_in_a_sentence_and_left_out_by_a_diagnosis(
     two_places, monkeypatch
 ) -> None:

@@ -55,6 +55,7 @@ def test_hand_pad_and_date_are_read_or_guessed(folder) -> None:
     assert found["b/cut"].date[:4] >= str(date.today().year)
 
 
+@pytest.mark.long
 def test_recordings_that_say_nothing_of_their_pad_are_not_put_together(tmp_path, capsys) -> None:
     for name in ("a", "b"):
         write_recording(pressed(), tmp_path / name)
@@ -185,6 +186,7 @@ def test_the_table_names_pad_effect_and_date_in_full_and_what_was_not_judged(
     assert "3 recordings, 1 of them not judged; the others are of 2 pads of 1 hands" in told
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_command_fills_the_table_and_a_second_run_has_nothing_to_do(folder, tmp_path, capsys) -> None:
     out, ledger = tmp_path / "t.csv", tmp_path / "l.jsonl"
@@ -227,6 +229,7 @@ def deadly(monkeypatch, tmp_path) -> None:
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_process_that_dies_costs_only_its_own_recording(folder, deadly) -> None:
     """What it was at work on is tried once more alone, and is then a row."""

@@ -61,6 +61,7 @@ def test_a_byte_that_is_no_text_is_named_by_its_own_line(tmp_path: Path) -> None
         read_table(tmp_path / "latin.csv", ["t", "a"], [], Layout(), LoadReport())
 
 
+@pytest.mark.long
 def test_writing_needs_the_memory_of_a_block_only(tmp_path: Path) -> None:
     n = 200_000
     t = np.arange(n) * 1e-3

@@ -164,6 +164,7 @@ def test_the_loop_is_compiled_once_beside_the_bus_and_found_by_the_next_look(emp
     assert Search().found(0) is not None
 
 
+@pytest.mark.long
 @needs_compiler
 def test_a_first_bus_carries_frames_while_its_loop_is_compiled_and_then_runs_it(
     runtime, monkeypatch, tmp_path

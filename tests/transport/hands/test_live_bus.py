@@ -143,6 +143,7 @@ parameters.suspects = false
 """
 
 
+@pytest.mark.long
 def test_a_mapped_hand_on_a_bus_has_its_margin_live_and_gets_commands_in_its_units(gripper, tmp_path) -> None:
     windows = [part for name, (low, high) in WINDOWS.items() for part in (f"--{name}", f"{low:g}..{high:g}")]
     assert (

@@ -76,14 +76,12 @@ def test_a_radius_that_is_stated_wrongly_is_doubted_and_not_named_an_effect(
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", [291_100_004, 291_100_000])
-def test_a_zero_that_jumps_is_told_with_its_moment_and_no_effect_is_blamed(seed: int) -> None:
-    hidden = ("rate_stiffening",) if seed == 291_100_004 else ()
-    case = Case(hidden, "weak" if hidden else "strong", seed, style="use")
+def test_a_zero_that_jumps_is_told_with_its_moment_and_no_effect_is_blamed_but_the_hidden_one() -> None:
+    case = Case(("rate_stiffening",), "weak", 291_100_004, style="use")
     plain = make_recording(case)
     jumped = make_recording(replace(case, faults=Faults(zero_shift=True)))
     found = diagnose(jumped, threads=1)
-    assert found.named == list(hidden)
+    assert found.named == ["rate_stiffening"]
     said = [doubt.text for doubt in found.doubts if "zero of the" in doubt.text]
     row = np.argmax(jumped.columns["displacement"] != plain.columns["displacement"])
     moments = [float(text.split(" at ")[1].split(" s,")[0]) for text in said]

@@ -116,6 +116,7 @@ def test_a_whole_hand_rides_out_the_loss_of_all_states():
     assert scene.hand_node.hand.slips == 0
 
 
+@pytest.mark.long
 def test_nothing_grows_in_a_short_soak():
     """The hour is ``make soak``."""
     done = soak(20.0, seed=1)
