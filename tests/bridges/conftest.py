@@ -1,11 +1,18 @@
 """A server for Foxglove on loopback."""
 
 import asyncio
+import os
 from collections.abc import Awaitable, Callable
 
 import pytest
 
 from tests.bridges.foxglove_peer import PATIENCE
+
+
+@pytest.fixture(autouse=True)
+def stays_quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands that give way run in the process of the tests, whose later tests would be slow."""
+    monkeypatch.setattr(os, "nice", lambda _: 0)
 
 
 @pytest.fixture
