@@ -11,7 +11,7 @@ import numpy as np
 from vegrip.estimator.layout import layout_of
 from vegrip.estimator.memory import CHANNELS, FingerMemory
 from vegrip.grip.compiled import channels_of, finger_module
-from vegrip.grip.finger import FRESH, UNRECEIVED
+from vegrip.grip.finger import FRESH, UNKNOWN_AT_FIRST, UNRECEIVED
 from vegrip.grip.layout import FingerLayout, write_choice, write_rules
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.margin_grip import GripSettings
@@ -32,7 +32,8 @@ class Stage:
         self.memory = FingerMemory(FINGER)
         for name, value in {**FRESH, **UNRECEIVED}.items():
             self.memory[name] = value
-        self.memory.section("REPEATED")[:] = self.memory.section("REPEATED_FORCE")[:] = math.nan
+        for name in UNKNOWN_AT_FIRST:
+            self.memory.section(name)[:] = math.nan
         self.apply(ControlSettings(**settings))
         self.f, self.t = self.memory.f, self.memory.t
 
@@ -90,11 +91,18 @@ class Watchdog(Stage):
 
 
 class StuckNoise(Stage):
-    """Whether the noise of the normal force has vanished."""
+    """Whether the noise of a force has vanished; of another one, while the finger presses with 2 N or so."""
+
+    def __init__(self, channel: str = "normal_force", pressed: float = 2.0) -> None:
+        super().__init__()
+        self._now, self._channel, self._pressed = 0, f"STATE_{channel.upper()}", pressed
+        self.memory.section("STATE")[:] = math.nan
 
     def vanished(self, force: float, chance: float) -> bool:
-        self.memory["STATE_NORMAL_FORCE"], self.memory["RULE_FROZEN_CHANCE"] = force, chance
-        return bool(KERNELS.noise_vanished(self.f, self.t))
+        self._pressed, self._now = -self._pressed, self._now + 2_000_000
+        self.memory["STATE_NORMAL_FORCE"] = abs(self._pressed) + 0.01 * (self._pressed > 0.0)
+        self.memory[self._channel], self.memory["RULE_FROZEN_CHANCE"] = force, chance
+        return bool(KERNELS.noise_vanished(self.f, self.t, self._now))
 
 
 class Policy(Stage):

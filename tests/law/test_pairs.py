@@ -70,6 +70,15 @@ def test_a_wooden_object_is_held_whatever_the_slip_channel_says(fault: str) -> N
     assert told.slid < SLID_M, told
 
 
+@pytest.mark.parametrize("flag", ["none", pytest.param("dead-flag", marks=pytest.mark.long)])
+def test_a_tangential_force_that_is_stuck_is_named_and_drops_nothing(flag: str) -> None:
+    """What it showed is gone: its noise. The load rises by half just after it."""
+    stuck = Occurrence("tangential-stuck", 10.0)
+    told = run(Case(Make(mu=0.5, load=1.5), flag, also=(stuck,), rise_at=10.6, duration=25.0))
+    assert told.slid < SLID_M, told
+    assert told.named < 12.0
+
+
 @pytest.mark.long
 @OPEN
 def test_a_tangential_force_that_drifts_away_beside_a_flag_that_never_tells_drops_nothing() -> None:

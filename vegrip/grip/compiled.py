@@ -18,7 +18,7 @@ from vegrip.estimator.compiled import clock_parts, estimator_parts
 from vegrip.estimator.memory import CHANNELS
 from vegrip.estimator.origins import Origins
 from vegrip.grip import grasp_memory
-from vegrip.grip.layout import MECHANICAL_CHANNELS, WINDOW_SLOTS, FingerLayout
+from vegrip.grip.layout import FORCE_CHANNELS, MECHANICAL_CHANNELS, WINDOW_SLOTS, FingerLayout
 from vegrip.grip.wires import ENTRIES, FRAME_ENTRIES, MESSAGE_ENTRIES, NODE_ENTRIES
 from vegrip.model import ContactModel, native, writer
 from vegrip.model.composer import compose
@@ -140,6 +140,7 @@ def constants() -> str:
     """Return what the kernels know beside places."""
     return "\n".join([
         f"MECHANICAL = {MECHANICAL_CHANNELS}",
+        f"FORCES = {FORCE_CHANNELS}",
         f"USUAL_SLOTS = {WINDOW_SLOTS}",
         f"LOADING = {bits_of(LOAD_CHANNELS)}",
         f"SUFFICIENT = {bits_of(SUFFICIENT_CHANNELS)}",

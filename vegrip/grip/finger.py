@@ -53,11 +53,14 @@ FRESH: Final[Mapping[str, float]] = {
 """What of a memory is not zero before the first state, besides :data:`UNHEARD`."""
 UNRECEIVED: Final[Mapping[str, float]] = {
     "INPUT_CONDITION": int(messages.Condition.MISSING), "INPUT_QUICKEST": NO_QUICKEST,
-    "WATCH_NOISE_LAST": math.nan, "WATCH_REPEAT_LIMIT": math.inf, "WATCH_LEVEL": math.nan,
+    "WATCH_LEVEL": math.nan,
 }  # fmt: skip
 """The same of the input, as it is before the first state."""
-UNKNOWN_AT_FIRST: Final = ("REPEATED", "REPEATED_FORCE", "CONFIRMED")
-INPUT_SECTIONS: Final = ("INPUT", "WATCH", "FAULTS")
+UNKNOWN_AT_FIRST: Final = ("REPEATED", "REPEATED_FORCE", "NOISE_LAST", "CONFIRMED")
+INPUT_SECTIONS: Final = (
+    *("INPUT", "WATCH", "FAULTS"),
+    *("NOISE_CHANGE", "REPEAT_LIMIT", "REPEATS", "TURNS", "REPEAT_RUN", "REPEAT_SINCE", "NOISE_COUNT"),
+)  # fmt: skip
 
 
 class GraspFinger:

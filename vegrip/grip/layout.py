@@ -25,6 +25,9 @@ from vegrip.types import NamedNumbers
 MECHANICAL_CHANNELS = 5
 """The first of them, which a finger that lives never repeats all."""
 
+FORCE_CHANNELS = 4
+"""The first of these, forces and torque: the noise of each shows that it lives."""
+
 HISTORY_CHANNELS = len(CHANNELS) + 1
 """Of a state that is kept: its values, and whether the finger touched."""
 
@@ -69,6 +72,7 @@ REALS: Sections = {
     "LOWEST": len(CHANNELS), "HIGHEST": len(CHANNELS),
     "REPEATED": MECHANICAL_CHANNELS, "REPEATED_FORCE": 1,
     "WATCH": records.Watch,
+    **dict.fromkeys(("NOISE_LAST", "NOISE_CHANGE", "REPEAT_LIMIT", "REPEATS", "TURNS"), FORCE_CHANNELS),
     "CONFIRMED": CONFIRM_SIZE,
     "DEMAND": records.Demand, "ASKED": records.Asked, "SHARED": records.Shared,
     "TRANSFER": records.Transfer, "PUBLISHED": records.Published, "GRIP": records.Grip,
@@ -76,13 +80,17 @@ REALS: Sections = {
 }  # fmt: skip
 """RULE: settings; LOWEST, HIGHEST: believable ranges of the channels; REPEATED, REPEATED_FORCE: the
 mechanical channels last seen; CONFIRMED: the load that counts (:mod:`vegrip.grip.confirmed_load`); LARGEST:
-the slots of the usual need; ORDERED: scratch."""
+the slots of the usual need; ORDERED: scratch. Of each force (:mod:`vegrip.grip.kernels.noise`), NOISE_LAST,
+NOISE_CHANGE: value and change before; REPEAT_LIMIT: repetitions in a row that are frozen, inf: it has too
+little noise; REPEATS: share of the values that repeat the one before; TURNS: of changes that turn back."""
 
 WHOLES: Sections = {
     "SETUP": records.Setup, "LINE": records.Line, "INPUT": records.Input, "FAULTS": len(Condition),
+    "REPEAT_RUN": FORCE_CHANNELS, "REPEAT_SINCE": FORCE_CHANNELS, "NOISE_COUNT": FORCE_CHANNELS,
     "NEED": records.Need, "TURN": records.Turn,
 }  # fmt: skip
-"""FAULTS: counts by condition."""
+"""FAULTS: counts by condition. Of each force, REPEAT_RUN: repetitions in a row; REPEAT_SINCE: [ns] when the
+first came; NOISE_COUNT: values that told its noise."""
 
 NODE_REALS: Sections = {"BASELINE": records.Baseline, "OWN": records.Own}
 NODE_WHOLES: Sections = {"CHOICE": records.Choice}

@@ -7,13 +7,8 @@ the logarithm of the friction coefficient.
 
 
 class Watch:
-    """What the watchdog has seen of the normal force (:mod:`vegrip.grip.kernels.noise`, ``stillness``)."""
+    """What the watchdog has seen of the displacement (:mod:`vegrip.grip.kernels.stillness`)."""
 
-    noise_last: float  # [N] the value before
-    change: float  # [N] last change
-    repeat_limit: float  # repetitions in a row that are frozen; infinite: the force has too little noise
-    repeats: float  # share of the values that repeat the one before
-    turns: float  # share of the changes that turn back
     level: float  # [m] displacement, slowly followed
 
 
@@ -125,8 +120,6 @@ class Input:
     leaps: int  # states in a row from far ahead of the sender's clock
     still_since: int  # [ns] when a mechanical channel changed last
     force_still_since: int  # [ns] when the normal force changed last
-    run: int  # repetitions of the normal force in a row
-    count: int  # values from which the noise is known
     quickest: int  # [ns] shortest way of a state, between two clocks
     travel_since: int  # [ns] when the level of the displacement was followed last
 

@@ -10,11 +10,13 @@ from tests.grip.stages import KERNELS, StuckNoise
 
 CHANCE = 1e-7
 STEP = 0.002  # [N] on the wire
+OF_EACH = ("REPEATS", "TURNS", "NOISE_COUNT")
+CHANNEL = 2  # the second tangential force, as an example
 
 
-def judged(values, chance=CHANCE):
+def judged(values, chance=CHANCE, **of):
     """Return for each value whether the noise had vanished with it."""
-    watch = StuckNoise()
+    watch = StuckNoise(**of)
     return [watch.vanished(float(value), chance) for value in values]
 
 
@@ -31,6 +33,22 @@ def test_a_noisy_sensor_that_is_stuck_is_seen_within_some_states(noise, within, 
     assert not any(found[:600])
     assert found[600:].index(True) <= within
     assert all(found[600 + within :]), "until it moves again"
+
+
+@pytest.mark.parametrize("channel", ["tangential_force_x", "tangential_force_y", "torque_z"])
+def test_a_tangential_force_that_is_stuck_is_seen_while_the_finger_presses(channel):
+    """At 500 Hz: after 0.25 s, which is longer than a message of its own may be late."""
+    values = [*sensor(np.full(600, 1.0), 0.01), *[1.1] * 200]
+    found = judged(values, channel=channel)
+    assert not any(found[:726])
+    assert all(found[727:])
+    assert not any(judged(values, channel=channel, pressed=0.28))  # in the air a sensor may say nothing
+    assert not any(judged([*values[:600], *[0.0] * 200], channel=channel))  # which may be its dead zone
+
+
+def test_no_other_channel_is_judged_by_its_noise():
+    values = [*sensor(np.full(600, 1.0), 0.01), *[1.1] * 200]
+    assert not any(judged(values, channel="displacement"))
 
 
 def test_the_bound_is_the_chance_of_so_many_repeats():
@@ -89,16 +107,16 @@ def test_missing_values_do_not_repeat_and_a_chance_of_nought_switches_it_off():
 @pytest.mark.parametrize(
     ("known", "longest"),
     [
-        ({"WATCH_REPEATS": 0.05}, 9),
-        ({"WATCH_REPEATS": 0.25}, 31),
-        ({"WATCH_REPEATS": 0.0}, 4),
-        ({"WATCH_REPEATS": 0.4}, 159),
-        ({"WATCH_REPEATS": 0.25, "RULE_FROZEN_CHANCE": 1e-3}, 14),
-        ({"WATCH_REPEATS": 0.25, "WATCH_TURNS": 0.3, "INPUT_COUNT": 256}, 31),
-        ({"WATCH_REPEATS": 0.45}, math.inf),
-        ({"WATCH_REPEATS": 0.05, "WATCH_TURNS": 0.299}, math.inf),
-        ({"WATCH_REPEATS": 0.05, "INPUT_COUNT": 255}, math.inf),
-        ({"WATCH_REPEATS": 0.05, "RULE_FROZEN_CHANCE": 0.0}, math.inf),
+        ({"REPEATS": 0.05}, 9),
+        ({"REPEATS": 0.25}, 31),
+        ({"REPEATS": 0.0}, 4),
+        ({"REPEATS": 0.4}, 159),
+        ({"REPEATS": 0.25, "RULE_FROZEN_CHANCE": 1e-3}, 14),
+        ({"REPEATS": 0.25, "TURNS": 0.3, "NOISE_COUNT": 256}, 31),
+        ({"REPEATS": 0.45}, math.inf),
+        ({"REPEATS": 0.05, "TURNS": 0.299}, math.inf),
+        ({"REPEATS": 0.05, "NOISE_COUNT": 255}, math.inf),
+        ({"REPEATS": 0.05, "RULE_FROZEN_CHANCE": 0.0}, math.inf),
     ],
 )
 def test_so_many_repeats_have_a_chance_of_one_in_ten_million_and_are_judged_of_noise_alone(known, longest):
@@ -106,12 +124,16 @@ def test_so_many_repeats_have_a_chance_of_one_in_ten_million_and_are_judged_of_n
     watch = StuckNoise()
     for name, value in {
         "RULE_FROZEN_CHANCE": CHANCE,
-        "WATCH_TURNS": 0.6,
-        "INPUT_COUNT": 1000,
+        "TURNS": 0.6,
+        "NOISE_COUNT": 1000,
         **known,
     }.items():
-        watch.memory[name] = value
-    assert KERNELS.longest_run(watch.f, watch.t) == longest
+        where = watch.memory.section(name) if name in OF_EACH else None
+        if where is None:
+            watch.memory[name] = value
+        else:
+            where[CHANNEL] = value
+    assert KERNELS.longest_run(watch.f, watch.t, CHANNEL) == longest
 
 
 def test_every_state_has_the_weight_of_all_that_came_before_it():
@@ -119,6 +141,7 @@ def test_every_state_has_the_weight_of_all_that_came_before_it():
     watch = StuckNoise()
     for value in (1.0, 2.0, 1.0, 2.0, 2.0, 2.0, 2.0, 1.0):
         watch.vanished(value, CHANCE)
-    assert watch.memory["INPUT_COUNT"] == 8
-    assert watch.memory["WATCH_REPEATS"] == pytest.approx((1.0 - 0.8**3) * 7.0 / 8.0)
-    assert watch.memory["WATCH_TURNS"] == pytest.approx(0.5 * 0.8**3 * 7.0 / 8.0 + 1.0 / 8.0)
+    of_force = {name: watch.memory.section(name)[0] for name in OF_EACH}
+    assert of_force["NOISE_COUNT"] == 8
+    assert of_force["REPEATS"] == pytest.approx((1.0 - 0.8**3) * 7.0 / 8.0)
+    assert of_force["TURNS"] == pytest.approx(0.5 * 0.8**3 * 7.0 / 8.0 + 1.0 / 8.0)

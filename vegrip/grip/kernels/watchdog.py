@@ -10,6 +10,8 @@ a value out of range    OUT_OF_RANGE, infinities included
 all values frozen       FROZEN: the counter runs, every mechanical channel repeats itself to the last bit
 normal force frozen     FROZEN: the same of the normal force alone, for longer; at once when it has noise,
                         or when the tip is pressed in or unloaded meanwhile
+tangential force frozen FROZEN: the same after `frozen_after` when it has noise, and the finger presses; so
+                        of a torque
 no force, no position   MISSING
 a channel went missing  DEGRADED: it had been there; the rest is good
 ======================  ====================================================================================
@@ -114,7 +116,7 @@ def judge_values(f: Floats, t: Wholes, now: int) -> int:
     everything, still = float(all_still(f, t, now)), force_still(f, t, now)
     force, travelled = float(still), has_travelled(f, t, now, still)
     t.input.doubtful = 1 if force > f.rule.doubt_after else 0
-    vanished = noise_vanished(f, t)
+    vanished = noise_vanished(f, t, now)
     frozen = everything > f.rule.frozen_after or force > f.rule.force_frozen_after
     return CONDITION_FROZEN if vanished or travelled or frozen else CONDITION_OK
 
