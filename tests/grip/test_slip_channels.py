@@ -6,7 +6,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from vegrip.grip.friction_belief import absorb_slide, begin_belief, expect_exponent, expect_finger
+from vegrip.grip.friction_belief import (
+    absorb_hold,
+    absorb_slide,
+    begin_belief,
+    expect_exponent,
+    expect_finger,
+    void_slides,
+)
 from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 from vegrip.grip.slip_channels import (
     EVEN,
@@ -198,3 +205,20 @@ def test_what_has_held_stays_what_it_was_when_a_slide_teaches_the_exponent() -> 
     refer_anew(g)
     assert g.slip.level[1] - g.belief.mean[2] * load == pytest.approx(math.log(0.8))
     assert g.slip.held[1] - g.belief.mean[2] * load == pytest.approx(math.log(0.8), abs=0.1)
+
+
+def test_what_has_held_stays_what_it_was_when_a_slide_is_revoked_that_had_taught_the_exponent() -> None:
+    g, load = grasp(), math.log(0.2 / 5.0)
+    expect_exponent(g, 0.15, 0.12**2)
+    begin_channels(g, 1e-3, DELAY)
+    g.belief.load[0] = g.belief.load[1] = load
+    absorb_hold(g, 1, math.log(0.8), 0.01)
+    refer_anew(g)
+    kept = g.belief.record[1]
+    absorb_slide(g, 0, math.log(2.9), 0.01)
+    refer_anew(g)
+    assert g.belief.record[1] != pytest.approx(kept)  # as the slide has taught
+    void_slides(g)
+    refer_anew(g)
+    assert g.belief.record[1] == pytest.approx(kept)
+    assert g.belief.record[0] == -math.inf

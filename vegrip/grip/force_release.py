@@ -11,8 +11,8 @@ What is believed without a channel comes from loads that held: a load never exce
 object holds or slides, so it teaches though no channel would notice a slide.
 
 **Lowered.** A finger that is asked to keep the margin m assumes ``x + b``, b >= 0. At the utilisation u
-with ``z = (ln u - m_b) / s_b`` the next slide comes after a rise of ln u whose mean is Mills' ratio times
-s_b, so with::
+with ``z = (ln u - m_b) / s_b`` a finger that has held slides with the chance ``phi(z) / (s_b (1 - Phi(z)))``
+for each unit by which ln u rises, one over Mills' ratio and s_b. So with::
 
     db/dt = rate s_b (1 - Phi(z)) / phi(z),       rate = (e^(m_b - x) - 1 - WORTH) / (n COST)
 

@@ -11,8 +11,8 @@ Evidence about one finger is a Gaussian factor on ``h' z``: its precision p and 
 
     mean <- mean + s p (m - h' mean) / (1 + p h' s),      P <- P - s s' p / (1 + p h' s) .
 
-* **A slide** measures ``h' z`` by ln u. One slide counts for no more than one at four standard deviations,
-  and one of a light touch, which tells friction to worse than 0.3 in ln mu, for nothing.
+* **A slide** measures ``h' z`` by ln u. One slide counts for no more than one at five standard deviations,
+  and one of a light touch, which tells friction to worse than 0.1 in ln mu, for nothing.
 * **A load that held** says ``h' z > ln u``: its factor has the first two moments of the truncated Gaussian.
   There is one such factor for each finger, of the most that it has held since it last slid: more of the same
   shows nothing new, and a thousand looks at one load are one piece of evidence.
@@ -191,16 +191,22 @@ def keep_safe(g: GraspMemory) -> None:
 
 
 def void_slides(g: GraspMemory) -> None:
-    """Return to what was believed before the first slide in doubt: a channel that has told one lies."""
+    """Return to what was believed before the first slide in doubt: a channel that has told one lies.
+
+    What was held is referred by the exponent of then: to that of now, as all that is seen of utilisations.
+    """
     if not is_doubted(g):
         return
+    n = int(g.belief.fingers)
+    moved = g.slip.exponent - g.belief.safe_mean[n]
     for j in range(BELIEF_ROW):
         g.belief.mean[j] = g.belief.safe_mean[j]
     for j in range(BELIEF_ROW * BELIEF_ROW):
         g.belief.p[j] = g.belief.safe_p[j]
     for i in range(BELIEF_MOST):
-        g.belief.record[i], g.belief.site[i] = g.belief.safe_record[i], g.belief.safe_site[i]
-        g.belief.site_weighted[i], g.belief.site_load[i] = g.belief.safe_weighted[i], g.belief.safe_load[i]
+        g.belief.record[i] = g.belief.safe_record[i] + moved * g.belief.safe_load[i]
+        g.belief.site[i], g.belief.site_weighted[i] = g.belief.safe_site[i], g.belief.safe_weighted[i]
+        g.belief.site_load[i] = g.belief.safe_load[i]
     clear_doubts(g)
     g.belief.version += 1.0
 
