@@ -12,6 +12,7 @@ from vegrip.grip import grasp_friction
 from vegrip.grip.controller import GripController
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.grasp_friction import GraspFriction
+from vegrip.grip.grasp_memory import BELIEF_ROW
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.node import GraspForce
 from vegrip.grip.settings import ControlSettings
@@ -284,3 +285,18 @@ def test_a_node_says_of_a_finger_what_it_grips_by_and_what_it_takes_to_grip_less
     said = node.describe_finger("thumb", channels)
     assert sentence in said
     assert bool(said) is bool(sentence)
+
+
+def test_what_is_kept_of_an_object_is_the_mean_over_the_fingers_with_its_spread() -> None:
+    """std of (x_1 + x_2) / 2 is sqrt(1' P 1) / 2; what stands behind the fingers does not count."""
+    bench = Bench(controller())
+    bench.run(0.02, 0.1)
+    friction = bench.hand.friction
+    belief = friction.memory.belief
+    belief.mean[0], belief.mean[1] = math.log(0.4), math.log(0.5)
+    for at in range(3 * BELIEF_ROW):
+        belief.p[at] = 0.3
+    belief.p[0] = belief.p[BELIEF_ROW + 1] = 0.012
+    belief.p[1] = belief.p[BELIEF_ROW] = 0.01
+    found = friction.learned_object
+    assert found == ObjectFriction(pytest.approx(math.log(0.2) / 2.0), pytest.approx(math.sqrt(0.044) / 2.0))

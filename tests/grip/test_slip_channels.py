@@ -16,10 +16,14 @@ from vegrip.grip.friction_belief import (
 )
 from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 from vegrip.grip.slip_channels import (
+    DETECTS,
     EVEN,
+    FALSE,
+    LOOK,
     RARE,
     SURE,
     UNSURE,
+    USUAL,
     begin_channels,
     follow_utilisation,
     hear_slip,
@@ -125,6 +129,17 @@ def test_a_slide_that_goes_on_while_n_grows_is_one_and_a_flag_that_stays_while_u
     assert slides.slip.slides[0] > SURE
     assert slides.slip.sound[0] > SURE
     assert stuck.slip.sound[0] < UNSURE
+
+
+@pytest.mark.parametrize("stays", [0.0, 0.25, 1.0])
+def test_a_look_of_slip_that_goes_on_is_as_likely_as_the_table_has_it(stays: float) -> None:
+    """Sound: stays DETECTS + (1 - stays) FALSE; lying: DETECTS."""
+    g = grasp()
+    g.slip.sound[0], g.slip.silent[0] = USUAL, EVEN  # so that time changes nothing
+    g.slip.says[0], g.slip.stays[0] = 1.0, stays
+    hear_slip(g, 0, LOOK, 1.0, math.nan)
+    sound = USUAL * (stays * DETECTS + (1.0 - stays) * FALSE)
+    assert g.slip.sound[0] / lying(g, 0) == pytest.approx(sound / (RARE * DETECTS), rel=1e-3)
 
 
 def test_in_the_air_every_slip_is_a_lie() -> None:

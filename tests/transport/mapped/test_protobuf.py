@@ -4,6 +4,7 @@ import math
 
 import pytest
 from google.protobuf import text_format
+from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto as Field
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.descriptor_pool import DescriptorPool
@@ -17,7 +18,7 @@ from vegrip.transport.mapped import plan as opening
 from vegrip.transport.mapped.body_paths import parse_path
 from vegrip.transport.mapped.codec import TopicCodec
 from vegrip.transport.mapped.plan import open_plan
-from vegrip.transport.mapped.protobuf import ProtobufBodies
+from vegrip.transport.mapped.protobuf import WHOLE, ProtobufBodies
 
 MS = 1_000_000
 MAP = """
@@ -220,3 +221,25 @@ def test_without_the_library_the_remedy_is_said(tmp_path, monkeypatch):
     monkeypatch.setattr(opening, "find_spec", lambda _: None)
     with pytest.raises(ConfigError, match=r"pip install 'vegrip\[protobuf\]'"):
         codec_of(tmp_path)
+
+
+def test_whole_numbers_end_where_the_library_ends_them():
+    file = FileDescriptorSet().file.add(name="whole.proto", package="acme", syntax="proto3")
+    message = file.message_type.add(name="Whole")
+    kinds = ("int32", "uint32", "int64", "uint64", "bool")
+    for number, kind in enumerate(kinds, 1):
+        one = message.field.add(name=kind, number=number, label=Field.LABEL_OPTIONAL)
+        one.type = getattr(Field, f"TYPE_{kind.upper()}")
+    pool = DescriptorPool()
+    pool.AddSerializedFile(file.SerializeToString())
+    whole = GetMessageClass(pool.FindMessageTypeByName("acme.Whole"))()
+    for kind in kinds:
+        for sign, end in zip((-1, 1), WHOLE[whole.DESCRIPTOR.fields_by_name[kind].cpp_type], strict=True):
+            setattr(whole, kind, bool(end) if kind == "bool" else end)
+            assert getattr(whole, kind) == end
+            if kind == "bool":
+                assert end == (sign > 0)
+                continue
+            with pytest.raises(ValueError, match=r"out of range|Value"):
+                setattr(whole, kind, end + sign)
+    assert WHOLE[FieldDescriptor.CPPTYPE_ENUM] == WHOLE[FieldDescriptor.CPPTYPE_INT32]
