@@ -35,9 +35,7 @@ os.environ.setdefault("VEGRIP_REALTIME", "0")
 
 
 # What is imported and collected stays to the end: the garbage collector need not look through it again and
-# again, which takes a tenth of the time of all tests; and seldom through what is new, which takes another.
-RARELY = 100_000, 50, 100
-"""How many objects more than before, and how many looks at the younger, until the collector looks."""
+# again, which takes a tenth of the time of all tests.
 
 
 def pytest_collection() -> None:
@@ -48,7 +46,6 @@ def pytest_collection() -> None:
 def pytest_collection_finish() -> None:
     """Look from now on only at what tests make."""
     gc.freeze()
-    gc.set_threshold(*RARELY)
     gc.enable()
 
 

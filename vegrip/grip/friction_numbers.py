@@ -10,9 +10,7 @@ EVEN = 0.5  # probability of what is as likely as not: an unknown channel is dea
 SURE = 0.95  # probability from which on a hypothesis is acted on
 
 # friction
-SCATTER = (
-    0.1  # std of ln mu from slide to slide: [SavescuLatashZatsiorsky2008]_, 0.96 +- 0.09; less is no matter
-)
+SCATTER = 0.1  # std of ln mu from one slide to the next: [SavescuLatashZatsiorsky2008]_, 0.96 +- 0.09
 CHANGE_STD = 0.4  # std of ln mu added where friction has changed: a wet pad has 0.4 to 0.9 of the dry one's
 COMMON = 0.8  # share of the slow drift of ln mu that is common to all fingers: they hold one object
 CREDIBLE = 2.0  # standard deviations from the mean of friction, up to which a load that held is believed
