@@ -443,15 +443,20 @@ class JkrAdhesion(Hidden, name="jkr_adhesion"):
         return math.sqrt(2.0 * math.pi * self.work * a / self.modulus)
 
     def _radius(self, x: float) -> float:
-        """Return the radius of the contact [m] at ``x``, by halving; 0 where nothing sticks or touches."""
-        least = math.cbrt(math.pi * self.work * self.tip_radius**2 / (8.0 * self.modulus))
-        if x < least**2 / self.tip_radius - self.back(least) or (x < 0.0 and not self._sticks):
+        """Return the radius of the contact [m] at ``x``; 0 where nothing sticks or touches.
+
+        Of its root s: ``s^4 / R - c s = x`` is convex, so Newton's steps from above fall to the larger root.
+        """
+        R, E = self.tip_radius, self.modulus
+        least = math.cbrt(math.pi * self.work * R**2 / (8.0 * E))
+        if x < least**2 / R - self.back(least) or (x < 0.0 and not self._sticks):
             return 0.0
-        low, high = least, least + math.sqrt(self.tip_radius * max(x, 0.0)) + 4.0 * least
-        for _ in range(60):
-            a = 0.5 * (low + high)
-            low, high = (a, high) if a * a / self.tip_radius - self.back(a) < x else (low, a)
-        return low
+        c = math.sqrt(2.0 * math.pi * self.work / E)
+        s, before = math.sqrt(math.sqrt(R * max(x, 0.0)) + 5.0 * least), math.inf
+        while s < before:
+            before, slope = s, 4.0 * s**3 / R - c
+            s -= (s**4 / R - c * s - x) / slope if slope > 0.0 else 0.0
+        return max(before * before, least)
 
     def indentation(self, x: float) -> float:
         a = self._radius(x)

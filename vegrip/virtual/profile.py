@@ -51,9 +51,9 @@ def coefficient(k: Floats) -> Floats:
     return 1.0 + np.exp(-np.interp(np.log(k), np.log(EXPONENTS), coefficient_logarithms()))
 
 
-def exponent(C: Floats) -> Floats:
-    """Return the k [-] whose coefficients C > 1 [-] are given; beyond the table its first or last k."""
-    return np.array([kernels.pressure_exponent(one, coefficient_logarithms()) for one in C.tolist()])
+def exponent(C: float) -> float:
+    """Return the k [-] whose coefficient C > 1 [-] is given; beyond the table its first or last k."""
+    return float(kernels.pressure_exponent(C, coefficient_logarithms()))
 
 
 @cache

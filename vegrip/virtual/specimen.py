@@ -29,9 +29,12 @@ class Specimen(Fingertips):
         for one in hidden:
             self._g = one.relaxation(self._g)
         self.follow(History([self._g], step, fine))
-        self._changes = bool(_those(hidden, "warmed"))
-        self._indented, self._stressed = _those(hidden, "indentation"), _those(hidden, "elastic")
-        self._more, self._pulls = _those(hidden, "more"), _those(hidden, "pull")
+        self._changes = bool(overridden(hidden, "warmed"))
+        self._indented, self._stressed = overridden(hidden, "indentation"), overridden(hidden, "elastic")
+        self._more, self._pulls = overridden(hidden, "more"), overridden(hidden, "pull")
+        self._moves, self._drives = overridden(hidden, "moved"), overridden(hidden, "drive")[::-1]
+        self._radii, self._flattens = overridden(hidden, "radius"), overridden(hidden, "flattened")
+        self._remembers, self._strains = overridden(hidden, "remember"), overridden(hidden, "strained")
         self._plain = not self._indented and not self._stressed
         self._x = 0.0  # [m] where the last search ended
         self._compliance = sum(one.compliance for one in hidden)
@@ -68,8 +71,9 @@ class Specimen(Fingertips):
     def press(self, indentation: Floats) -> Floats:
         """Put the drive at a position [m]; return the normal force [N]."""
         self.position = mount = float(indentation[0])
-        for one in self._hidden:
-            mount = one.moved(mount)
+        for moved in self._moves:
+            mount = moved(mount)
+        self._recall()
         C, x = self._compliance, mount
         if C > 0.0:
             strongest = self._pull(1e-300)
@@ -84,6 +88,7 @@ class Specimen(Fingertips):
     def load(self, force: Floats) -> Floats:
         """Impose a normal force [N]; return where the drive stands [m]."""
         wanted = max(float(force[0]), 0.0)
+        self._recall()
         x = 0.0
         if self._plain and not self._more and not self._pulls:
             surface = self.before + (wanted - self.past) / self.instant
@@ -95,8 +100,8 @@ class Specimen(Fingertips):
 
             x = _root(excess, *_about(excess, self._x, 1e-300, float(self.radius[0])))
         mount = x + self._compliance * wanted
-        for one in reversed(self._hidden):
-            mount = one.drive(mount)
+        for drive in self._drives:
+            mount = drive(mount)
         self.position = mount
         self._settle(x, wanted + self._pull(x))
         return np.array([mount])
@@ -108,17 +113,17 @@ class Specimen(Fingertips):
             x = indented(x)
         R = float(self.radius[0])
         a = float(np.sqrt(2.0 * R * x)) if self._pressed > 0.0 and x > 0.0 else 0.0
-        for one in self._hidden:
-            a = one.radius(a, x, R)
+        for radius in self._radii:
+            a = radius(a, x, R)
         return np.array([a])
 
     @property
     def pressure_exponent(self) -> Floats:
         x, fresh = float(self.indentation[0]), float(self.elastic_indentation(self.reference)[0])
         creep = max(x / fresh, 1.0) if fresh > 0.0 else 1.0
-        k = float(profile.exponent(self.records["C_fresh"] / creep)[0])
-        for one in self._hidden:
-            k = one.flattened(k)
+        k = profile.exponent(float(self.records["C_fresh"][0]) / creep)
+        for flattened in self._flattens:
+            k = flattened(k)
         return np.array([k])
 
     def _elastic(self, x: float) -> float:
@@ -133,33 +138,48 @@ class Specimen(Fingertips):
     def _excess(self, wanted: float, x: float) -> float:
         return self._elastic(x) - wanted
 
+    def _recall(self) -> None:
+        """Take the numbers of this step out of the records, which a search would read many times."""
+        self._was, self._share, self._last = (
+            float(self.past[0]),
+            float(self.instant[0]),
+            float(self.before[0]),
+        )
+
     def _response(self, x: float) -> float:
         """Return what the material would push with [N] at the end of this step; below zero it lifts off."""
         elastic = self._elastic(x)
-        force = float(self.past[0] + self.instant[0] * (elastic - self.before[0]))
-        return force + self._added(x, elastic)
+        return self._was + self._share * (elastic - self._last) + self._added(x, elastic)
 
     def _added(self, x: float, elastic: float) -> float:
-        return float(sum(more(x, elastic) for more in self._more)) if self._more else 0.0
+        force = 0.0
+        for more in self._more:
+            force += more(x, elastic)
+        return force
 
     def _pull(self, x: float) -> float:
-        return float(sum(pull(x) for pull in self._pulls)) if self._pulls else 0.0
+        force = 0.0
+        for pull in self._pulls:
+            force += pull(x)
+        return force
 
     def _settle(self, x: float, pressed: float) -> None:
         """Close the step: the history keeps what the material feels, the sensor what is left of it."""
         force = pressed - self._pull(x)
-        elastic = self._elastic(x) if pressed > 0.0 else float(self.before[0])
+        elastic = self._elastic(x) if pressed > 0.0 else self._last
         more = self._added(x, elastic)
         self._x = x
         largest = max(float(self.reference[0]), pressed) if pressed > 0.0 else 0.0
         self._close(np.array([x]), np.array([pressed - more]))
         self._pressed, self.reference[:], self.force[:] = pressed, largest, force
-        for one in self._hidden:
-            one.remember(x, force, self.step)
-            one.strained(float(self.before[0]), x, self.step)
+        for remember in self._remembers:
+            remember(x, force, self.step)
+        for strained in self._strains:
+            strained(float(self.before[0]), x, self.step)
 
 
-def _those(hidden: Sequence[Hidden], name: str) -> list[Callable[..., Any]]:
+def overridden(hidden: Sequence[Hidden], name: str) -> list[Callable[..., Any]]:
+    """Return this method of those that have one of their own: the others would leave things as they are."""
     plain = getattr(Hidden, name)
     return [getattr(one, name) for one in hidden if getattr(type(one), name) is not plain]
 

@@ -13,7 +13,7 @@ from vegrip.virtual.fingertip import Fingertips, even_grid, utilisation
 from vegrip.virtual.hidden import HIDDEN, Hidden, make
 from vegrip.virtual.sensor import SENSED_CHANNELS, Sensors
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
-from vegrip.virtual.specimen import Specimen
+from vegrip.virtual.specimen import Specimen, overridden
 
 TRUTH = (
     "indentation",
@@ -122,13 +122,16 @@ class _Bench:
     def __init__(
         self, tip: FingertipSettings, step: float, rings: int, spokes: int, hidden: tuple[Hidden, ...]
     ) -> None:
-        self._tip, self._step, self._hidden = tip, step, hidden
+        self._step, self._hidden = step, hidden
         self._soft = Specimen(tip, step, hidden) if hidden else Fingertips([tip], step)
         self._grid = even_grid(rings, spokes)
         self._contacts = self._grid.contacts(self._soft.records.copy())
         self.felt = self._contacts.tips
         """What the counter-surface meets: the tip with all that is hidden."""
         self.felt["side"] = -1.0
+        self._tip = self.felt[0]
+        self._frictions, self._rubs = overridden(hidden, "friction"), overridden(hidden, "rubbed")
+        self._senses = overridden(hidden, "sensed")
 
     def reset(self, pause: float, temperature: float) -> None:
         """Start an episode after ``pause`` [s]: recovered material, unbent bristles."""
@@ -157,23 +160,24 @@ class _Bench:
 
     def slide(self, segment: Segment) -> None:
         """Move the counter-surface for one step."""
-        soft, felt, speed = self._soft, self.felt, float(self.felt["slip_speed"][0])
-        felt["a"], felt["force"], felt["k"] = soft.contact_radius, soft.force, soft.pressure_exponent
-        mu = kernels.friction_of(felt[0], 1.0)
-        for one in self._hidden:
-            mu = one.friction(mu, self.force, speed)
+        soft, felt, force = self._soft, self._tip, self.force
+        speed = float(felt["slip_speed"])
+        felt["a"], felt["force"], felt["k"] = soft.contact_radius[0], force, soft.pressure_exponent[0]
+        mu = kernels.friction_of(felt, 1.0)
+        for friction in self._frictions:
+            mu = friction(mu, force, speed)
         felt["mu"] = mu
         if segment.pull_x or segment.pull_y or segment.spin:
             self._bent = True
         if self._bent:
-            self._contacts.load[:] = self._grid.load(felt["k"])
+            self._contacts.load[:] = self._grid.load(self.felt["k"])
             kernels.rub(self._contacts, 0, segment.pull_x, segment.pull_y, segment.spin, self._step)
-        felt["slides"] = kernels.slides_whole(felt[0])
-        speed, pull = float(felt["slip_speed"][0]), float(np.hypot(felt["pull_x"], felt["pull_y"])[0])
-        shown = self.force
-        for one in self._hidden:
-            one.rubbed(self.force, speed, self._step)
-            shown = one.sensed(shown, pull, self.drive, self._step)
+        felt["slides"] = kernels.slides_whole(felt)
+        speed, pull, shown = float(felt["slip_speed"]), float(np.hypot(felt["pull_x"], felt["pull_y"])), force
+        for rubbed in self._rubs:
+            rubbed(force, speed, self._step)
+        for sensed in self._senses:
+            shown = sensed(shown, pull, self.drive, self._step)
         felt["force"], felt["depth"] = shown, self.drive  # as the sensors have them
 
     def truth(self) -> tuple[float, ...]:
