@@ -10,7 +10,7 @@ from vegrip.cli import main
 from vegrip.demo.bench import open_bench_product
 from vegrip.errors import InputError
 
-SHORT_S = "12"
+SHORT_S = "8"
 
 
 @pytest.mark.long

@@ -49,7 +49,7 @@ def test_two_hidden_both_named(hide) -> None:
     ],
 )
 def test_what_no_catalogue_has_is_unexplained_and_its_variable_told(hide, name, given, variable) -> None:
-    found = diagnose(hide(seed=6, **{name: given}), most=2)
+    found = diagnose(hide(seed=6, **{name: given}), most=1)
     assert found.verdict == "unexplained"
     assert found.named == []
     assert found.unexplained is not None

@@ -57,6 +57,8 @@ def test_a_jump_is_named_no_drift_and_a_drift_no_jump(tip, is_jump, size, named,
     assert (found.named, found.indistinguishable) == (named, sets)
     said = [one.text for one in found.doubts if "the zero of the force jumps by" in one.text]
     assert len(said) == is_jump
+    told = [float(text.split(" at ")[1].split(" s,")[0]) for text in said]
+    assert told == pytest.approx([sample.t[shape.argmax()]] * is_jump, abs=0.05)
     assert next_experiment(found) is None  # that a motion could make
 
 

@@ -60,29 +60,11 @@ def test_noise_that_is_more_than_is_stated_is_measured(factor: float) -> None:
     assert len(found.doubts) == (len(found.source) - 1) * (factor < 1.0)
 
 
-IN_USE = Case(("exponential_stiffness",), "strong", 431_200_007, style="use")
-
-
 @pytest.mark.long
-@pytest.mark.parametrize(("case", "stated"), [(PLAIN, 0.93), (PLAIN, 1.08), (IN_USE, 1.08)])
-def test_a_radius_that_is_stated_wrongly_is_doubted_and_not_named_an_effect(
-    case: Case, stated: float
-) -> None:
-    recording = make_recording(replace(case, faults=Faults(radius_stated=stated)))
+@pytest.mark.parametrize("stated", [0.93, 1.08])
+def test_a_radius_that_is_stated_wrongly_is_doubted_and_not_named_an_effect(stated: float) -> None:
+    recording = make_recording(replace(PLAIN, faults=Faults(radius_stated=stated)))
     found = diagnose(recording, threads=1)
-    assert (found.verdict, found.named) == ("named" if case.hidden else "adequate", list(case.hidden))
+    assert (found.verdict, found.named) == ("adequate", [])
     assert found.model.tip_radius == pytest.approx(recording.fingertip.radius / stated, rel=0.01)
     assert any("the radius of the tip is stated as" in doubt.text for doubt in found.doubts)
-
-
-@pytest.mark.long
-def test_a_zero_that_jumps_is_told_with_its_moment_and_no_effect_is_blamed_but_the_hidden_one() -> None:
-    case = Case(("rate_stiffening",), "weak", 291_100_004, style="use")
-    plain = make_recording(case)
-    jumped = make_recording(replace(case, faults=Faults(zero_shift=True)))
-    found = diagnose(jumped, threads=1)
-    assert found.named == ["rate_stiffening"]
-    said = [doubt.text for doubt in found.doubts if "zero of the" in doubt.text]
-    row = np.argmax(jumped.columns["displacement"] != plain.columns["displacement"])
-    moments = [float(text.split(" at ")[1].split(" s,")[0]) for text in said]
-    assert moments == pytest.approx([plain.t[row]], abs=1.0)  # a displacement in the air tells no moment

@@ -84,10 +84,10 @@ def test_what_a_recording_cannot_show_is_counted_by_itself_whatever_was_said() -
 
 @pytest.mark.long
 def test_what_an_effect_leaves_is_seen_in_the_same_recording_without_it() -> None:
-    shown = remaining_evidence(Case(("adhesion", "pressure_profile"), "weak", 3))
+    shown = remaining_evidence(Case(("adhesion", "pressure_profile"), "weak", 3, style="short"))
     assert shown["adhesion"] > 100.0
     assert abs(shown["pressure_profile"]) < 20.0
-    assert remaining_evidence(Case((), "strong", 3)) == {}
+    assert remaining_evidence(Case((), "strong", 3, style="short")) == {}
 
 
 def test_everything_the_bench_can_hide_has_an_amount_and_a_name_of_the_catalogue_or_a_variable() -> None:
