@@ -65,6 +65,7 @@ def assert_nothing_left(group: int) -> None:
     assert members(group) == []
 
 
+@pytest.mark.long
 def test_it_ends_by_itself_prints_its_contract_and_leaves_a_recording(tmp_path: Path) -> None:
     folder = tmp_path / "demo"
     process = start("--grasp", "hand", "--duration", "3", "--json", "--no-plot", "-o", str(folder))

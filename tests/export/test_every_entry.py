@@ -30,6 +30,7 @@ def entry(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
+@pytest.mark.long
 @both_precisions
 def test_the_self_test_passes_to_the_bit_and_in_floats_within_its_bound(
     entry: str, precision: str, firmware: Make

@@ -14,6 +14,7 @@ from vegrip.grip.friction_belief import (
     expect_finger,
     void_slides,
 )
+from vegrip.grip.force_release import note_slide
 from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 from vegrip.grip.slip_channels import (
     DETECTS,
@@ -109,6 +110,26 @@ def test_wet_faces_are_believed_of_proven_channels_though_more_was_held_before()
         slid.append(g.slip.slides[0])
     assert max(slid) > SURE
     assert g.slip.sound[0] > SURE
+
+
+def test_faces_that_go_on_getting_wet_are_believed_again_a_moment_later() -> None:
+    """The grip has grown after the first slide; a fifth of a second later friction is lower still."""
+    g = grasp(std=0.1)
+    for i in (0, 1):
+        g.slip.sound[i], g.slip.silent[i] = 0.99, 0.005
+        run(g, 2.0, rising(0.45, 1.0), QUIET, i)
+    slid = []
+    for k in range(60):
+        u, says = (0.4, k >= 2) if k < 5 else (0.25, k >= 40)
+        for i in (0, 1):
+            hear_slip(g, i, DT, float(says), math.nan)
+            follow_utilisation(g, i, DT, u, 0.02, 0.0, True)
+            note_slide(g, i, 0.02)
+        slid.append(max(g.slip.slides[0], g.slip.slides[1]))
+    assert min(max(slid[:5]), max(slid[40:])) > SURE
+    assert noticed(g) > SURE
+    assert sound_channel(g, 0) > EVEN
+    assert math.exp(g.belief.mean[0]) < 0.33
 
 
 @pytest.mark.parametrize("share", [0.02, 0.3])

@@ -23,6 +23,7 @@ from vegrip.trials.fronts import (
     figures_of,
     force_over_least,
     least_forces,
+    record_of,
     record_trial,
     run_quality_trial,
     wrong_slip,
@@ -131,6 +132,20 @@ def test_the_true_friction_lies_inside_the_stated_interval_though_faces_get_wet_
     assert figures["friction_inside"] > 0.9
     assert figures["by_class"]["wet"]["friction_inside"] > 0.8
     assert figures["friction_std"] < 0.25
+
+
+def test_faces_that_go_on_getting_wet_after_a_slide_drop_nothing() -> None:
+    """Both flags then told of a second slide, far below what had just been held, and were not believed."""
+    assert not run_quality_trial(
+        QualityTrial("learning", 13118, 8.0, 0.1, "pinch", world="published")
+    ).dropped
+
+
+def test_what_is_stated_of_friction_is_the_apparent_one() -> None:
+    course = run_quality_trial(QualityTrial("vegrip", 3, 2.0, 0.15, "pinch"))
+    plain, gained = (record_of(course, (), 0.3, gain) for gain in (1.0, 0.8))
+    off = (gained.friction_error - plain.friction_error) * plain.friction_std
+    assert np.nanmax(np.abs(off + math.log(0.8))) < 1e-12
 
 
 def test_figures_count_what_is_held_and_slips_from_the_start() -> None:

@@ -29,7 +29,7 @@ BLIND = 0.15  # of ln T or ln N, by which an object has slid too far before it i
 GOES_AWAY = 2.0  # d ln T / d ln N beyond which the load goes away by itself
 SLOW = 0.6  # [1/s] of ln N, below which a slide would show too late
 QUICK = 5.0  # [1/s] of ln N, with which it shows within 0.7 mm; what rises faster may be a wrong value
-RETURN = 0.15  # [s] in which a grip is back, and a load counts as steady
+RETURN = 0.15  # [s] in which a grip is back and a load steady, and after which a report is of another slide
 
 # letting go of force
 COST = 2.0  # [s] of the least force, that a slide which is noticed costs

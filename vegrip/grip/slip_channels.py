@@ -22,10 +22,10 @@ and a channel goes back to what is usual of such channels in ``RENEWED``: sensor
 
     p = P(x < w + e | x > h - e),    at least RARE exp(-((h - w) / e)^2 / 2),    e^2 = SCATTER^2 + std^2
 
-since friction may have changed, but not while w falls: a contact that slides has w = x. Where no channel
-of the grasp has said slip for ``PAUSE`` it is at least RARE P(x + change < w + e) besides, with
-``CHANGE_STD`` of the change: wet faces slide far below what they held when dry. While such a slide is
-believed, h is at most w at its first report. p is taken at its largest over the delay of the channels,
+since friction may have changed, but not while w falls: a contact that slides has w = x. It is at least RARE
+P(x + change < w + e) besides, with ``CHANGE_STD`` of the change: wet faces slide far below what they held
+when dry. While such a slide is believed, h is at most w at its first report, the first for ``RETURN`` of
+any channel. p is taken at its largest over the delay of the channels,
 because they tell late, and at least ``EVEN`` times the probability that another finger slides by its own
 load and channels. A channel that says slip for n looks adds to its logit::
 
@@ -97,7 +97,7 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
     if not says >= 0.5:
         g.slip.shows[at] = 0.0
         return
-    if last_told(g) > PAUSE:
+    if last_told(g) > RETURN:
         for j in range(int(g.belief.fingers)):
             g.slip.begun[j] = g.slip.level[j]
     g.slip.silence[at] = 0.0
@@ -186,9 +186,7 @@ def follow_utilisation(
         was = min(was, g.slip.begun[i])
     below = max(was - w, 0.0) / near
     stays = math.exp(-0.5 * below * below)
-    changed = stays
-    if last_told(g) > PAUSE:
-        changed = max(stays, upper_tail((g.belief.mean[i] - w - near) / math.hypot(std, CHANGE_STD)))
+    changed = max(stays, upper_tail((g.belief.mean[i] - w - near) / math.hypot(std, CHANGE_STD)))
     remember(g, i, dt, min(max(p, RARE * changed, FALSE), SURE), w, stays)
     rises = w - CREDIBLE * unsure
     rises = min(rises, g.slip.shown[i] + QUICK * dt) if g.slip.shown[i] > -math.inf else rises

@@ -13,7 +13,7 @@ from vegrip.virtual.settings import SensorSettings
 KNOBS = {
     "hand": {
         "vegrip": 0.15,
-        "learning": 0.25,
+        "learning": 0.1,
         "known": 0.1,
         "ellipse": 0.15,
         "constant": 4.0,
@@ -22,7 +22,7 @@ KNOBS = {
     },
     "pinch": {
         "vegrip": 0.15,
-        "learning": 0.25,
+        "learning": 0.1,
         "known": 0.1,
         "ellipse": 0.15,
         "constant": 8.0,

@@ -59,7 +59,7 @@ class GripRecord:
     slipped: Floats  # (n,) slips that began in this row
     classes: Classes  # (n,) place in CLASSES
     settled: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]  # (n,) the hand carries the object by itself
-    friction_error: Floats  # (n, fingers) stated less true ln mu, in standard deviations; NaN = no contact
+    friction_error: Floats  # (n, fingers) stated less apparent ln mu, in its stds; NaN = no contact
     friction_std: Floats  # (n, fingers) of ln mu as stated
     lags: Floats = field(default_factory=lambda: np.zeros(0))  # (m,) [s] of the drives, as far as known
 
@@ -91,13 +91,18 @@ def force_over_least(course: Course, start: float, end: float = math.inf) -> flo
     return float(force[counted, 0].sum()) / total if total > 0.0 else math.nan
 
 
-def record_of(course: Course, events: Sequence[Disturbance], lift_start: float) -> GripRecord:
-    """Return the record of ``course`` from ``lift_start`` [s] on."""
+def record_of(
+    course: Course, events: Sequence[Disturbance], lift_start: float, gain: float = 1.0
+) -> GripRecord:
+    """Return the record of ``course`` from ``lift_start`` [s] on.
+
+    Tangential forces are read times ``gain``: the friction that is stated is the apparent one, gain mu.
+    """
     time = np.array(course.time)
     kept = time >= lift_start
     time = time[kept]
     stated, mu = np.array(course.stated)[kept], np.array(course.contact)[kept, :, 2]
-    error, std = stated[:, :, 0] - np.log(mu), stated[:, :, 1]
+    error, std = stated[:, :, 0] - np.log(gain * mu), stated[:, :, 1]
     return GripRecord(
         slips=course.slips,
         dropped=course.dropped,
@@ -286,8 +291,8 @@ def run_quality_trial(trial: QualityTrial) -> Course:
 
 
 def record_trial(trial: QualityTrial) -> GripRecord:
-    scenario = trial.scenario
-    return record_of(run_quality_trial(trial), scenario.events, scenario.settings.actuator.close_time)
+    hand, events = trial.scenario.settings, trial.scenario.events
+    return record_of(run_quality_trial(trial), events, hand.actuator.close_time, hand.sensor.tangential_gain)
 
 
 def trials_of(

@@ -38,6 +38,7 @@ def test_a_body_that_is_touched_at_a_depth_is_drafted_over_the_depth_and_bends_t
     assert found.taken.fitted.error < 0.7 * found.base.error
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("law", "place", "variables"), HIDDEN)
 def test_a_law_that_no_catalogue_has_is_found_again(
     law: tip.Law, place: str, variables: list[str], tmp_path: Path
