@@ -71,7 +71,7 @@ SMALLEST = {
     "TURNS": 5,
     "BATCHES": 1,
     "WITH_NUMBA": False,
-    "DEMO_SECONDS": 2.0,
+    "DEMO_SECONDS": 3.0,
     "TWENTY_SECONDS": 0.5,
 }
 
