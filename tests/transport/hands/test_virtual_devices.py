@@ -227,9 +227,7 @@ def test_an_object_is_held_through_a_cut_cable_a_wrong_length_and_a_reset(produc
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    "product", ["onrobot-hex", "tesollo-dg5f"], indirect=True
-)
+@pytest.mark.parametrize("product", ["onrobot-hex", "tesollo-dg5f"], indirect=True)
 def test_the_grip_is_unharmed_by_twenty_faults_of_the_stream_a_minute(product, monkeypatch):
     wire, drawn = Wire(product, monkeypatch), seeded(7)
     seconds = float(os.environ.get("VEGRIP_STREAM_FAULTS_S", "30"))
