@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from vegrip.grip.force_release import note_slide
 from vegrip.grip.friction_belief import (
     absorb_hold,
     absorb_slide,
@@ -14,7 +15,6 @@ from vegrip.grip.friction_belief import (
     expect_finger,
     void_slides,
 )
-from vegrip.grip.force_release import note_slide
 from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 from vegrip.grip.slip_channels import (
     DETECTS,
