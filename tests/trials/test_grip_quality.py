@@ -137,7 +137,7 @@ def test_the_true_friction_lies_inside_the_stated_interval_though_faces_get_wet_
 def test_faces_that_go_on_getting_wet_after_a_slide_drop_nothing() -> None:
     """Both flags then told of a second slide, far below what had just been held, and were not believed."""
     assert not run_quality_trial(
-        QualityTrial("learning", 13118, 8.0, 0.1, "pinch", world="published")
+        QualityTrial("learning", 13118, 10.0, 0.1, "pinch", world="published")
     ).dropped
 
 
