@@ -4,14 +4,17 @@ What is squeezed cancels at the wrist, so the sensor there feels the gripper, th
 it. With the reading :math:`F_0` of the empty gripper (the tare), the slow mean :math:`W` of
 :math:`F - F_0` is the object's weight, of the mass :math:`m = |W| / g`, and the rest :math:`D` is inertia,
 of object and gripper together, or a pull at the object. Of inertia the object's share is
-:math:`\rho = m / (m + m_g)` with the stated mass of the gripper; that it may all be a pull is the uncertainty
-:math:`(1 - \rho) |D| / 2`, of which two standard deviations are counted::
+:math:`\rho = m / (m + m_g)` with the stated mass of the gripper, of a pull all of it: it is loaded with the
+mean of both, give or take half their difference, which counts as two standard deviations. A finger carries
+``share`` of that (0.5 +- 0.15: two pads shared 64 : 36 at 750 g, robertburk/ME_THESIS_ROBERT_BURKE), which
+enters as the uncertain gain of a tangential force. Both are independent, so with b, two relative standard
+deviations of the share, the load
 
-    L = |W + rho D| + (1 - rho) |D|
+.. math:: L = \frac{L_0 + \sqrt{(b L_0)^2 + (1 - \rho)^2 |D|^2 / 4}}{1 + b},
+          \qquad L_0 = \left| W + \frac{1 + \rho}{2} D \right|
 
-Of the load L a finger carries ``share`` (0.5 +- 0.15: two pads shared 64 : 36 at 750 g,
-robertburk/ME_THESIS_ROBERT_BURKE), which enters as the uncertain gain of a tangential force. Directions are
-not told apart: what lies along the closing direction counts as tangential, too.
+is that whose bound of two, :math:`L (1 + b)`, is that of both together. Directions are not told apart: what
+lies along the closing direction counts as tangential, too.
 
 The contacts of two jaws lie on the closing direction, z here, so that tangential forces there have no arm
 about it: a torque about it is carried by the torsional friction of both contacts alone, which the limit
@@ -73,6 +76,7 @@ class WristLoad:
 
     def __init__(self, settings: LoadSettings) -> None:
         self._mass, self._share, self._reach = settings.mass, settings.share, settings.reach
+        self._spread = 2.0 * settings.share_std / settings.share
         self._load = self._torque = math.nan
         self._stamp = 0
         self.take_tare()
@@ -110,15 +114,19 @@ class WristLoad:
         rest = net - self._weight
         mass = math.hypot(*self._weight[:3]) / GRAVITY
         part = mass / (mass + self._mass)
-        bound = self._weight + part * rest
-        self._load = math.hypot(*bound[:3]) + (1.0 - part) * math.hypot(*rest[:3])
+        mean, half = self._weight + 0.5 * (1.0 + part) * rest, 0.5 * (1.0 - part)
+        self._load = self._bounded(math.hypot(*mean[:3]), half * math.hypot(*rest[:3]))
         if self._reach:
-            self._torque = abs(bound[3]) + (1.0 - part) * abs(rest[3])
+            self._torque = self._bounded(abs(mean[3]), half * abs(rest[3]))
 
     def share(self, now: int) -> tuple[float, float]:
         """Return tangential force [N] and torque [N m] of a finger at ``now`` [ns], NaN what is not known."""
         share = self._share if now - self._stamp < LATE_NS else math.nan
         return share * self._load, share * self._torque
+
+    def _bounded(self, load: float, unsure: float) -> float:
+        """Return the load which, with the spread of its share, bounds one that is ``unsure`` besides."""
+        return (load + math.hypot(self._spread * load, unsure)) / (1.0 + self._spread)
 
     def _about_grip(self, x: float, y: float, torque: float) -> float:
         """Return the torque [N m] about the closing direction at the grip, 0 where nothing is said of it."""
