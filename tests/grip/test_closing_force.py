@@ -4,9 +4,11 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from vegrip.grip.controller import GripController
+from vegrip.grip.safety import LimitSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import FingertipState
 from vegrip.model import ContactModel, paper_model
@@ -104,3 +106,20 @@ def test_a_grip_that_learns_by_lowering_force_keeps_nothing(model: ContactModel)
     settings = ControlSettings()
     learning = replace(settings, friction=replace(settings.friction, shared=True, probing=True))
     assert at(course(model, obeyed(), lifted(9.0), learning, seconds=2.0), 1.99) < 0.5 * CLOSED_N
+
+
+@pytest.mark.parametrize("seed", [29, 34, 167])
+def test_a_touch_within_the_noise_asks_for_no_more_than_its_load_needs(seed: int) -> None:
+    """Neither radius nor exponent is known then, of which the one is the wronger the less N is."""
+    rng = np.random.default_rng(seed)
+    rate, begin = rng.uniform(2.0, 80.0), rng.uniform(0.0, 0.1)  # [N/s], [s]
+    limits = LimitSettings(max_force=60.0)
+    hand = GripController(
+        ("tip",), model=paper_model(25e-3), settings=ControlSettings(thumb="", limits=limits)
+    )
+    for i in range(150):
+        stamp = round(i * PERIOD_S * 1e9)
+        force, x, y, torque = rng.standard_normal(4) * [1e-2, 1e-2, 1e-2, 1e-4]
+        force += rate * max(i * PERIOD_S - begin, 0.0)
+        hand.answer(FingertipState(stamp, "tip", i, force, x, y, torque), stamp)
+        assert hand.fingers["tip"].held < 2.0

@@ -52,7 +52,8 @@ MOTION = ("POSITION", "SPEED", "VAR_POSITION", "COV", "VAR_SPEED", "RESTLESS")
 REPORT = (
     "FORCE", "FORCE_STD", "RADIUS", "RADIUS_STD", "EXPONENT", "EXPONENT_STD", "MU", "MU_STD", "LIMIT_FORCE",
     "LIMIT_FORCE_STD", "LIMIT_TORQUE", "LIMIT_TORQUE_STD", "LIMIT_RADIUS", "LIMIT_RADIUS_STD", "GAUGE",
-    "GAUGE_REL", "GAUGE_ABS", "DEPTH_NOW", "DEPTH_STD", "CONTACT", "SOUND", "RADIUS_SOUND", "SLIDES",
+    "GAUGE_REL", "GAUGE_BY_FORCE", "GAUGE_ABS", "DEPTH_NOW", "DEPTH_STD", "CONTACT", "SOUND",
+    "RADIUS_SOUND", "SLIDES",
 )  # fmt: skip
 
 FRICTION = (
@@ -156,7 +157,7 @@ class Layout:
             "F": (s + 1) * n, "B": n * n, "H": n, "G": n, "K": n, "BEND": s + 1,
             "NEXT": s + 1, "TRIAL": s + 1, "L": n * n,
             "D_FORCE": spread, "D_RADIUS": spread, "D_EXPONENT": spread, "D_FRICTION": spread,
-            "D_DELTA": spread, "TRIED": n, "MID": n,
+            "D_DELTA": spread, "D_SHAPE": spread, "TRIED": n, "MID": n,
         }  # fmt: skip
 
     def places(self) -> dict[str, tuple[int, int]]:

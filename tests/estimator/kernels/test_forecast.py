@@ -85,10 +85,13 @@ def test_a_load_needs_a_contact_that_has_force_and_area(kernels) -> None:
         assert kernels.gauge_of(force, radius, 2.5, 0.5, (0.0, 0.0)) == 0.0
 
 
-def test_what_the_force_does_not_tell_of_the_gauge_is_kept_apart(kernels, m) -> None:
+def test_what_does_not_come_from_the_force_of_the_gauge_is_kept_apart(kernels, m) -> None:
     m[kernels.REP_FORCE], m[kernels.REP_FORCE_STD], m[kernels.REP_GAUGE_REL] = 0.5, 0.05, 0.26
+    m[kernels.REP_GAUGE_BY_FORCE] = 0.0
     m[kernels.FRI_VAR] = m[kernels.CONSIDER0 + kernels.CONSIDERED_MU] = alone = 0.04
     assert kernels.variance_without_force(m, 0.5) == pytest.approx(0.26**2 - 0.1**2)
+    m[kernels.REP_GAUGE_BY_FORCE] = 0.16
+    assert kernels.variance_without_force(m, 0.5) == pytest.approx(0.26**2 - 0.16**2)
     m[kernels.REP_GAUGE_REL] = 0.09
     assert kernels.variance_without_force(m, 0.5) == alone
     for force, std, relative in ((0.0, 0.05, 0.2), (0.5, 0.5e6, 0.2), (0.5, 0.05, 1e6)):
@@ -96,6 +99,18 @@ def test_what_the_force_does_not_tell_of_the_gauge_is_kept_apart(kernels, m) -> 
         assert kernels.variance_without_force(m, 0.5) == pytest.approx(alone)
     m[kernels.FRI_EXPONENT_VAR], tenfold = 0.01, math.log(50.0 / 5.0)
     assert kernels.variance_without_force(m, 50.0) == pytest.approx(alone + 0.01 * tenfold**2)
+
+
+def test_an_error_of_the_force_and_of_what_follows_it_matters_less_at_a_larger_force(kernels, m) -> None:
+    m[kernels.REP_FORCE], m[kernels.REP_FORCE_STD], m[kernels.REP_GAUGE_REL] = 0.5, 0.05, 0.26
+    m[kernels.REP_GAUGE_BY_FORCE] = 0.16
+    assert kernels.spread_by_force(m, 0.5) == pytest.approx(0.16)
+    assert kernels.spread_by_force(m, 2.0) == pytest.approx(0.04)
+    m[kernels.REP_GAUGE_BY_FORCE] = 0.0
+    assert kernels.spread_by_force(m, 2.0) == pytest.approx(0.025)
+    m[kernels.REP_GAUGE_REL] = math.inf
+    m[kernels.REP_GAUGE_BY_FORCE] = math.inf
+    assert kernels.spread_by_force(m, 2.0) == pytest.approx(0.025)
 
 
 @pytest.mark.parametrize("torque", [0.0, 1e-3])

@@ -9,9 +9,9 @@ from vegrip.contact.limit_surface import fast
 
 
 def columns(kernels, m):
-    """Return D, (N, a, k, friction, delta) by columns of independent unit variables."""
+    """Return D, (N, a, k, friction, delta, t) by columns of independent unit variables."""
     count = kernels.M + kernels.N_CONSIDERED + 1
-    names = ("D_FORCE0", "D_RADIUS0", "D_EXPONENT0", "D_FRICTION0", "D_DELTA0")
+    names = ("D_FORCE0", "D_RADIUS0", "D_EXPONENT0", "D_FRICTION0", "D_DELTA0", "D_SHAPE0")
     return np.array([m[getattr(kernels, name) : getattr(kernels, name) + count] for name in names])
 
 
@@ -28,9 +28,27 @@ def spread(quantity, at, D):
     return quantity(*at), math.hypot(*changes)
 
 
+def std_with_force(quantity, at, D):
+    """Return what the force explains of the standard deviation of a quantity, by differences."""
+    small = 1e-3
+    changes = [(quantity(*(at + small * d)) - quantity(*(at - small * d))) / (2.0 * small) for d in D[:4].T]
+    return abs(np.dot(changes, D[0])) / float(np.linalg.norm(D[0]))
+
+
+def test_an_exponent_that_may_be_anything_moves_the_limit_surface_by_no_more_than_there_is(kernels, m) -> None:
+    """At the end of its law k is 180 in one step, and its derivative there says nothing."""
+    kernels.note_difference(m, 0, (1.0, 1e-3, 180.0, 0.5), (1.0, 1e-3, 2.0, 0.5), 2.8)
+    assert m[kernels.D_EXPONENT0] == pytest.approx(177.2 / kernels.WIDE)
+    change = m[kernels.D_SHAPE0] * kernels.WIDE
+    assert change == pytest.approx(2.0 / 180.0 - 2.0 / 2.8)
+    limit, by_k = kernels.torsion_gradient(2.8)
+    moved = kernels.by_shape(by_k, 2.8) * change
+    assert limit + moved == pytest.approx(kernels.torsion_limit(180.0), rel=0.03)
+
+
 def test_a_sum_has_the_spread_of_its_parts(kernels, m) -> None:
     _, D = reported(kernels, m)
-    weights = [0.3, -200.0, 0.7, 1.1, 50.0]
+    weights = [0.3, -200.0, 0.7, 1.1, 50.0, -2.0]
     assert kernels.combined_std(m, *weights) == pytest.approx(float(np.linalg.norm(weights @ D)))
 
 
@@ -67,6 +85,7 @@ def test_gauge_and_limit_radius_have_the_spread_of_the_limit_surface(kernels, m,
     value, std = spread(gauge, at, D)
     assert m[kernels.REP_GAUGE] == pytest.approx(value)
     assert m[kernels.REP_GAUGE_REL] == pytest.approx(std / value, rel=1e-4)
+    assert m[kernels.REP_GAUGE_BY_FORCE] == pytest.approx(std_with_force(gauge, at, D) / value, rel=1e-2)
     s_f, s_m = m[kernels.SET_S_TANGENTIAL], m[kernels.SET_S_TORQUE]
     by_f = (gauge(*at, f=f + 1e-5) - gauge(*at, f=f - 1e-5)) / 2e-5
     by_m = (gauge(*at, moment=moment + 1e-8) - gauge(*at, moment=moment - 1e-8)) / 2e-8

@@ -70,8 +70,7 @@ def bound_gauge(
 ) -> float:
     """Upper bound of the gauge at the wanted confidence, the force gone from ``fresh`` to ``force``."""
     force, a = max(force, TINY), max(a, TINY)
-    # absolute spread of N kept, so its relative part grows as N falls or shrinks as N rises
-    now = m.report.force_std / force
+    now = spread_by_force(m, force)
     lost = SHARE_SPREAD * math.log(fresh / force) if fresh > 0.0 else 0.0
     relative = math.sqrt(variance_without_force(m, force) + now * now + lost * lost)
     noise = math.hypot(m.set.s_tangential, 0.0 if load[1] == 0.0 else m.set.s_torque / a)
@@ -79,16 +78,27 @@ def bound_gauge(
 
 
 def variance_without_force(m: Floats, force: float) -> float:
-    """Relative variance of the gauge at ``force`` [N] that does not come from it.
+    """Relative variance of the gauge at ``force`` [N] that does not come from an error of N.
 
     The part of friction is that at this force, not at the present one; out of contact there is no other.
     """
     there = friction_variance(m, relative_load(force))
-    relative = m.report.gauge_rel
-    part = m.report.force_std / m.report.force if m.report.force > 0.0 else math.inf
-    if not (relative < UNKNOWN and part < UNKNOWN):
+    if not (m.report.force > 0.0 and m.report.gauge_rel < UNKNOWN):
         return there
+    relative, part = m.report.gauge_rel, spread_by_force(m, m.report.force)
     return float(max(relative * relative - part * part - m.consider[CONSIDERED_MU], 0.0) + there)
+
+
+def spread_by_force(m: Floats, force: float) -> float:
+    """Relative std of the gauge at ``force`` [N] that comes from the error of N.
+
+    That error is the same there, so it matters less the larger N is; and what is wrong with radius and
+    exponent because of it, too.
+    """
+    alone = m.report.force_std / force
+    if not (m.report.force > 0.0 and m.report.gauge_rel < UNKNOWN):
+        return alone
+    return float(max(m.report.gauge_by_force * m.report.force / force, alone))
 
 
 def slip_times(m: Floats, tangential: float, torque: float, chance: float) -> tuple[float, float]:

@@ -8,6 +8,9 @@ the mean will not do: where the pressure exponent meets the end of its law it is
 Where a step upwards changes everything by less than 2 %, the step downwards is taken for its mirror image:
 what the bend would add to that column is 1 % of it, and half of the work is saved once the state is known.
 
+The limit surface feels k as ``t = 2 / k - 1``, in which it is nearly straight: where a touch is so light that k
+may be anything up to the end of its law, its derivative there says nothing, and t is within -1 and 1.
+
 What the model leaves unexplained of the force is no part of the state: it has a column of its own.
 """
 
@@ -35,7 +38,7 @@ def quantities(m: Floats, y: int) -> Quantities:
 
 
 def spread_quantities(m: Floats) -> Quantities:
-    """Fill D, 5 x (moving + considered + 1): N, a, k, friction, delta; return the first four at the mean."""
+    """Fill D, 6 x (moving + considered + 1): N, a, k, friction, delta, t; return the first four at the mean."""
     square_root(m, P0)
     copy_state(m)
     now = quantities(m, TRIED0)
@@ -90,7 +93,8 @@ def spread_considered(m: Floats, now: Quantities) -> None:
         m.d_delta[M + i] = 0.0
     last = M + CONSIDERED_MU
     m.d_friction[last] = now[3] * math.sqrt(m.consider[CONSIDERED_MU])
-    m.d_force[last] = m.d_radius[last] = m.d_exponent[last] = m.d_delta[last] = 0.0
+    m.d_force[last] = m.d_radius[last] = m.d_exponent[last] = m.d_shape[last] = 0.0
+    m.d_delta[last] = 0.0
 
 
 def spread_unexplained(m: Floats, force: float) -> None:
@@ -101,7 +105,8 @@ def spread_unexplained(m: Floats, force: float) -> None:
     """
     last = M + N_CONSIDERED
     m.d_force[last] = math.sqrt(m.mode.tolerated) if force > 0.0 else 0.0
-    m.d_radius[last] = m.d_exponent[last] = m.d_friction[last] = m.d_delta[last] = 0.0
+    m.d_radius[last] = m.d_exponent[last] = m.d_shape[last] = 0.0
+    m.d_friction[last] = m.d_delta[last] = 0.0
 
 
 def is_slight(now: Quantities, up: Quantities) -> bool:
@@ -142,16 +147,31 @@ def note_difference(
     """Write column ``j`` of D; of the exponent the larger of both sides, it may lie at the end of its law."""
     m.d_force[j] = (up[0] - down[0]) / (2.0 * WIDE)
     m.d_radius[j] = (up[1] - down[1]) / (2.0 * WIDE)
-    rise, fall = up[2] - exponent, exponent - down[2]
-    m.d_exponent[j] = (rise if abs(rise) > abs(fall) else fall) / WIDE
+    m.d_exponent[j] = larger(up[2] - exponent, exponent - down[2]) / WIDE
+    m.d_shape[j] = larger(2.0 / up[2] - 2.0 / exponent, 2.0 / exponent - 2.0 / down[2]) / WIDE
     m.d_friction[j] = (up[3] - down[3]) / (2.0 * WIDE)
 
 
-def combined_std(m: Floats, a0: float, a1: float, a2: float, a3: float, a4: float) -> float:
-    """Standard deviation of ``a0 N + a1 a + a2 k + a3 friction + a4 delta``."""
+def larger(rise: float, fall: float) -> float:
+    """Return the one that is larger in magnitude."""
+    return rise if abs(rise) > abs(fall) else fall
+
+
+def combined_std(m: Floats, a0: float, a1: float, a2: float, a3: float, a4: float, a5: float) -> float:
+    """Standard deviation of ``a0 N + a1 a + a2 k + a3 friction + a4 delta + a5 t``."""
     total = 0.0
     for j in range(M + N_CONSIDERED + 1):
         s = a0 * m.d_force[j] + a1 * m.d_radius[j] + a2 * m.d_exponent[j]
-        s += a3 * m.d_friction[j] + a4 * m.d_delta[j]
+        s += a3 * m.d_friction[j] + a4 * m.d_delta[j] + a5 * m.d_shape[j]
         total += s * s
     return math.sqrt(total)
+
+
+def std_with_force(m: Floats, a0: float, a1: float, a3: float, a5: float) -> float:
+    """Return what of the deviation of ``a0 N + a1 a + a3 friction + a5 t`` goes with that of N."""
+    together, alone = 0.0, 0.0
+    for j in range(M + N_CONSIDERED + 1):
+        s = a0 * m.d_force[j] + a1 * m.d_radius[j] + a3 * m.d_friction[j] + a5 * m.d_shape[j]
+        together += s * m.d_force[j]
+        alone += m.d_force[j] * m.d_force[j]
+    return abs(together) / math.sqrt(alone) if alone > 0.0 else 0.0

@@ -12,7 +12,7 @@ import math
 
 from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.load_law import *
-from vegrip.estimator.kernels.quantities import combined_std, spread_quantities
+from vegrip.estimator.kernels.quantities import combined_std, spread_quantities, std_with_force
 
 LEAST_FORCE_STD = 0.5  # of the noise of the force: what the air, where N = 0 exactly, says of a touch
 LEAST_RADIUS_STD = 1e-4  # of the tip radius
@@ -29,14 +29,14 @@ def report(m: Floats, tangential: float, torque: float) -> None:
     force, a, k, mu = spread_quantities(m)
     m.report.force, m.report.radius, m.report.exponent, m.report.mu = force, a, k, mu
     least = LEAST_FORCE_STD * math.sqrt(m.set.r_force)
-    m.report.force_std = max(combined_std(m, 1.0, 0.0, 0.0, 0.0, 0.0), least)
-    m.report.radius_std = max(combined_std(m, 0.0, 1.0, 0.0, 0.0, 0.0), LEAST_RADIUS_STD * m.set.tip_radius)
-    m.report.exponent_std = max(combined_std(m, 0.0, 0.0, 1.0, 0.0, 0.0), LEAST_EXPONENT_STD)
-    m.report.mu_std = combined_std(m, 0.0, 0.0, 0.0, 1.0, 0.0)
-    m.report.depth_now, m.report.depth_std = m.y[DELTA], combined_std(m, 0.0, 0.0, 0.0, 0.0, 1.0)
+    m.report.force_std = max(combined_std(m, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0), least)
+    m.report.radius_std = max(combined_std(m, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0), LEAST_RADIUS_STD * m.set.tip_radius)
+    m.report.exponent_std = max(combined_std(m, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), LEAST_EXPONENT_STD)
+    m.report.mu_std = combined_std(m, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
+    m.report.depth_now, m.report.depth_std = m.y[DELTA], combined_std(m, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
     update_contact(m)
     m.report.limit_force = mu * force
-    m.report.limit_force_std = max(combined_std(m, mu, 0.0, 0.0, force, 0.0), mu * least)
+    m.report.limit_force_std = max(combined_std(m, mu, 0.0, 0.0, force, 0.0, 0.0), mu * least)
     report_limits(m, force, a, k, mu)
     report_along_load(m, tangential, torque, force, a, k, mu)
 
@@ -69,7 +69,13 @@ def report_limits(m: Floats, force: float, a: float, k: float, mu: float) -> Non
     reach, by_k = torsion_gradient(k)
     torque = mu * force * a * reach
     m.report.limit_torque = torque
-    m.report.limit_torque_std = torque * combined_std(m, 1.0 / force, 1.0 / a, by_k / reach, 1.0 / mu, 0.0)
+    by_t = by_shape(by_k, k) / reach
+    m.report.limit_torque_std = torque * combined_std(m, 1.0 / force, 1.0 / a, 0.0, 1.0 / mu, 0.0, by_t)
+
+
+def by_shape(by_k: float, k: float) -> float:
+    """Return the derivative by ``t = 2 / k - 1`` of what has this one by k."""
+    return -0.5 * by_k * k * k
 
 
 def report_along_load(
@@ -87,7 +93,7 @@ def report_along_load(
         m.report.limit_radius = math.nan if math.isnan(f) else 0.0
         m.report.limit_radius_std = math.inf if math.isnan(f) else m.report.limit_force_std
         m.report.gauge = math.nan
-        m.report.gauge_rel = m.report.gauge_abs = math.inf
+        m.report.gauge_rel = m.report.gauge_by_force = m.report.gauge_abs = math.inf
         return
     s_f = m.set.s_tangential
     s_m = 0.0 if math.isnan(torque) else m.set.s_torque
@@ -99,13 +105,15 @@ def report_along_load(
     limit = mu * force * reach
     gauge_now = load / limit
     # d ln reach by d ln a is -turn s c: a larger patch turns the load towards pure force
-    rest = combined_std(m, 1.0 / force, -turn * s * c / a, by_k / reach, 1.0 / mu, 0.0)
+    by_t = by_shape(by_k, k) / reach
+    rest = combined_std(m, 1.0 / force, -turn * s * c / a, 0.0, 1.0 / mu, 0.0, by_t)
     swing = math.hypot(s * s_f, c * s_m / a) / max(load, 1e-300)  # std of psi from the load's noise
     m.report.limit_radius = limit
     m.report.limit_radius_std = limit * math.hypot(rest, turn * min(swing, 1.0))
     m.report.gauge = gauge_now
     by_a = (s * s - turn * s * c) / a
-    m.report.gauge_rel = combined_std(m, 1.0 / force, by_a, by_k / reach, 1.0 / mu, 0.0)
+    m.report.gauge_rel = combined_std(m, 1.0 / force, by_a, 0.0, 1.0 / mu, 0.0, by_t)
+    m.report.gauge_by_force = std_with_force(m, 1.0 / force, by_a, 1.0 / mu, by_t)
     by_f, by_m = (c + turn * s) / limit, (s - turn * c) / (limit * a)
     m.report.gauge_abs = math.hypot(by_f * s_f, by_m * s_m)
 
