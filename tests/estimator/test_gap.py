@@ -72,3 +72,18 @@ def moved(knots: list[float], depths: list[float], start: float) -> tuple[Floats
     """Return the times [s] and indentations [m] of one trial at 200 Hz."""
     t = np.arange(int(knots[-1] * 200.0)) / 200.0
     return t + start, np.interp(t, knots, depths)
+
+
+def test_a_force_that_is_felt_again_is_known_to_its_noise_though_nothing_shows_how_far_the_tip_is_pressed() -> (
+    None
+):
+    """What is not known of the stiffness is not taken for the memory of the contact, which bends the force."""
+    estimator = ContactEstimator(paper_model(9e-3), SensorNoise())
+    for k in range(1000):
+        t = 0.01 * k
+        if not 5.0 < t < 6.0:
+            force = 30.0 * min(t, 1.0)
+            estimator.assimilate(FingertipState((k + 1) * 10_000_000, "index", k, force, 0.0, 0.0))
+            if t > 1.0:
+                assert estimator.normal_force.std < 0.05
+                assert estimator.normal_force.value == pytest.approx(force, abs=0.05)

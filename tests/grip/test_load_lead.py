@@ -41,6 +41,17 @@ def test_a_falling_load_is_led_downwards() -> None:
     assert led(loads)[-1][0] < loads[-1][0]
 
 
+@pytest.mark.parametrize("lag", [0.01, 0.05, 0.2])
+@pytest.mark.parametrize("seconds", [0.0, 0.02, 0.05])
+def test_a_load_that_vanishes_is_never_led_to_more_than_it_was(lag: float, seconds: float) -> None:
+    fall = max(round(seconds / DT), 1)
+    loads = [(0.0, -4.9 + 4.65 * min(max(k - 50, 0) / fall, 1.0), 0.02 * float(k < 50)) for k in range(120)]
+    ahead = led(loads, lag)
+    assert max(force for force, _ in ahead) <= 4.9 + 1e-9
+    assert max(torque for _, torque in ahead) <= 0.02 + 1e-9
+    assert ahead[-1] == pytest.approx((0.25, 0.0), abs=1e-3)
+
+
 def test_the_noise_of_a_steady_load_is_less_than_half_of_what_is_felt() -> None:
     rng = np.random.default_rng(4)
     loads = [(1.0 + NOISE * rng.standard_normal(), 0.0, 0.0) for _ in range(5000)]

@@ -2,11 +2,15 @@
 
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 
+from vegrip.grip.controller import GripController
 from vegrip.grip.node import GraspForce
+from vegrip.grip.safety import LimitSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import FingertipState, ForceCommand
+from vegrip.model import paper_model
 
 MakeNode = Callable[..., GraspForce]
 MakeState = Callable[..., FingertipState]
@@ -34,6 +38,23 @@ def test_one_unsure_look_at_a_contact_met_in_its_middle_moves_nothing(
     asks(node, 2.0)
     later = commands(node, [state(i) for i in range(2, 140)])
     assert max(first + later) == pytest.approx(HELD, abs=0.01)
+
+
+@pytest.mark.parametrize("seconds", [0.3, 1.0, 10.0])
+def test_a_finger_that_returns_after_a_silence_goes_on_with_the_force_that_is_there(seconds: float) -> None:
+    settings = ControlSettings(thumb="", limits=LimitSettings(max_force=80.0))
+    hand = GripController(("pad",), model=paper_model(9e-3), settings=settings)
+    rng, force, before = np.random.default_rng(1), 20.0, 0.0
+    for i in range(round((6.0 + seconds) * 500)):
+        stamp = round(i * 2e6)
+        noise = 0.01 * rng.standard_normal(3)
+        state = FingertipState(stamp, "pad", i, force + noise[0], noise[1], noise[2] - 4.9)
+        silent = 4.0 < i / 500 < 4.0 + seconds
+        commanded = hand.step([] if silent else [state], stamp)
+        force += 0.04 * (commanded[0].normal_force - force) if commanded else 0.0
+        if i == 1999:
+            before = force
+        assert i <= 2000 or 0.9 * before < force < 1.1 * before
 
 
 def test_an_estimator_that_stays_unsure_is_obeyed_after_the_stated_time(

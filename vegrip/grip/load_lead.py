@@ -6,7 +6,8 @@ change::
 
     rate = (fast - slow) / (slow_time - fast_time),     ahead = fast + (fast_time + lag) rate .
 
-Of the difference, ``LEAD_GATE`` standard deviations of its noise do not count: a steady load has no lead.
+Of the difference, ``LEAD_GATE`` standard deviations of its noise do not count: a steady load has no lead. Nor
+is a load that vanishes led through zero to one that is larger than it was.
 
 The lag is the one that is stated, or the measured one (:mod:`~vegrip.grip.drive_lag`), of which no more than
 ``LEAD_MOST`` is led: beyond it, the noise of the rate and the shakes of the hand cost more than the lead
@@ -98,7 +99,10 @@ def lead_component(
     gate = LEAD_GATE * noise * math.sqrt(lead_variance(keep, hold))
     beyond = math.copysign(max(abs(off) - gate, 0.0), off)
     rate = beyond / (LEAD_SLOW_TIME - LEAD_FAST_TIME)
-    g.lead.ahead[at] = g.lead.fast[at] + (LEAD_FAST_TIME + lag) * rate
+    ahead = g.lead.fast[at] + (LEAD_FAST_TIME + lag) * rate
+    if ahead * g.lead.slow[at] < 0.0:
+        ahead = math.copysign(min(abs(ahead), abs(g.lead.slow[at])), ahead)
+    g.lead.ahead[at] = ahead
 
 
 def lead_variance(keep: float, hold: float) -> float:

@@ -2,6 +2,7 @@
 
 import math
 
+from vegrip.estimator.kernels.displacement_loss import lose_displacement
 from vegrip.estimator.kernels.generated import *
 from vegrip.estimator.kernels.measure import linearise_at_force
 from vegrip.estimator.kernels.motion import begin_motion
@@ -45,6 +46,8 @@ def begin_contact(m: Floats, force: float, displacement: float) -> None:
     if touching:
         m.mode.met = 1.0
         set_unknown_history(m, force, displacement)
+        if m.mode.blind > 0.0:
+            lose_displacement(m)
 
 
 def is_touching(m: Floats, force: float) -> bool:

@@ -2,6 +2,7 @@
 
 import math
 
+from vegrip.estimator.elapsed import elapsed_time
 from vegrip.estimator.kernels.sense import assimilate, margin_bound, touches
 from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.kernels.choice import shared_force
@@ -104,18 +105,26 @@ def take_estimate(f: Floats, t: Wholes, g: GraspMemory) -> None:
 def bound_demand(f: Floats, t: Wholes, now: int) -> None:
     """Begin with the first state that is believed; bound the demand by what is known besides the estimate."""
     if t.need.believed == 1:
-        t.turn.used = now
+        measured = f.state.normal_force
+        present = f.report.force if math.isnan(measured) else measured
         if t.turn.started == 0:
-            measured = f.state.normal_force
-            start_control(f, t, f.report.force if math.isnan(measured) else measured, now)
+            start_control(f, t, present, now)
         if t.turn.seen == 0:
             begin_transfer(f, t, f.grip.required, f.report.radius, now)
+        elif is_back(f, t, now):
+            begin_transfer(f, t, present, f.report.radius, now)
+        t.turn.used = now
         t.turn.seen = 1
         note_history(f, t)
     if t.turn.started == 1:
         bound_takeover(f, t, now)
         hold_doubtful(f, t)
         hold_unloaded(f, t)
+
+
+def is_back(f: Floats, t: Wholes, now: int) -> bool:
+    """Return whether the state comes after a silence in which the estimate has lost the contact."""
+    return 0.0 < f.set.longest_gap < float(elapsed_time(now, t.turn.used)) / 1e9
 
 
 def settle_need(f: Floats, t: Wholes, g: GraspMemory, now: int) -> None:
