@@ -86,14 +86,57 @@ def test_slip_that_the_load_makes_likely_proves_a_channel_for_a_while() -> None:
     assert 0.6 < g.slip.sound[0] < SURE
 
 
-def test_slip_far_below_what_was_held_is_a_lie() -> None:
+def test_slip_far_below_what_was_held_is_not_believed_of_one_that_is_not_proven() -> None:
     g = grasp()
     run(g, 2.0, rising(0.4, 1.0), QUIET)
     run(g, 1.0, lambda _: 0.15, lambda t: float(t > 0.5))
+    assert probabilities(g)[2] > EVEN
+    assert g.slip.slides[0] < UNSURE
+
+
+def test_slip_that_goes_on_though_the_load_has_fallen_since_it_began_is_a_lie() -> None:
+    g = grasp()
+    run(g, 2.0, rising(0.4, 1.0), QUIET)
+    run(g, 1.0, lambda t: 0.15 if t < 0.6 else 0.1, lambda t: float(t > 0.5))
     assert probabilities(g)[2] > SURE
     assert is_named(g, 0)
     assert teller(g, 0) == 0
-    assert g.slip.slides[0] < 0.05
+    assert g.slip.slides[0] < UNSURE
+
+
+def slides_of_both(touches: bool, friction: float) -> tuple[float, float]:
+    """Hold 0.8 with proven channels; let go and grip anew, or not; slide at ``friction``, which both tell.
+
+    Return the larger probability of a slide and that of a sound channel, the least of both.
+    """
+    g = grasp(std=0.1)
+    for i in (0, 1):
+        g.belief.mean[i] = math.log(0.9)
+        g.slip.sound[i], g.slip.silent[i] = 0.97, 0.025
+        run(g, 2.0, rising(0.8, 1.0), QUIET, i)
+        if not touches:
+            run(g, 0.5, lambda _: math.nan, QUIET, i)
+    slid = 0.0
+    for k in range(40):
+        for i in (0, 1):
+            hear_slip(g, i, DT, float(k >= 24), math.nan)
+            follow_utilisation(g, i, DT, friction * min(0.1 + 0.05 * k, 1.0), 0.02, 0.0, True)
+        slid = max(slid, g.slip.slides[0])
+    return slid, min(g.slip.sound[0], g.slip.sound[1])
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.4, 0.6])
+def test_what_a_former_contact_has_held_makes_no_liars_of_those_that_tell_of_the_next(friction: float) -> None:
+    slid, sound = slides_of_both(touches=False, friction=friction)
+    assert slid > SURE
+    assert sound > SURE
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.4, 0.6])
+def test_two_proven_channels_are_believed_of_faces_as_wet_as_any_that_are_published(friction: float) -> None:
+    slid, sound = slides_of_both(touches=True, friction=friction)
+    assert slid > SURE
+    assert sound > EVEN
 
 
 def test_wet_faces_are_believed_of_proven_channels_though_more_was_held_before() -> None:

@@ -24,10 +24,10 @@ and a channel goes back to what is usual of such channels in ``RENEWED``: sensor
 
 since friction may have changed, but not while w falls: a contact that slides has w = x. It is at least RARE
 P(x + change < w + e) besides, with ``CHANGE_STD`` of the change: wet faces slide far below what they held
-when dry. While such a slide is believed, h is at most w at its first report, the first for ``RETURN`` of
-any channel. p is taken at its largest over the delay of the channels,
-because they tell late, and at least ``EVEN`` times the probability that another finger slides by its own
-load and channels. A channel that says slip for n looks adds to its logit::
+when dry. A contact has held nothing when it begins. While such a slide is believed, h is at most w at its
+first report, the first for ``RETURN`` of any channel; and whether w has fallen counts from that report on,
+believed or not. p is taken at its largest over the delay of the channels, because they tell late, and at
+least ``EVEN`` times the probability that another finger slides by its own load and channels. A channel that says slip for n looks adds to its logit::
 
     ln (S DETECTS + Y RARE) / (S FALSE^n + Y RARE),     S, Y its probabilities to be sound and to lie
 
@@ -163,6 +163,8 @@ def follow_utilisation(
     g.slip.held[i] -= dt / HELD_TIME
     if not 0.0 < u < math.inf:
         g.slip.level[i] = g.slip.shown[i] = -math.inf
+        if not touching:
+            g.slip.held[i] = -math.inf
         remember(g, i, dt, RARE if touching else FALSE, -math.inf, others_stay(g, i) if touching else 0.0)
         return math.inf
     relative = math.exp(-g.belief.mean[int(g.belief.fingers)] * load)
@@ -182,11 +184,13 @@ def follow_utilisation(
     high = (w + near - g.belief.mean[i]) / std
     p = 1.0 - upper_tail(high) / upper_tail(low) if high > low else 0.0
     was = g.slip.held[i]
-    if g.slip.slides[i] >= EVEN and g.slip.begun[i] > -math.inf:
-        was = min(was, g.slip.begun[i])
-    below = max(was - w, 0.0) / near
-    stays = math.exp(-0.5 * below * below)
+    began = min(was, g.slip.begun[i]) if g.slip.begun[i] > -math.inf else was
+    if g.slip.slides[i] >= EVEN:
+        was = began
+    stays = as_before((was - w) / near)
     changed = max(stays, upper_tail((g.belief.mean[i] - w - near) / math.hypot(std, CHANGE_STD)))
+    if last_told(g) <= RETURN:
+        stays = as_before((began - w) / near)
     remember(g, i, dt, min(max(p, RARE * changed, FALSE), SURE), w, stays)
     rises = w - CREDIBLE * unsure
     rises = min(rises, g.slip.shown[i] + QUICK * dt) if g.slip.shown[i] > -math.inf else rises
@@ -195,6 +199,11 @@ def follow_utilisation(
     if g.slip.slides[i] < 0.5:
         g.slip.shown[i] = rises
     return unsure
+
+
+def as_before(fallen: float) -> float:
+    """Return how far a utilisation is still what it was, from which it has ``fallen`` [standard deviations]."""
+    return math.exp(-0.5 * fallen * fallen) if fallen > 0.0 else 1.0
 
 
 def refer_anew(g: GraspMemory) -> None:
