@@ -145,6 +145,23 @@ def test_a_clock_that_jumps_back_while_something_is_held_takes_nothing_of_what_i
     assert estimator.health().rejected == 0
 
 
+@pytest.mark.parametrize("ahead", [1.0, 3600.0])
+def test_one_stamp_far_ahead_does_not_keep_the_samples_after_it_from_counting(
+    estimator: ContactEstimator, model: ContactModel, press: Record, run: Run, ahead: float
+) -> None:
+    """They find their place before it, as late ones do, for ever."""
+    states = press(model, KNOTS, DEPTHS, share=0.4)
+    undisturbed = [estimator.update(s) for s in states][-1]
+    estimator.reset()
+    wrong = dataclasses.replace(states[500], stamp=states[500].stamp + round(ahead * 1e9))
+    e = run(estimator, [*states[:500], wrong, *states[501:]])
+    assert estimator.late < estimator.settings.recovery
+    assert e.stamp == undisturbed.stamp
+    assert e.normal_force.valid
+    assert e.normal_force.age >= 0.0
+    assert e.normal_force.value == pytest.approx(undisturbed.normal_force.value, abs=0.03)
+
+
 def test_a_clock_that_starts_anew_with_nothing_measured_makes_nothing_valid(
     estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
 ) -> None:

@@ -1,8 +1,8 @@
 """The clock of the samples: in which order they come, and how old the last one that informed is.
 
 Stamps are those of the sender. One that does not advance belongs to a late sample, which still finds its
-place among those that were kept, or is refused; after some refusals in a row the sender's clock has started
-anew.
+place among those that were kept, or is refused; after some of them in a row the sender's clock has started
+anew, or one stamp was wrong by far.
 """
 
 import math
@@ -26,10 +26,12 @@ def assimilate(f: Floats, t: Wholes) -> None:
     elif t.sample.begun == 0 or t.news.stamp > t.sample.stamp:
         t.sample.backwards = 0
         take_state(f, t)
-    elif not take_late(f, t):
-        t.sample.refused += 1
+    else:
         t.sample.backwards += 1
-        if t.sample.backwards >= t.clock.recovery:
+        is_anew = t.sample.backwards >= t.clock.recovery
+        if is_anew or not take_late(f, t):
+            t.sample.refused += 1
+        if is_anew:
             follow_clock(f, t)
 
 
