@@ -175,7 +175,7 @@ def limit_force(
 ) -> tuple[float, Reason]:
     stage = Stage(limits=limits)
     stage.memory["GRIP_HELD"] = held
-    force, why = KERNELS.limited(stage.f, wanted, int(reason), dt)
+    force, why = KERNELS.limited(stage.f, wanted, math.nan, int(reason), dt)
     return float(force), Reason(int(why))
 
 

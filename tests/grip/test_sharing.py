@@ -4,14 +4,18 @@ import dataclasses
 import math
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 
 from vegrip.config import build
 from vegrip.errors import ConfigError
+from vegrip.grip.controller import GripController
 from vegrip.grip.node import GraspForce
 from vegrip.grip.policies.margin_grip import GripSettings
+from vegrip.grip.safety import LimitSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import FingertipState, ForceCommand, Reason
+from vegrip.model import paper_model
 
 MakeNode = Callable[..., GraspForce]
 MakeState = Callable[..., FingertipState]
@@ -108,3 +112,28 @@ def test_contacts_of_fingers_the_hand_does_not_have_are_refused(
 def test_the_parameter_of_the_correlation_is_refused_with_a_sentence() -> None:
     with pytest.raises(ConfigError, match="correlation"):
         build(ControlSettings, {"grip": {"correlation": 0.5}}, "grasp_force")
+
+
+@pytest.mark.parametrize("others", [1, 2, 4])
+def test_a_thumb_is_lowered_as_the_fingers_are_that_press_against_it(others: int) -> None:
+    """Each finger is lowered at its rate; at this rate the thumb alone would go on pressing."""
+    names = ("thumb", *(f"finger {i}" for i in range(others)))
+    settings = ControlSettings(limits=LimitSettings(max_force=40.0))
+    hand = GripController(names, model=paper_model(9e-3), settings=settings)
+    forces, rng = dict.fromkeys(names, 3.0), np.random.default_rng(1)
+    first = most = 0.0
+    for k in range(3500):
+        load = 0.6 if k < 1500 else max(0.6 - (k - 1500) / 300, 0.1)
+        states = []
+        for name in names:
+            x = load * (others if name == "thumb" else 1)
+            x, y, force = np.array([x, 0.0, forces[name]]) + 0.01 * rng.standard_normal(3)
+            states.append(FingertipState(k * PERIOD, name, k, force, x, y, 0.0))
+        for command in hand.step(states, k * PERIOD):
+            forces[command.finger] = command.normal_force
+        if k == 1500:
+            first = forces["thumb"]
+        if k > 1500:
+            most = max(most, abs(forces["thumb"] - sum(forces[name] for name in names[1:])))
+    assert forces["thumb"] < 0.25 * first
+    assert most < 0.05 * first

@@ -148,8 +148,15 @@ class Release:
     still: Each  # [s] since the load last changed; negative: not in contact
 
 
+class Balance:
+    """What the fingers press against the thumb (:mod:`vegrip.grip.kernels.share`)."""
+
+    pressed: Each  # [N] that each was commanded last; 0: nothing
+
+
 SECTIONS: Final[dict[str, type]] = {
     "belief": Belief, "drive": Drive, "lead": Lead, "slip": Slip, "witness": Witness, "release": Release,
+    "balance": Balance,
 }  # fmt: skip
 
 
@@ -187,6 +194,7 @@ class GraspMemory:
     slip: Slip
     witness: Witness
     release: Release
+    balance: Balance
 
     def __init__(self, fingers: int = 0) -> None:
         numbers = array("d", bytes(8 * max(SIZE, fingers)))

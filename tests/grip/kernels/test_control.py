@@ -284,21 +284,23 @@ def test_a_share_is_commanded_at_most_at_the_rate_of_a_living_command(kernels, f
         **RULES,
     )
     kernels.end_fault(f)
-    change, reason = kernels.command_share(f, t, 2.1, 2 * MS)
+    change, reason = kernels.command_share(f, t, 2.1, math.nan, 2 * MS)
     assert (change, reason) == (pytest.approx(0.1), kernels.REASON_RAISE)
-    change, reason = kernels.command_share(f, t, 9.0, 4 * MS)
+    change, reason = kernels.command_share(f, t, 9.0, math.nan, 4 * MS)
     assert (change, reason) == (pytest.approx(0.2), kernels.REASON_RATE_LIMIT)
-    assert kernels.command_share(f, t, 1.0, 6 * MS)[0] == pytest.approx(
+    assert kernels.command_share(f, t, 1.0, math.nan, 6 * MS)[0] == pytest.approx(
         -0.02
     )  # not below the need, at 10 N/s
     assert (f[kernels.GRIP_HELD], t[kernels.TURN_SEQ]) == (pytest.approx(2.28), 3)
-    change, _ = kernels.command_share(f, t, 14.0, 900 * MS)
+    change, _ = kernels.command_share(f, t, 14.0, math.nan, 900 * MS)
     assert change == pytest.approx(5.0)  # after a silence no more than in the life of a command
     assert t[kernels.TURN_COMMANDED] == 900 * MS
-    kernels.command_share(f, t, 14.0, 0)
+    kernels.command_share(f, t, 14.0, math.nan, 0)
     assert t[kernels.TURN_COMMANDED] == 900 * MS
     put(kernels, f, t, GRIP_ELAPSED=0.0, GRIP_REQUIRED=7.0)
-    assert kernels.command_share(f, t, 14.0, 901 * MS)[0] < 0.0  # at fault no other finger's need counts
+    assert kernels.command_share(f, t, 14.0, math.nan, 901 * MS)[0] < 0.0  # at fault no other finger's need counts
+    put(kernels, f, t, GRIP_REQUIRED=1.0)
+    assert kernels.command_share(f, t, 1.0, 14.0, 901 * MS)[0] == 0.0  # nor what they press
     put(kernels, f, t, SETUP_RENEWAL=20 * MS, TURN_STARTED=1)
     assert [kernels.is_renewal_due(t, 901 * MS + late) for late in (19 * MS, 20 * MS)] == [False, True]
     put(kernels, f, t, TURN_STARTED=0)

@@ -59,3 +59,12 @@ def asked_force(f: Floats, t: Wholes, base: float, dt: float) -> tuple[float, in
 def shared_force(_f: Floats, t: Wholes, g: GraspMemory) -> float:
     """Return this finger's share of the grasp [N]."""
     return balanced_force(t, g)
+
+
+def note_command(_f: Floats, _t: Wholes, _g: GraspMemory) -> None:
+    """Let nobody know what this finger is commanded."""
+
+
+def pressed_by_others(_t: Wholes, _g: GraspMemory) -> float:
+    """Return that nobody has told what presses against this finger."""
+    return math.nan

@@ -7,7 +7,7 @@ between two halves of the step: it starts from ``OWN_BASE``, and its answer come
 import math
 
 from vegrip.contact.limit_surface.fast import least_normal_force
-from vegrip.grip.grasp_memory import GraspMemory
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.margin_grip import forget_grip, wanted_force
 from vegrip.grip.kernels.share import balanced_force
@@ -66,3 +66,20 @@ def baseline_force(f: Floats, policy: int) -> float:
 def shared_force(f: Floats, t: Wholes, g: GraspMemory) -> float:
     """Return this finger's share of the grasp [N]: balanced against the thumb, or as Python has shared it."""
     return f.own.share if t.choice.share == 1 else balanced_force(t, g)
+
+
+def note_command(f: Floats, t: Wholes, g: GraspMemory) -> None:
+    """Let the grasp know what this finger is commanded."""
+    if t.setup.finger < BELIEF_MOST:
+        g.balance.pressed[t.setup.finger] = f.grip.held
+
+
+def pressed_by_others(t: Wholes, g: GraspMemory) -> float:
+    """Return what the fingers are commanded [N] that press against this one; NaN: none do."""
+    if t.setup.finger != t.setup.thumb or t.choice.share == 1 or t.setup.fingers > BELIEF_MOST:
+        return math.nan
+    pressed = 0.0
+    for i in range(t.setup.fingers):
+        if i != t.setup.finger and not math.isnan(g[i]):
+            pressed += g.balance.pressed[i]
+    return pressed if pressed > 0.0 else math.nan

@@ -56,12 +56,17 @@ def base_force(f: Floats, t: Wholes) -> float:
     return f.grip.held if t.need.slipping == 1 or is_at_fault(f) else f.grip.required
 
 
-def command_share(f: Floats, t: Wholes, share: float, now: int) -> tuple[float, int]:
-    """Command this finger's ``share`` [N]; return the change of its force [N] and the reason."""
-    wanted = f.grip.required if is_at_fault(f) else max(share, f.grip.required)
+def command_share(f: Floats, t: Wholes, share: float, pressed: float, now: int) -> tuple[float, int]:
+    """Command this finger's ``share`` [N]; return the change of its force [N] and the reason.
+
+    ``pressed`` [N] is what the others are commanded against it, NaN where it is no thumb.
+    """
+    wanted = max(share, f.grip.required)
+    if is_at_fault(f):
+        wanted, pressed = f.grip.required, math.nan
     # not longer than a command lives: after a silence the hand is on its own, and must not see a jump
     dt = min(float(elapsed_time(now, t.turn.commanded)) / 1e9, f.rule.lifetime)
-    force, reason = limited(f, wanted, t.turn.reason, dt)
+    force, reason = limited(f, wanted, pressed, t.turn.reason, dt)
     adjustment = force - f.grip.held
     f.grip.held = force
     t.turn.commanded = max(t.turn.commanded, now)

@@ -5,7 +5,7 @@ import math
 from vegrip.estimator.elapsed import elapsed_time
 from vegrip.estimator.kernels.sense import assimilate, margin_bound, touches
 from vegrip.grip.grasp_memory import GraspMemory
-from vegrip.grip.kernels.choice import shared_force
+from vegrip.grip.kernels.choice import note_command, pressed_by_others, shared_force
 from vegrip.grip.kernels.control import *
 from vegrip.grip.kernels.demand import demand_force, demand_nothing, hold_doubtful
 from vegrip.grip.kernels.friction_shared import prepare_friction, restore_slip, update_shared_friction
@@ -139,8 +139,9 @@ def settle_need(f: Floats, t: Wholes, g: GraspMemory, now: int) -> None:
 
 def settle_command(f: Floats, t: Wholes, g: GraspMemory, now: int) -> None:
     """Settle the command for this finger's share of the grasp."""
-    adjustment, reason = command_share(f, t, shared_force(f, t, g), now)
-    f.grip.adjustment, t.turn.given_reason = adjustment, reason
+    share, pressed = shared_force(f, t, g), pressed_by_others(t, g)
+    f.grip.adjustment, t.turn.given_reason = command_share(f, t, share, pressed, now)
+    note_command(f, t, g)
 
 
 def write_command(f: Floats, t: Wholes, now: int, out: Bytes) -> None:

@@ -12,6 +12,9 @@ finger at least its need are
 Every finger's minimum comes first: nothing is ever lowered to reach the balance. What the balance adds is
 internal force that the wrench does not need; it is the price of one thumb.
 
+Fingers whose needs fall are lowered at a limited rate. The thumb presses as much as they are commanded
+meanwhile, and is lowered as they are together: its own rate would leave it pressing alone.
+
 ``g[i]`` is the force [N] that finger ``i`` needs, NaN while it has no command. Every finger writes its own;
 whatever is known of the whole grasp has its place between :func:`share_need` and :func:`balanced_force`.
 """
