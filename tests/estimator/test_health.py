@@ -11,7 +11,7 @@ from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.estimator.compiled import Kernels, module_for
 from vegrip.estimator.health import NO_CELL, HealthHysteresis, Look
 from vegrip.estimator.initial_state import initial_memory
-from vegrip.estimator.layout import CHANNELS, PER_CELL, PER_CHANNEL, REGIMES, layout_of
+from vegrip.estimator.layout import CHANNELS, MODE, PER_CELL, PER_CHANNEL, REGIMES, layout_of
 from vegrip.model import paper_model
 from vegrip.types import Floats
 
@@ -126,3 +126,15 @@ def test_a_cell_that_is_not_finite_fails_at_once(module: Kernels, memory: Floats
         found = look(module, memory)
         assert found.misfit == math.inf
         assert divmod(int(found.worst), len(REGIMES)) == (1, 2)
+
+
+def test_a_force_that_is_followed_for_want_of_a_displacement_is_no_misfit_where_it_agrees_too_well(
+    module: Kernels, memory: Floats
+) -> None:
+    cells = cells_of(memory).reshape(SHAPE)
+    cells[CHANNELS.index("normal_force"), REGIMES.index("late hold")] = 500.0, 0.0, 0.006
+    assert look(module, memory).misfit > 10.0
+    memory[PLACES["MODE"][0] + MODE.index("BLIND")] = 1.0
+    assert look(module, memory).misfit < 0.01
+    cells[CHANNELS.index("normal_force"), REGIMES.index("late hold")] = 500.0, 0.0, 2.0 * MOST
+    assert look(module, memory).misfit == pytest.approx(2.0)

@@ -268,3 +268,17 @@ def test_a_look_that_fails_is_logged_and_nothing_else(inquiries, monkeypatch, ca
         inquiries.busy.join()
     assert "it died" in caplog.text
     assert inquiries.annotate(failing(21 * 10**9)).suspect == ""
+
+
+def test_without_a_displacement_there_is_nothing_to_compare_and_nothing_is_said(inquiries, caplog) -> None:
+    felt = kept(5000, lambda i: i % 100 > 20, 6_000_000)
+    felt.values[:, background_diagnosis.CHANNELS.index("displacement")] = np.nan
+    inquiries.forget("index")
+    made = BackgroundDiagnosis(lambda: {"index": None}, NOISE, "node")
+    made.note(felt)
+    made.annotate(failing(0))
+    with caplog.at_level("INFO"):
+        made.annotate(failing(20 * 10**9))
+        made.busy.join()
+    assert caplog.text == ""
+    assert inquiries.asked == []

@@ -220,8 +220,11 @@ class BackgroundDiagnosis(NoDiagnosis):
         self.busy.start()
 
     def _look(self, finger: str, asked: int, samples: SampleRing) -> None:
+        columns = samples.columns(asked)
+        if not {"normal_force", "displacement"} <= columns.keys():
+            return  # a fit compares the one with the other
         try:
-            found = diagnose_in_subprocess(samples.columns(asked), self._models()[finger], self._noise)
+            found = diagnose_in_subprocess(columns, self._models()[finger], self._noise)
         except Exception as error:  # noqa: BLE001 (nothing that goes wrong here may end the node)
             self._logger.warning("%s: the look for a suspect failed: %s", finger, error)
             return

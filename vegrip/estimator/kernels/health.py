@@ -2,7 +2,8 @@
 
 A mean NIS near 1 alone proves little: a filter that was 21 um wrong in the indentation still had 0.98. So the
 mean innovation is watched as well, in every regime of its own: air, loading, hold, unloading, each shallow or
-deep, slow or fast, early or late, and sliding. What follows a jerk shows the motion and is not judged.
+deep, slow or fast, early or late, and sliding. What follows a jerk shows the motion and is not judged. Where
+no displacement is measured the force is followed, whatever it is, and agrees too well.
 """
 
 import math
@@ -69,8 +70,9 @@ def misfit_of_cell(m: Floats, channel: int, regime: float, at: int) -> float:
     nis, bias = float(m[at + CELL_NIS]), float(abs(m[at + CELL_MEAN])) / edge_of_regime(regime)
     if not math.isfinite(nis + bias):
         return math.inf
-    of_nis = max(nis / MOST_NIS, LEAST_NIS / max(nis, 1e-9))
-    misfit = max(of_nis, bias)
+    misfit = max(nis / MOST_NIS, bias)
+    if not (channel == CHANNEL_FORCE and m.mode.blind > 0.0):
+        misfit = max(misfit, LEAST_NIS / max(nis, 1e-9))
     return misfit / OF_DISPLACEMENT if channel == CHANNEL_DISPLACEMENT else misfit
 
 
