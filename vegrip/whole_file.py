@@ -32,6 +32,21 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
+def or_as_before(*paths: Path) -> Iterator[None]:
+    """Put back what was at ``paths`` where what is done to them fails, and take away what was not there."""
+    before = [path.read_bytes() if path.is_file() else None for path in paths]
+    try:
+        yield
+    except BaseException:
+        for path, content in zip(paths, before, strict=True):
+            if content is None:
+                path.unlink(missing_ok=True)
+            elif path.read_bytes() != content:
+                write_whole(path, content)
+        raise
+
+
+@contextlib.contextmanager
 def filled_folder(folder: Path) -> Iterator[None]:
     """Make ``folder``; at the end it is gone again where nothing could be written to it."""
     folder.mkdir(parents=True, exist_ok=True)

@@ -57,6 +57,17 @@ def test_what_is_no_bench_is_refused(tmp_path, monkeypatch, arguments, capsys):
     assert not list(tmp_path.glob("left.toml"))
 
 
+@pytest.mark.parametrize("drive", ["contactile-papillarray@/dev/ttyX", "robotiq-2f85@/dev/ttyACM0"])
+def test_the_files_of_a_bench_stay_when_a_new_one_does_not_fit_together(tmp_path, drive):
+    kept = [tmp_path / name for name in ("bench.toml", "left.toml")]
+    for path in kept:
+        path.write_text(f"mine: {path.name}")
+    words = ["--drive", drive, "-o", str(tmp_path / "bench.toml"), "--no-ask", "--force"]
+    assert main(["connect", *PADS, *words]) == 3
+    assert [path.read_text() for path in kept] == ["mine: bench.toml", "mine: left.toml"]
+    assert sorted(tmp_path.iterdir()) == kept
+
+
 class Terminal(io.StringIO):
     """What a person types."""
 

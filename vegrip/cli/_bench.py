@@ -20,11 +20,11 @@ from vegrip.connect.bench_file import (
     sources_of,
     which_is_pressed,
 )
-from vegrip.errors import InputError, UsageError, VegripError
+from vegrip.errors import InputError, UsageError
 from vegrip.runtime.launch_file import read_launch_file
 from vegrip.transport.hands.bench import JAWS, Source
 from vegrip.transport.maps.map_text import Setting
-from vegrip.whole_file import write_whole
+from vegrip.whole_file import or_as_before, write_whole
 
 LISTEN_S: Final = 3.0  # [s] at rest, and while a pad is pressed
 NAME: Final = re.compile(r"[\w-]+")
@@ -56,17 +56,13 @@ def connect_bench(
     files = [output.parent / f"{side}.toml" for side in answers.sides]
     for path in (output, *files):
         claim_file(path, force=force)
-    output.parent.mkdir(parents=True, exist_ok=True)
+    texts = [map_of_pad(*each, answers, said) for each in zip(sources, answers.sides, strict=True)]
     launch = launch_text(sides, presses, answers.heaviest)
-    for path, source, side in zip(files, sources, answers.sides, strict=True):
-        write_whole(path, map_of_pad(source, side, answers, said))
-    write_whole(output, launch)
-    try:
+    output.parent.mkdir(parents=True, exist_ok=True)
+    with or_as_before(output, *files):
+        for path, text in zip((output, *files), (launch, *texts), strict=True):
+            write_whole(path, text)
         read_launch_file(output)  # says what does not fit together
-    except VegripError:
-        for path in (output, *files):
-            path.unlink()
-        raise
     written = ", ".join(str(path) for path in (output, *files))
     typer.echo(f"written: {written}; next: vegrip doctor {output}, then vegrip launch {output}")
 
