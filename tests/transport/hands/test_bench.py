@@ -120,6 +120,14 @@ def test_what_does_not_fit_together_is_refused_in_one_sentence(tmp_path, text, s
     assert "\n" not in str(refused.value)
 
 
+def test_two_pads_at_one_port_are_refused_by_whichever_of_its_names_each_is_given(tmp_path):
+    write_bench(tmp_path)
+    (tmp_path / "by-id").symlink_to(tmp_path / "tty_left")
+    (tmp_path / "right.toml").write_text(PAD.format(finger="right", port=tmp_path / "by-id"))
+    with pytest.raises(VegripError, match="are both at .*by-id; each has its own port"):
+        read(tmp_path, TWO + 'drive = "gripper.toml"')
+
+
 def test_of_a_load_that_the_wrist_feels_it_is_not_said_that_no_pad_does(tmp_path):
     for finger in ("left", "right"):
         text = PAD.format(finger=finger, port=tmp_path / f"tty_{finger}")

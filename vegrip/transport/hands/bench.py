@@ -11,6 +11,7 @@ A hand of one map is the case where all of it is one file.
 """
 
 import math
+import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -228,7 +229,7 @@ def _misfits_of_parts(bench: Bench) -> Iterator[str]:
     at: dict[str, Source] = {}
     for source in bench.parts.values():
         port = str(source.transport.get("address", ""))
-        other = at.setdefault(port, source)
+        other = at.setdefault(os.path.realpath(port), source)  # /dev/serial/by-id has links
         if port and other is not source:
             yield f"{other.text} and {source.text} are both at {port}; each has its own port"
 
