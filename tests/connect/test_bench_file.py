@@ -47,6 +47,7 @@ def test_a_bench_is_written_and_read_as_a_hand_of_two_fingers_and_one_drive(tmp_
         [*PADS, *GRIPPER, "-o", "left.toml"],  # the map of the left pad, too
         [*PADS, *GRIPPER, "-o", "bench.toml", "--fingers", "left,left"],
         [*PADS, *GRIPPER, "-o", "bench.toml", "--fingers", "a/b,c"],
+        [*PADS, *GRIPPER, "-o", "bench.toml", "--fingers", "left,drive"],
         [*PADS[:2], *PADS[:2], *GRIPPER, "-o", "bench.toml"],
     ],
 )

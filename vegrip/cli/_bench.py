@@ -22,7 +22,7 @@ from vegrip.connect.bench_file import (
 )
 from vegrip.errors import InputError, UsageError
 from vegrip.runtime.launch_file import read_launch_file
-from vegrip.transport.hands.bench import JAWS, Source
+from vegrip.transport.hands.bench import JAWS, RESERVED, Source
 from vegrip.transport.maps.map_text import Setting
 from vegrip.whole_file import or_as_before, write_whole
 
@@ -73,6 +73,8 @@ def _check(sensors: Sequence[str], sides: Sequence[str], output: Path, heaviest:
         raise UsageError(f"--sensor {doubled} is given twice; each pad has its own port")
     if doubled := next((side for side in sides if sides.count(side) > 1), ""):
         raise UsageError(f"--fingers has {doubled!r} twice; each pad has its own name")
+    if taken := next((side for side in sides if side in RESERVED), ""):
+        raise UsageError(f"--fingers has {taken!r}, which is what another part of a bench is called")
     if wrong := next((side for side in sides if not NAME.fullmatch(side)), ""):
         raise UsageError(
             f"--fingers has {wrong!r}; a name has letters, digits, - and _, and is that of a file"

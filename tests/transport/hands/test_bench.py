@@ -106,12 +106,18 @@ def opened(folder, text):
             "are both at /dev/ttyA; each has its own port",
         ),
         (TWO + 'drive = "stiff.toml"', "'unit'"),
+        (
+            'sensors = ["drive=paxini-px6ax@/dev/ttyA", "right.toml"]\ndrive = "gripper.toml"',
+            "'drive' is what another part",
+        ),
+        ('sensors = ["wrist.toml"]\ndrive = "gripper.toml"', "'wrist' is what another part"),
     ],
 )
 def test_what_does_not_fit_together_is_refused_in_one_sentence(tmp_path, text, said):
     write_bench(tmp_path)
     (tmp_path / "both.toml").write_text(WITH_COMMAND.format(finger="left", port="/dev/ttyX"))
     (tmp_path / "same.toml").write_text(PAD.format(finger="right", port=tmp_path / "tty_left"))
+    (tmp_path / "wrist.toml").write_text(PAD.format(finger="wrist", port="/dev/ttyX"))
     stiff = GRIPPER.format(port="/dev/ttyX", minimum=20.0) + 'unit = "K"\n'
     (tmp_path / "stiff.toml").write_text(stiff)
     with pytest.raises(VegripError) as refused:

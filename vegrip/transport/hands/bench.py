@@ -36,6 +36,8 @@ from vegrip.transport.open import Hand, open_alone
 
 JAWS: Final = ("left", "right")
 """The fingers of a gripper without sensors in them, unless ``serves`` names them."""
+RESERVED: Final = ("drive", "wrist")
+"""What the parts without fingers are called in counts and logs; no finger is."""
 MOST_LAG: Final = 0.05
 """[s] by which a load is led at most, in a straight line: of a shake at 4 Hz it makes 1.6 times as much, and
 0.2 s would make 5.1 times. A drive that is slower holds the largest need of half a second in any case."""
@@ -111,7 +113,7 @@ class Bench:
     def parts(self) -> dict[str, Source]:
         """Each device once, by what it is called."""
         found = {"_".join(source.names.values()): source for source in self.sensors}
-        others = {"drive": self.drive, "wrist": self.wrist}
+        others = dict(zip(RESERVED, (self.drive, self.wrist), strict=True))
         return found | {
             name: one for name, one in others.items() if one is not None and one not in found.values()
         }
@@ -217,6 +219,8 @@ def read_bench(given: BenchSettings, where: str) -> Bench:
 
 def _misfits_of_parts(bench: Bench) -> Iterator[str]:
     """Yield which parts have a finger, or a port, that another has."""
+    if taken := [name for name in bench.fingers if name in RESERVED]:
+        yield f"{taken[0]!r} is what another part of a bench is called; give this finger another name"
     owner: dict[str, Source] = {}
     for source in bench.sensors:
         for ours in source.names.values():
@@ -302,7 +306,7 @@ def open_bench(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
     with ExitStack() as stack:
         for name, source in bench.parts.items():
             endpoint = stack.enter_context(source.open(f"{where} {source.text}", virtual=given.virtual))
-            role = name if name in ("drive", "wrist") else "sensor"
+            role = name if name in RESERVED else "sensor"
             parts[name] = Part(name, source.where, endpoint, source.names, role)
         stack.pop_all()
     return _joined(bench, parts, given)
