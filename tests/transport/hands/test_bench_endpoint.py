@@ -97,6 +97,29 @@ def test_a_sensor_that_dies_is_named_and_the_rest_goes_on(rig, monkeypatch):
     assert rig.endpoint.hints["back_left"].endswith("is received again")
 
 
+@pytest.mark.parametrize(
+    ("gone", "goes_on"),
+    [
+        (["left"], "right and the drive go on"),
+        (["left", "drive"], "right goes on"),
+        (["left", "right"], ""),
+    ],
+)
+def test_of_parts_that_have_gone_none_is_said_to_go_on(gone, goes_on):
+    now = time.monotonic_ns()
+    parts = [bench_endpoint.Part(name, name, Line(), {"tip": name}) for name in ("left", "right")]
+    parts.append(bench_endpoint.Part("drive", "gripper.toml", Line(), {"jaws": "jaws"}, "drive"))
+    endpoint = bench_endpoint.BenchEndpoint(
+        parts, [bench_endpoint.Drive(parts[2], ("jaws",), ("left", "right"), DriveLimits())]
+    )
+    for part in parts:
+        part.received = now
+        if part.name in gone:
+            part.received, part.endpoint.rejected = now - 2 * NS, {"silent": 1}
+    endpoint._look(now)
+    assert endpoint.hints["lost_left"].partition("no lower")[2].removeprefix("; ") == goes_on
+
+
 def test_a_drive_that_dies_is_named_and_the_sensors_are_still_heard(rig, monkeypatch):
     monkeypatch.setattr(bench_endpoint, "LOOK_NS", 0)
     rig.until(lambda: rig.press(left=25.0, right=25.0) or rig.endpoint._drive.known > 0.0, left=25.0)

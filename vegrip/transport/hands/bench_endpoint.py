@@ -310,17 +310,20 @@ class BenchEndpoint(Joined):
         is_listening, self._looked = now - self._looked < SILENT_NS, now
         if not is_listening:  # the node did not receive meanwhile, as while it compiles
             self._begin_anew(now)
+        gone = []
         for part in self._parts if len(self._parts) > 1 else ():
             lost, heard = times_lost(part.endpoint), max(part.received, part.endpoint.heard)
             last = part.received + SILENT_NS if part.received else self._opened + FIRST_WORD_NS
             is_mute = part.role != "drive" and now > last
             if is_mute or lost > part.lost:
                 part.lost_at = part.lost_at or now
-                self._tell(f"{PART_GONE}{part.name}", self._of_loss(part))
+                gone.append(part)
             elif (heard if part.role == "drive" else part.received) > part.lost_at > 0:
                 part.lost_at = 0
                 self._tell(f"{PART_BACK}{part.name}", f"{part.where} is received again")
             part.lost = lost
+        for part in gone:  # once it is known of all
+            self._tell(f"{PART_GONE}{part.name}", self._of_loss(part))
         if self._balance is not None and self._drive is not None:
             self._look_at_jaws(self._balance, self._drive.limits.maximum)
         for drive in self._drives.values():
@@ -366,9 +369,14 @@ class BenchEndpoint(Joined):
                 "holds by itself; it is opened again each second, and margins are still estimated"
             )
         fingers = sorted(self._sharing) if part.role == "wrist" else list(part.names.values())
-        rest = ", ".join(name for name in self._of if name not in fingers)
-        goes_on = f"; {rest} and the drive go on" if rest else ""
+        rest = [name for name, of in self._of.items() if name not in fingers and not of.lost_at]
+        goes_on = f"; {', '.join(rest)}{self._and_the_drive(len(rest))}" if rest else ""
         if not fingers:
             return f"{part.where} is silent: all fingers feel their load themselves"
         whose = ", ".join(fingers)
         return f"{part.where} is silent: {whose} held, then at the fail-safe force, no lower{goes_on}"
+
+    def _and_the_drive(self, others: int) -> str:
+        """Return the end of a sentence on ``others`` that go on, and the drive, if it is there."""
+        is_there = self._drive is not None and not self._drive.part.lost_at
+        return " and the drive go on" if is_there else " go on" if others > 1 else " goes on"
