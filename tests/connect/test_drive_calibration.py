@@ -243,8 +243,9 @@ def test_more_than_the_launch_file_allows_is_refused(command, tmp_path):
 
 @pytest.mark.parametrize("bench", [Bench(Interrupted(30.0)), Bench(dies=30.0)], ids=["Ctrl-C", "a lost pad"])
 def test_the_jaws_open_and_nothing_is_written_when_it_is_cut_short(command, tmp_path, bench):
-    code, _, bench = command("--normal-force", "60", "--yes", bench=bench)
+    code, output, bench = command("--normal-force", "60", "--yes", bench=bench)
     assert code != 0
+    assert "kept" not in output.err
     assert bench.drive.told[-1] == 0.0
     assert bench.gripper.force == pytest.approx(0.0, abs=1e-6)
     assert all(each.closed for each in (bench.drive, *bench.pads.values()))

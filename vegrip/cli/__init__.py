@@ -153,7 +153,7 @@ PLACES = {
 
 INTERRUPTED = 130  # exit code
 NOTHING = "nothing is written"
-STOPPED = {  # what an interrupted command keeps; the others are ended that way
+STOPPED = {  # what an interrupted command keeps, some with an option; the others are ended that way
     **dict.fromkeys(
         (
             "import",
@@ -177,6 +177,7 @@ STOPPED = {  # what an interrupted command keeps; the others are ended that way
     "paper": "pictures that were drawn stay",
     "fleet": "recordings that were examined are kept, and the same command goes on with the others",
     "calibrate": "trials that were taken are kept, and the same command goes on with the others",
+    **dict.fromkeys(("calibrate --drive", "calibrate --weight"), NOTHING),
 }
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS)
@@ -257,7 +258,13 @@ def _run_command(name: str, arguments: list[str]) -> int:
         return INTERRUPTED
     is_group = len(app.registered_commands) > 1
     arguments = arguments or ["--help"] if is_group else arguments
-    return run(app, arguments, f"vegrip {name}", STOPPED.get(name, ""))
+    return run(app, arguments, f"vegrip {name}", _kept(name, arguments))
+
+
+def _kept(name: str, arguments: list[str]) -> str:
+    """Return what a command keeps when it is interrupted."""
+    with_option = (f"{name} {each.partition('=')[0]}" for each in arguments)
+    return next((STOPPED[each] for each in with_option if each in STOPPED), STOPPED.get(name, ""))
 
 
 def run(
