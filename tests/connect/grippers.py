@@ -50,6 +50,7 @@ class Pad(Endpoint):
     def __init__(self, name, gripper, clock, rate=250.0, dies=math.inf):
         self.name, self.gripper, self.times, self.dies = name, gripper, clock, dies
         self.period, self.due, self.seq, self.closed = round(NS / rate), 0, 0, False
+        self.scale = 1.0  # by which it reads wrong
 
     def receive(self, timeout):  # noqa: ARG002
         now = self.times.now()
@@ -59,7 +60,7 @@ class Pad(Endpoint):
         self.due = now + self.period
         self.seq += 1
         self.arrivals = [now]
-        return [FingertipState(now, self.name, self.seq, self.gripper.feel(now / NS))]
+        return [FingertipState(now, self.name, self.seq, self.scale * self.gripper.feel(now / NS))]
 
     def send(self, message):
         pass

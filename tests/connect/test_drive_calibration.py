@@ -137,6 +137,16 @@ def test_a_silent_pad_and_a_fault_of_the_drive_end_the_run():
         rig.run(plan_sweep(STATED, MOST), lambda _: None)
 
 
+@pytest.mark.parametrize("scale", [0.1, 0.8, 1.25])
+def test_pads_that_disagree_are_named_with_what_each_feels_and_not_averaged(scale):
+    bench = Bench()
+    bench.pads["left"].scale = scale
+    with pytest.raises(InputError, match=rf"left {scale * 20:.0f}\.\d N and right [12]\d\.\d N are felt, unlike"):
+        bench.measure()
+    bench.pads["left"].scale = 1.05  # as the gains of two pads may be
+    assert bench.measure().gain.value == pytest.approx(1.025, rel=0.01)
+
+
 def test_too_small_a_range_is_refused_with_the_least_that_does():
     with pytest.raises(UsageError, match=r"at least 27.56 N must be allowed"):
         plan_sweep(STATED, 25.0)

@@ -1,7 +1,7 @@
 """Step a drive up and down on a stiff object, never above a stated force, and keep what the pads feel.
 
 However it ends, the drive is commanded to open: at the end, on Ctrl-C, when a pad falls silent, when the
-drive is lost or says that something is wrong, and when more is felt than was stated.
+drive is lost or says that something is wrong, when more is felt than was stated, and when the pads disagree.
 """
 
 import math
@@ -22,6 +22,7 @@ from vegrip.messages import FingertipState, ForceCommand, Reason, make_row
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.bench import Bench
 from vegrip.transport.hands.bench_endpoint import times_lost
+from vegrip.transport.hands.jaw_balance import JawBalance
 
 LEVELS: Final = 9
 FINE_STEPS: Final = 32
@@ -140,6 +141,8 @@ class Rig:
     ) -> None:
         self._drive, self._fingers, self._pads, self._clock = drive, fingers, pads, clock
         self._felt: dict[str, float] = {ours: math.nan for _, names in pads for ours in names.values()}
+        self._balance = JawBalance(*self._felt) if len(self._felt) == 2 else None
+        self._is_holding, self._is_even = False, True
         self._received = dict.fromkeys(self._felt, clock.now() + round(FIRST_WORD_S * NS))  # [ns]
         self._lost, self._known = times_lost(self._drive), drive.device_faults
         self._setting, self._due, self._seq = math.nan, 1 << 62, 0  # nothing commanded yet
@@ -157,7 +160,7 @@ class Rig:
 
         Raises:
             DeviceError: a part was lost, or the drive says that something is wrong.
-            InputError: nothing is between the jaws, or more is felt than was stated.
+            InputError: nothing is between the jaws, more is felt than was stated, or the pads disagree.
 
         """
         self.most = plan.most
@@ -194,6 +197,7 @@ class Rig:
                     f"the pads feel no object after {CLOSING_S:g} s ({felt}); put one between the jaws"
                 )
             self._work()
+        self._is_holding = True
         self._wait(plan.dwell)
 
     def _climb(self, plan: SweepPlan, report: Report) -> list[float]:
@@ -245,6 +249,8 @@ class Rig:
         if math.isnan(force):
             return
         self._felt[finger], self._received[finger] = force, arrival
+        if self._balance is not None and self._is_holding:
+            self._is_even = not self._balance.note(finger, force, arrival)
         mean = sum(self._felt.values()) / len(self._felt)
         if not math.isnan(mean):
             self._time.append(arrival / NS)
@@ -268,4 +274,10 @@ class Rig:
             raise InputError(
                 f"{max(above):.1f} N are felt and {self.most:g} N allowed, so the jaws are opened; is "
                 "the unit of the drive's or the pads' map right?"
+            )
+        if not self._is_even and self._balance is not None:
+            felt = " and ".join(f"{name} {force:.1f} N" for name, force in self._balance.means.items())
+            raise InputError(
+                f"{felt} are felt, unlike by more than noise and gains allow, so the jaws are opened: look at "
+                "unit, scale and zero of the pads, and at what touches one of them"
             )
