@@ -141,7 +141,8 @@ def test_a_silent_pad_and_a_fault_of_the_drive_end_the_run():
 def test_pads_that_disagree_are_named_with_what_each_feels_and_not_averaged(scale):
     bench = Bench()
     bench.pads["left"].scale = scale
-    with pytest.raises(InputError, match=rf"left {scale * 20:.0f}\.\d N and right [12]\d\.\d N are felt, unlike"):
+    said = rf"left {scale * 20:.0f}\.\d N and right [12]\d\.\d N are felt, unlike"
+    with pytest.raises(InputError, match=said):
         bench.measure()
     bench.pads["left"].scale = 1.05  # as the gains of two pads may be
     assert bench.measure().gain.value == pytest.approx(1.025, rel=0.01)

@@ -3,10 +3,12 @@
 import json
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
 from vegrip.cli import main
+from vegrip.demo import command
 from vegrip.demo.bench import open_bench_product
 from vegrip.errors import InputError
 
@@ -16,7 +18,7 @@ SHORT_S = "8"
 @pytest.mark.long
 @pytest.mark.parametrize("bench", ["papillarray+robotiq", "wrist=bota+robotiq"])
 def test_what_a_bench_holds_does_not_slide(tmp_path, bench):
-    command = [
+    words = [
         "demo",
         "--bench",
         bench,
@@ -28,7 +30,7 @@ def test_what_a_bench_holds_does_not_slide(tmp_path, bench):
         str(tmp_path / "run"),
     ]
     run = subprocess.run(
-        [sys.executable, "-m", "vegrip", *command], capture_output=True, text=True, check=False, timeout=300
+        [sys.executable, "-m", "vegrip", *words], capture_output=True, text=True, check=False, timeout=300
     )
     assert run.returncode == 0, run.stderr
     said = json.loads(run.stdout)["bench"]
@@ -43,6 +45,7 @@ def test_what_a_bench_holds_does_not_slide(tmp_path, bench):
         ("papillarray", "name a sensor and a drive"),
         ("papillaray+robotiq", "there is no sensor 'papillaray'"),
         ("papillarray+bota", "there is no drive 'bota'"),
+        ("wrist=robotiq-tsf85+weiss", "there is no sensor 'robotiq-tsf85'"),  # it feels no load
     ],
 )
 def test_a_bench_that_cannot_be_is_refused_in_one_sentence(tmp_path, text, said):
@@ -75,6 +78,18 @@ def test_an_option_that_could_do_nothing_is_refused_in_one_sentence(tmp_path, ca
     assert said in told
     assert told.count("\n") == 1
     assert not (tmp_path / "run").exists()
+
+
+def test_a_run_in_which_no_state_came_held_nothing_and_ends_so(tmp_path, capsys, monkeypatch):
+    deaf = SimpleNamespace(node=SimpleNamespace(states=0), interrupted=False)
+    monkeypatch.setattr(command, "_run_shown", lambda *_, **__: deaf)
+    assert (
+        main(["demo", "--bench", "papillarray+robotiq", "--headless", "--json", "-o", str(tmp_path / "run")])
+        == 4
+    )
+    told = capsys.readouterr()
+    assert "no state came, so nothing was gripped" in told.err
+    assert "held" not in told.out + told.err
 
 
 @pytest.mark.parametrize("bench", ["papillarray+dynamixel", "wrist=ati+dynamixel", "wrist=onrobot+hand-e-ur"])

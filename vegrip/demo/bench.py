@@ -34,6 +34,7 @@ FIRM: Final = 4.0
 """Times as stiff as the usual tip: pads that bear what a gripper presses with."""
 GRIPPER_KG: Final = 0.9  # of a 2F-85 with its coupling (data sheet)
 WRIST: Final = "wrist="
+LOAD: Final = {"normal_force", "tangential_force_x", "tangential_force_y"}  # what a wrist feels it by
 FRICTION_STD: Final = 0.1
 """Of ln mu: friction as `vegrip calibrate` measures it of a pad on one material. Not stated, it is not known
 by a factor of two, and without a slip channel it is not learned."""
@@ -143,7 +144,9 @@ def open_bench_product(text: str, folder: Path) -> BenchProduct:
         raise InputError(f"--bench {text!r}: name a sensor and a drive, as papillarray+robotiq")
     is_at_wrist = sensor.startswith(WRIST)
     sensors = [name for name in names() if not about(name)["commands"]]
-    if not is_at_wrist:  # pads with what is to be measured would need a map each
+    if is_at_wrist:
+        sensors = [name for name in sensors if LOAD <= set(about(name)["channels"])]
+    else:  # pads with what is to be measured would need a map each
         sensors = [name for name in sensors if not about(name)["to_measure"]]
     feels = _chosen(sensor.removeprefix(WRIST), sensors, "sensor")
     presses = _chosen(drive, [name for name in names() if not about(name)["channels"]], "drive")

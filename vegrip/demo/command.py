@@ -40,6 +40,10 @@ def run_demo(
     """Run the demonstration and print what comes out; return whether it was interrupted.
 
     ``web``: besides as a page in the browser, whose address is printed and, where there is a display, opened.
+
+    Raises:
+        DeviceError: no state came, or the recording is not whole.
+
     """
     console = Console(stderr=json)  # with --json standard output holds the JSON object and nothing else
     live = live and console.is_terminal
@@ -53,6 +57,8 @@ def run_demo(
         )
     with _page(scenario, console) if web else nullcontext() as page:
         outcome = _run_shown(scenario, folder, console, page, product, live=live)
+    if not (outcome.node.states or outcome.interrupted):
+        raise DeviceError(f"no state came, so nothing was gripped; what there is is in {folder}")
     courses = {"vegrip": outcome.course}
     if plot and not outcome.interrupted:
         console.print("the same scenario with a constant grip and a Coulomb cone, in simulated time ...")

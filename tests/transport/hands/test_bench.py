@@ -126,6 +126,33 @@ def test_what_does_not_fit_together_is_refused_in_one_sentence(tmp_path, text, s
     assert "\n" not in str(refused.value)
 
 
+LOAD = 'drive = "gripper.toml"\n[load]\nmass = 0.9\n'
+
+
+@pytest.mark.parametrize(
+    ("wrist", "keys", "said"),
+    [
+        ("pressure.toml", "", "feels no tangential_force_x and no tangential_force_y, without which no load"),
+        ("robotiq-2f85@/dev/ttyW", "", "feels no normal_force and no tangential_force_x and no"),
+        (
+            "unscaled.toml",
+            "",
+            "feels no tangential_force_x, without which no load is known; write what is '?'",
+        ),
+        ("paxini-px6ax@/dev/ttyW", "reach = [0.0, 0.1]", "feels no torque_z"),
+    ],
+)
+def test_a_sensor_at_the_wrist_that_does_not_feel_the_load_is_refused(tmp_path, wrist, keys, said):
+    write_bench(tmp_path)
+    text = PAD.format(finger="tip", port="/dev/ttyW")
+    (tmp_path / "pressure.toml").write_text(text[: text.index("[fingers.tip.tangential_force_x]")])
+    (tmp_path / "unscaled.toml").write_text(text.replace('p.fx"', 'p.fx"\nscale = "?"'))
+    with pytest.raises(VegripError) as refused:
+        read(tmp_path, f'{LOAD}from = "{wrist}"\n{keys}')
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
 def test_two_pads_at_one_port_are_refused_by_whichever_of_its_names_each_is_given(tmp_path):
     write_bench(tmp_path)
     (tmp_path / "by-id").symlink_to(tmp_path / "tty_left")

@@ -255,6 +255,7 @@ def _misfits_of_drive(bench: Bench, given: BenchSettings) -> Iterator[str]:
         yield f"'serves' names a finger twice: {', '.join(served)}"
     if not drive.commanded:
         yield f"{drive.text} maps no command, so it is no drive; {drives}"
+    yield from _misfits_of_wrist(bench)
     if not felt and bench.wrist is None:
         yield "nothing feels: name 'sensors', or a sensor at the wrist by [load] from = 'wrist.toml'"
     if (least := drive.plan.hand.drive.minimum) >= given.largest:
@@ -269,6 +270,21 @@ def _misfits_of_drive(bench: Bench, given: BenchSettings) -> Iterator[str]:
                     f"{finger} is commanded by {source.text} and by {drive.text}; leave it out of 'serves', "
                     f"or take [fingers.{finger}.command] out of {source.text}"
                 )
+
+
+def _misfits_of_wrist(bench: Bench) -> Iterator[str]:
+    """Yield what the sensor at the wrist does not feel of a load."""
+    if bench.wrist is None or bench.load is None:
+        return
+    for finger in bench.wrist.plan.fingers:
+        if lacking := sorted(bench.load.needs - finger.measured):
+            remedy = (
+                "write what is '?' in its map" if bench.wrist.plan.hand.open else "take a sensor that does"
+            )
+            yield (
+                f"{bench.wrist.text} at the wrist feels no {' and no '.join(lacking)}, without which no load "
+                f"is known; {remedy}"
+            )
 
 
 def read_source(text: str, where: str) -> Source:

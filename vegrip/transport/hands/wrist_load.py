@@ -66,6 +66,12 @@ class LoadSettings:
             )
 
     @property
+    def needs(self) -> frozenset[str]:
+        """What the sensor must feel."""
+        forces = {"tangential_force_x", "tangential_force_y", "normal_force"}
+        return frozenset(forces | ({"torque_z"} if self.reach else set()))
+
+    @property
     def parameters(self) -> dict[str, Any]:
         """What the grip controller believes of tangential forces that are so shared."""
         return {"tangential_gain": 1.0, "tangential_gain_std": round(self.share_std / self.share, 4)}
