@@ -92,6 +92,8 @@ def opened(folder, text):
             "limits.max_force is '4 kN'; give a number in N",
         ),
         (TWO + 'drive = "gripper.toml"\n[load]\nmass = 0.9', "[load] needs from"),
+        (TWO + 'drive = "gripper.toml"\n[load]\nmas = 0.9', "'mas'; known are from, mass, share"),
+        (TWO + 'drive = "gripper.toml"\n[load]\nsource = "w.toml"', "'source'; known are from, mass, share"),
         (
             'sensors = ["both.toml", "right.toml"]\ndrive = "gripper.toml"',
             "left is commanded by",

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from vegrip.clock import NS
-from vegrip.config import build
 from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState
-from vegrip.transport.hands.wrist_load import LoadSettings, WristLoad, without_source
+from vegrip.transport.hands.wrist_load import WristLoad, read_load
 
 GRIPPER, OBJECT, G = 0.9, 0.5, 9.81  # [kg], [kg], [m/s^2]
 PERIOD = NS // 100
@@ -18,7 +17,7 @@ B = 0.6  # two relative standard deviations of the share, 0.5 +- 0.15
 
 
 def settings(**keys):
-    return build(LoadSettings, without_source({"from": "wrist.toml", "mass": GRIPPER, **keys}), "[load]")
+    return read_load({"from": "wrist.toml", "mass": GRIPPER, **keys}, "[load]")
 
 
 def shares(mass, *, acceleration=lambda _: 0.0, pull=lambda _: 0.0, seconds=10.0, zero=(3.0, -2.0, 1.0)):

@@ -26,7 +26,7 @@ from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.bench_endpoint import BenchEndpoint, Drive, Part
 from vegrip.transport.hands.drive_steps import range_of
 from vegrip.transport.hands.virtual_bench import VirtualBench
-from vegrip.transport.hands.wrist_load import LoadSettings, WristLoad, without_source
+from vegrip.transport.hands.wrist_load import LoadSettings, WristLoad, read_load
 from vegrip.transport.mapped.largest_force import USUAL_N, largest_felt, largest_force
 from vegrip.transport.mapped.plan import Plan, open_plan
 from vegrip.transport.mapped.price import price, price_of_drive, price_of_sensors, settings
@@ -205,9 +205,7 @@ def read_bench(given: BenchSettings, where: str) -> Bench:
     """
     sensors = tuple(read_source(text, where) for text in given.sensors)
     drive = read_source(given.drive, where) if given.drive else None
-    if given.load and "from" not in given.load:
-        raise ConfigError(f"{where}: [load] needs from = 'wrist.toml', the map of the sensor at the wrist")
-    load = build(LoadSettings, without_source(given.load), f"{where} [load]") if given.load else None
+    load = read_load(given.load, f"{where}: [load]") if given.load else None
     wrist = read_source(load.source, where) if load is not None else None
     felt = tuple(ours for source in sensors for ours in source.names.values())
     serves = (given.serves or felt or JAWS) if drive is not None else ()

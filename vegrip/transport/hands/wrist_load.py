@@ -28,14 +28,14 @@ tare moves the gripper's weight, by up to twice that weight: ``vegrip zero`` tak
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Final
 
 import numpy as np
 
 from vegrip.clock import NS
-from vegrip.config import parameter
-from vegrip.errors import ConfigError
+from vegrip.config import build, parameter
+from vegrip.errors import ConfigError, suggestion
 from vegrip.messages import FingertipState
 
 GRAVITY: Final = 9.81  # [m/s^2]
@@ -142,6 +142,12 @@ class WristLoad:
         return torque - (arm_x * y - arm_y * x)
 
 
-def without_source(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``[load]`` with its key ``from``, which is no name in Python, called ``source``."""
-    return {"source" if key == "from" else key: value for key, value in table.items()}
+def read_load(table: Mapping[str, Any], where: str) -> LoadSettings:
+    """Build what a table says whose ``from``, which is no name in Python, is called ``source`` here."""
+    names = {"from" if field.name == "source" else field.name: field.name for field in fields(LoadSettings)}
+    for key in table:
+        if key not in names:
+            raise ConfigError(f"{where}: unknown key {key!r}; {suggestion(key, names, 'known are')}")
+    if not isinstance(table.get("from"), str):
+        raise ConfigError(f"{where} needs from = 'wrist.toml', the map of the sensor at the wrist")
+    return build(LoadSettings, {names[key]: value for key, value in table.items()}, where)
