@@ -44,6 +44,7 @@ def test_what_a_bench_holds_does_not_slide(tmp_path, bench):
     [
         ("papillarray", "name a sensor and a drive"),
         ("papillaray+robotiq", "there is no sensor 'papillaray'"),
+        ("xela+robotiq", "pads of xela-uskin have values to be measured first"),
         ("papillarray+bota", "there is no drive 'bota'"),
         ("wrist=robotiq-tsf85+weiss", "there is no sensor 'robotiq-tsf85'"),  # it feels no load
     ],

@@ -146,8 +146,8 @@ def open_bench_product(text: str, folder: Path) -> BenchProduct:
     sensors = [name for name in names() if not about(name)["commands"]]
     if is_at_wrist:
         sensors = [name for name in sensors if LOAD <= set(about(name)["channels"])]
-    else:  # pads with what is to be measured would need a map each
-        sensors = [name for name in sensors if not about(name)["to_measure"]]
+    else:
+        sensors = _measured(sensor, sensors)
     feels = _chosen(sensor.removeprefix(WRIST), sensors, "sensor")
     presses = _chosen(drive, [name for name in names() if not about(name)["channels"]], "drive")
     folder.mkdir(parents=True, exist_ok=True)
@@ -176,6 +176,18 @@ def _at(product: str, place: str, folder: Path) -> str:
     path, text = folder / f"{place}.toml", virtual_text(map_of(product), has_drive=False)
     write_whole(path, changed_text(text, [(["transport", "address"], port)], "of the demonstration"))
     return str(path)
+
+
+def _measured(word: str, sensors: Sequence[str]) -> list[str]:
+    """Return those of which nothing is to be measured: pads of the others would need a map each."""
+    known = [name for name in sensors if not about(name)["to_measure"]]
+    others = [name for name in sensors if word in name and name not in known]
+    if others and not any(word in name for name in known):
+        raise InputError(
+            f"--bench: pads of {others[0]} have values to be measured first, as `vegrip connect --hand "
+            f"{others[0]}` says; there are {', '.join(known)}"
+        )
+    return known
 
 
 def _chosen(word: str, known: Sequence[str], what: str) -> str:
