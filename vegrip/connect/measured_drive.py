@@ -8,12 +8,11 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from vegrip.config import parse_toml, toml_value
+from vegrip.config import parse_toml
 from vegrip.connect.drive_response import DriveResponse
-from vegrip.errors import ConfigError, InputError
 from vegrip.transport.hands.bench import Source
 from vegrip.transport.mapped.commands import law_of
-from vegrip.transport.maps.map_text import Setting, changed_text, whole
+from vegrip.transport.maps.map_text import Setting, changed_text, surely_changed, whole
 from vegrip.transport.maps.schema import ALL
 
 LINEAR = ("force", "current")
@@ -55,27 +54,12 @@ def measured_map(source: Source, settings: list[Setting]) -> str:
         if value != source.plan.hand.transport.get(key)
     ]
     text = changed_text(source.path.read_text(encoding="utf-8"), transport, f"of {source.text}")
-    text = changed_text(text, settings, "measured by vegrip calibrate --drive")
-    try:
-        table = parse_toml(text)
-        done = all(_at(table, path) == value for path, value in settings)
-    except (ValueError, KeyError, ConfigError):
-        done = False
-    if not done:
-        wanted = ", ".join(f"{'.'.join(path)} = {toml_value(value)}" for path, value in settings)
-        raise InputError(f"{source.path}: has no lines of their own for what was measured; write: {wanted}")
-    return text
+    return surely_changed(text, settings, str(source.path), "measured by vegrip calibrate --drive")
 
 
 def _owner(fingers: Mapping[str, Any], finger: str) -> str:
     """Return whose table has the command of ``finger``: its own, or that of all."""
     return finger if "command" in fingers.get(finger, {}) else ALL
-
-
-def _at(table: Any, path: list[str]) -> Any:
-    for key in path:
-        table = table[key]
-    return table
 
 
 def _rounded(value: float) -> float:

@@ -16,6 +16,7 @@ from typing import Any
 from vegrip.config import build, merged, parameter, read_toml
 from vegrip.errors import ConfigError, suggestion
 from vegrip.runtime.runner import LoopSettings
+from vegrip.transport.maps.map_text import map_and_port
 from vegrip.transport.open import TRANSPORTS, check_settings, parts_of, settings_of_map, whole_map
 
 _NAME = re.compile(r"[a-zA-Z][a-zA-Z0-9_]*")
@@ -158,8 +159,18 @@ def _beside(path: Path, value: Any) -> Any:
         return {key: _beside(path, one) if key == "from" else one for key, one in value.items()}
     if isinstance(value, list):
         return [_beside(path, one) for one in value]
-    beside = path.parent / value if isinstance(value, str) else path
-    return str(beside) if beside != path and beside.is_file() else value
+    return _file_beside(path, value) if isinstance(value, str) else value
+
+
+def _file_beside(path: Path, text: str) -> str:
+    """Return ``[FINGER=]FILE[@PORT]`` with the file as it lies beside ``path``, all else as it is."""
+    head, at, port = map_and_port(text)
+    before, equals, after = head.partition("=")
+    for first, name in (("", head), (before + equals, after)):
+        beside = path.parent / name
+        if beside.is_file() and (not at or name.endswith(".toml")):
+            return f"{first}{beside}{at}{port}"
+    return text
 
 
 def _with_parts(path: Path, node: NodeConfig) -> NodeConfig:

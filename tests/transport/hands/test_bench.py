@@ -58,6 +58,18 @@ def test_products_by_name_and_port_are_parts_and_take_the_finger_before_them(tmp
     assert node.fingers == ("first", "second")
 
 
+def test_a_file_is_at_the_port_behind_it_and_takes_the_finger_before_it(tmp_path):
+    folder = tmp_path / "a@b=c"
+    folder.mkdir()
+    write_bench(folder)
+    sensors = '["one=left.toml@/dev/ttyA", "right.toml"]'
+    (node,) = read(folder, f'sensors = {sensors}\ndrive = "gripper.toml@/dev/ttyB"\n')
+    bench = read_bench(build(BenchSettings, node.transport, ""), "")
+    assert node.fingers == ("one", "right")
+    at = {name: source.transport["address"] for name, source in bench.parts.items()}
+    assert at == {"one": "/dev/ttyA", "right": str(folder / "tty_right"), "drive": "/dev/ttyB"}
+
+
 TWO = 'sensors = ["left.toml", "right.toml"]\n'
 WITH_COMMAND = PAD + '[packets.c]\nstart = "CC"\nlength = 5\n[packets.c.fields]\nf = "f32 le @1 * 1 N"\n'
 WITH_COMMAND += '[fingers.{finger}.command]\nsignal = "c.f"\n'

@@ -2,7 +2,7 @@
 
 ::
 
-    sensors = ["left.toml", "right.toml"]    # files, or [FINGER=]PRODUCT@PORT
+    sensors = ["left.toml", "right.toml"]    # [FINGER=]FILE[@PORT], or [FINGER=]PRODUCT@PORT
     drive = "robotiq-2f85@/dev/ttyUSB0"
     serves = ["left", "right"]               # the drive's fingers; none: all
     load = { from = "wrist.toml", mass = 0.9 }
@@ -31,6 +31,7 @@ from vegrip.transport.mapped.largest_force import USUAL_N, largest_felt, largest
 from vegrip.transport.mapped.plan import Plan, open_plan
 from vegrip.transport.mapped.price import price, price_of_drive, price_of_sensors, settings
 from vegrip.transport.maps import products
+from vegrip.transport.maps.map_text import map_and_port
 from vegrip.transport.maps.products import map_of
 from vegrip.transport.open import Hand, open_alone
 
@@ -52,7 +53,7 @@ class BenchSettings:
     """``[transport]`` of a hand in parts."""
 
     kind: str = parameter("bench")
-    sensors: tuple[str, ...] = parameter((), doc="maps that feel: files, or [FINGER=]PRODUCT@PORT")
+    sensors: tuple[str, ...] = parameter((), doc="maps that feel: [FINGER=]FILE[@PORT] or PRODUCT@PORT")
     drive: str = parameter("", doc="map of the gripper that presses")
     serves: tuple[str, ...] = parameter((), doc="fingers that it presses with; none: all")
     load: dict[str, Any] = parameter({}, doc="from, mass [kg], share, share_std: of a sensor at the wrist")
@@ -286,14 +287,15 @@ def _misfits_of_wrist(bench: Bench) -> Iterator[str]:
 
 
 def read_source(text: str, where: str) -> Source:
-    """Read ``FILE`` or ``[FINGER=]PRODUCT@PORT``; of FINGER= only the first finger of the map is taken."""
-    head, at, port = text.partition("@")
-    finger, equals, product = head.rpartition("=")
-    path = map_of(product) if at else Path(text)
+    """Read ``[FINGER=]FILE[@PORT]`` or ``[FINGER=]PRODUCT@PORT``; with FINGER= only the map's first finger."""
+    head, at, port = map_and_port(text)
+    is_alone = "=" not in head or Path(head).is_file()  # a folder may have one, too
+    finger, equals, product = ("", "", head) if is_alone else head.partition("=")
+    path = map_of(product) if at and not product.endswith(".toml") else Path(product)
     if not port and (at or text in products.names()):
         raise ConfigError(f"{where}: {text!r} does not say at which port it is, as {head}@/dev/ttyUSB0")
-    if not at and not path.is_file():
-        raise ConfigError(f"{where}: there is no map {text!r}; give a file, or PRODUCT@PORT")
+    if not path.is_file():
+        raise ConfigError(f"{where}: there is no map {product!r}; give a file, or PRODUCT@PORT")
     plan = open_plan(path)
     if equals:
         plan = open_plan(path, (plan.fingers[0].name,))

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from vegrip.config import merged, read_toml, toml_key, toml_value
-from vegrip.errors import ConfigError, suggestion
+from vegrip.config import merged, parse_toml, read_toml, toml_key, toml_value
+from vegrip.errors import ConfigError, InputError, suggestion
 
 FOLDER: Final = Path(__file__).parent / "box"
 
@@ -50,6 +50,40 @@ def _changed(text: str, path: list[str], value: Any, by: str) -> str:
         first = next((n for n, each in enumerate(lines) if each.startswith("database")), 0)
     lines.insert(first, line)
     return "\n".join(lines)
+
+
+def surely_changed(text: str, settings: Sequence[Setting], where: str, by: str = "said by --set") -> str:
+    """Return the text of a map with some keys set as by :func:`changed_text`, and read back.
+
+    Raises:
+        InputError: the map has no lines for them; says what to write by hand.
+
+    """
+    changed = changed_text(text, settings, by)
+    last = {tuple(path): value for path, value in settings}
+    try:
+        table = parse_toml(changed)
+        done = all(_at(table, path) == value for path, value in last.items())
+    except (ValueError, KeyError, TypeError):
+        done = False
+    if not done:
+        wanted = ", ".join(f"{'.'.join(path)} = {toml_value(value)}" for path, value in last.items())
+        raise InputError(f"{where}: has no lines of their own for what was {by}; write: {wanted}")
+    return changed
+
+
+def _at(table: Any, path: Sequence[str]) -> Any:
+    for key in path:
+        table = table[key]
+    return table
+
+
+def map_and_port(text: str) -> tuple[str, str, str]:
+    """Split ``PRODUCT@PORT`` or ``FILE[@PORT]`` as ``str.partition`` does; folders of a file may have an @."""
+    file, at, port = text.partition(".toml@")
+    if at:
+        return f"{file}.toml", "@", port
+    return (text, "", "") if text.endswith(".toml") else text.partition("@")
 
 
 def whole(table: Mapping[str, Any], where: str) -> Mapping[str, Any]:
