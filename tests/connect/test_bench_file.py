@@ -2,13 +2,16 @@
 
 import io
 import sys
+from unittest.mock import ANY
 
 import pytest
 
 from vegrip.cli import _bench, main
-from vegrip.connect.bench_file import largest_for, sources_of, which_is_pressed
+from vegrip.connect.bench_file import largest_for, which_is_pressed
+from vegrip.connect.parts import benches
 from vegrip.errors import ConfigError, InputError
 from vegrip.runtime.launch_file import read_launch_file
+from vegrip.transport.hands.bench import read_source
 
 PADS = ["--sensor", "contactile-papillarray@/dev/ttyACM0", "--sensor", "contactile-papillarray@/dev/ttyACM1"]
 GRIPPER = ["--drive", "robotiq-2f85@/dev/ttyUSB0"]
@@ -48,6 +51,9 @@ def test_a_bench_is_written_and_read_as_a_hand_of_two_fingers_and_one_drive(tmp_
         [*PADS, *GRIPPER, "-o", "bench.toml", "--fingers", "left,left"],
         [*PADS, *GRIPPER, "-o", "bench.toml", "--fingers", "a/b,c"],
         [*PADS, *GRIPPER, "-o", "bench.toml", "--fingers", "left,drive"],
+        ["--sensor", "there.toml", *GRIPPER, "-o", "bench.toml"],
+        ["--sensor", "robotiq@/dev/ttyACM0", *GRIPPER, "-o", "bench.toml"],
+        [*PADS, "--drive", "there.toml@/dev/ttyUSB0", "-o", "bench.toml"],
         [*PADS[:2], *PADS[:2], *GRIPPER, "-o", "bench.toml"],
     ],
 )
@@ -67,6 +73,112 @@ def test_the_files_of_a_bench_stay_when_a_new_one_does_not_fit_together(tmp_path
     assert main(["connect", *PADS, *words]) == 3
     assert [path.read_text() for path in kept] == ["mine: bench.toml", "mine: left.toml"]
     assert sorted(tmp_path.iterdir()) == kept
+
+
+@pytest.fixture
+def connect(tmp_path, monkeypatch, capsys):
+    """Return a function that runs the command in a folder, and gives its exit code and what it said."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words):
+        code = main(["connect", *words, "-o", "bench.toml", "--no-ask"])
+        return code, capsys.readouterr()
+
+    return run
+
+
+def bench_of(path):
+    ((_, bench),) = benches(path)
+    return bench
+
+
+def test_what_is_set_goes_to_the_maps_of_the_pads_or_of_the_drive_that_have_it(connect, tmp_path):
+    pads, drive = ["fingers.*.normal_force.unit=mN", "fingers.left.normal_force.sign=-1"], "drive.delay=0.2"
+    assert connect(*PADS, *GRIPPER, *(word for one in (*pads, drive) for word in ("--set", one)))[0] == 0
+    bench = bench_of(tmp_path / "bench.toml")
+    felt = [
+        source.plan.hand.fingers[source.names[side]].channels["normal_force"]
+        for source in bench.sensors
+        for side in source.names
+    ]
+    assert [(one.unit, one.sign) for one in felt] == [("mN", -1), ("mN", 1)]
+    assert bench.drive.plan.hand.drive.delay == 0.2
+    assert bench.drive.text == str(tmp_path / "drive.toml")
+    assert bench.drive.transport["address"] == "/dev/ttyUSB0"
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        (
+            "nonsense.key=3",
+            "--set nonsense.key: of a bench there are fingers.left, fingers.right, fingers.jaw",
+        ),
+        ("fingers.thumb.axes=[]", "--set fingers.thumb.axes: of a bench there are"),
+        ("fingers.left=3", "--set fingers.left: of a bench there are"),
+        ("rate=3", "a map of yours, FILE@PORT"),
+        ("fingers.*.normal_force.uint=mN", "unknown key 'uint'"),
+        ("drive.dealy=0.1", "unknown key 'dealy'"),
+    ],
+)
+def test_a_key_that_no_part_has_is_refused_in_one_sentence(connect, tmp_path, key, said):
+    code, told = connect(*PADS, *GRIPPER, "--set", key)
+    assert code in (2, 3)
+    assert said in told.err
+    assert told.err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+ATI = ["--sensor", "ati-net-ft@1.1.1.1:49152", "--sensor", "ati-net-ft@1.1.1.2:49152"]
+MOTOR = ["gain='30 /N'", "closed=[2800]", "opened=1024"]
+
+
+def test_products_with_values_to_be_measured_are_taken_once_these_are_set(connect, tmp_path):
+    code, told = connect(*ATI, *GRIPPER)
+    assert code == 3
+    assert "ati-net-ft@1.1.1.1:49152: scale of normal_force is not known" in told.err
+    known = [
+        "--set",
+        "fingers.left.normal_force.scale=-1e-6",
+        "--set",
+        "fingers.right.normal_force.scale=-2e-6",
+    ]
+    code, told = connect(*ATI, "--drive", "dynamixel-x@/dev/ttyUSB0", *known)
+    assert code == 3
+    assert "dynamixel-x@/dev/ttyUSB0: gain of command is not known" in told.err
+    motor = [word for one in MOTOR for word in ("--set", f"fingers.*.command.{one}")]
+    assert connect(*ATI, "--drive", "dynamixel-x@/dev/ttyUSB0", *known, *motor) == (0, ANY)
+    bench = bench_of(tmp_path / "bench.toml")
+    scales = {
+        side: source.plan.hand.fingers[side].channels["normal_force"].scale
+        for source in bench.sensors
+        for side in source.names
+    }
+    assert scales == {"left": -1e-6, "right": -2e-6}
+    assert bench.drive.plan.hand.fingers["jaw"].command.gain == "30 /N"
+
+
+def test_maps_of_ones_own_are_pads_and_drives_with_or_without_a_port_behind_them(connect, tmp_path):
+    measured = ["--set", "fingers.*.taxels.scale=0.002", "--address", "/dev/ttyACM0"]
+    assert main(["connect", "--hand", "robotiq-tsf85", "-o", "pad.toml", *measured]) == 0
+    (tmp_path / "like.toml").write_text('like = "robotiq-tsf85"\n[fingers."*".taxels]\nscale = 0.003\n')
+    assert main(["connect", "--hand", "weiss-wsg50", "-o", "wsg.toml", "--address", "1.1.1.1:1000"]) == 0
+    sensors = ["--sensor", "pad.toml", "--sensor", "like.toml@/dev/ttyACM1"]
+    assert connect(*sensors, "--drive", "wsg.toml@1.1.1.9:1000")[0] == 0
+    bench = bench_of(tmp_path / "bench.toml")
+    pads = {side: source for source in bench.sensors for side in source.names.values()}
+    assert [pads[side].transport["address"] for side in pads] == ["/dev/ttyACM0", "/dev/ttyACM1"]
+    assert [pads[side].plan.hand.fingers[side].taxels.scale for side in pads] == [0.002, 0.003]
+    assert bench.drive.transport["address"] == "1.1.1.9:1000"
+    assert bench.drive.path == tmp_path / "wsg.toml"
+
+
+def test_a_map_without_lines_for_what_must_be_set_is_refused_with_them(connect, tmp_path):
+    text = 'database = "x"\nfingers.tip.normal_force = { signal = "a.b" }\n[transport]\nkind = "can"\n'
+    (tmp_path / "odd.toml").write_text(text)
+    code, told = connect("--sensor", "odd.toml@can0", *GRIPPER)
+    assert code == 3
+    assert "odd.toml@can0: [fingers.tip] has no lines of its own; call it left there" in told.err
 
 
 class Terminal(io.StringIO):
@@ -113,7 +225,7 @@ def test_a_press_that_is_not_clear_is_asked_for_again(pressed, said):
 
 
 def test_the_largest_force_holds_the_weight_three_times_and_is_one_that_the_drive_makes():
-    (drive,) = sources_of(["robotiq-2f85@/dev/ttyUSB0"])
+    drive = read_source("robotiq-2f85@/dev/ttyUSB0", "")
     force = largest_for(2.0, drive)
     assert force >= 3.0 * 2.0 * 9.81 / (2 * 0.3)
     assert (force - 20.0) / 0.843 == pytest.approx(round((force - 20.0) / 0.843), abs=1e-2)

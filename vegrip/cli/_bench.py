@@ -3,6 +3,7 @@
 import math
 import re
 import sys
+import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
@@ -14,16 +15,21 @@ from vegrip.cli._terminal import complain
 from vegrip.connect.bench_file import (
     AXES,
     Answers,
+    Named,
+    largest_for,
     launch_text,
     listen_to_all,
+    map_of_drive,
     map_of_pad,
-    sources_of,
+    named,
+    said_of_parts,
+    source_of,
     which_is_pressed,
 )
 from vegrip.errors import InputError, UsageError
 from vegrip.runtime.launch_file import read_launch_file
 from vegrip.transport.hands.bench import JAWS, RESERVED, Source
-from vegrip.transport.maps.map_text import Setting
+from vegrip.transport.maps.map_text import Setting, map_and_port
 from vegrip.whole_file import or_as_before, write_whole
 
 LISTEN_S: Final = 3.0  # [s] at rest, and while a pad is pressed
@@ -49,22 +55,46 @@ def connect_bench(
     if len(sides) != len(sensors):
         raise UsageError(f"{len(sensors)} sensors and {len(sides)} --fingers; name one for each sensor")
     _check(sensors, sides, output, heaviest)
-    sources, presses = sources_of(sensors), sources_of([drive])[0]
-    answers = Answers(sides, {}, {}, heaviest)
-    if ask and sys.stdin.isatty():
-        answers = _asked(sources, sides, heaviest)
-    files = [output.parent / f"{side}.toml" for side in answers.sides]
-    for path in (output, *files):
+    pads, presses = [named(text) for text in sensors], named(drive)
+    of_pads, of_drive = said_of_parts(said, sides, presses.fingers)
+    with tempfile.TemporaryDirectory(prefix="vegrip-connect-") as folder:
+        scratch = [Path(folder) / f"{number}.toml" for number in range(len(pads) + 1)]
+        sources = [
+            source_of(pad, map_of_pad(pad, side, of_pads[side]), file)
+            for pad, side, file in zip(pads, sides, scratch[1:], strict=True)
+        ]
+        press = source_of(presses, map_of_drive(presses, of_drive), scratch[0])
+        answers = Answers(sides, {}, {}, heaviest)
+        if ask and sys.stdin.isatty():
+            answers = _asked(sources, sides, heaviest)
+        largest = largest_for(answers.heaviest, press) if answers.heaviest else 0.0
+    texts = {
+        output.parent / f"{side}.toml": map_of_pad(pad, side, of_pads[side], answers)
+        for pad, side in zip(pads, answers.sides, strict=True)
+    }
+    reference = _reference(presses, output.parent)
+    if of_drive:
+        reference = "drive.toml"
+        texts[output.parent / reference] = map_of_drive(presses, of_drive)
+    texts = {output: launch_text(sides, reference, largest), **texts}
+    for path in texts:
         claim_file(path, force=force)
-    texts = [map_of_pad(*each, answers, said) for each in zip(sources, answers.sides, strict=True)]
-    launch = launch_text(sides, presses, answers.heaviest)
     output.parent.mkdir(parents=True, exist_ok=True)
-    with or_as_before(output, *files):
-        for path, text in zip((output, *files), (launch, *texts), strict=True):
+    with or_as_before(*texts):
+        for path, text in texts.items():
             write_whole(path, text)
         read_launch_file(output)  # says what does not fit together
-    written = ", ".join(str(path) for path in (output, *files))
+    written = ", ".join(map(str, texts))
     typer.echo(f"written: {written}; next: vegrip doctor {output}, then vegrip launch {output}")
+
+
+def _reference(given: Named, folder: Path) -> str:
+    """Return how the launch file in ``folder`` names a part whose map stays where it is."""
+    if not given.text.startswith(str(given.path)):
+        return given.text
+    path = given.path.resolve()
+    name = path.name if path.parent == folder.resolve() else str(path)
+    return f"{name}@{given.port}" if given.port else name
 
 
 def _check(sensors: Sequence[str], sides: Sequence[str], output: Path, heaviest: float) -> None:
@@ -87,15 +117,15 @@ def _check(sensors: Sequence[str], sides: Sequence[str], output: Path, heaviest:
 
 def _asked(sources: Sequence[Source], sides: Sequence[str], heaviest: float) -> Answers:
     """Ask which pad is where, which axis points up, and how heavy objects are."""
-    named = {source.text: source for source in sources}
+    by_text = {source.text: source for source in sources}
     signs: dict[str, int] = {}
-    sign_of: dict[Path, int] = {}  # by product
-    order = dict(zip(named, sides, strict=True))
+    sign_of: dict[str, int] = {}  # by product
+    order = dict(zip(by_text, sides, strict=True))
     typer.prompt("touch nothing, and press Enter", default="", show_default=False)
-    rest = listen_to_all(named, LISTEN_S)
+    rest = listen_to_all(by_text, LISTEN_S)
     for side in sides[: len(sides) - 1 or 1]:
-        pressed, sign = _pressed(f"press the pad of the {side} jaw, keep it pressed, Enter", named, rest)
-        signs[side] = sign_of[named[pressed].path] = sign
+        pressed, sign = _pressed(f"press the pad of the {side} jaw, keep it pressed, Enter", by_text, rest)
+        signs[side] = sign_of[map_and_port(pressed)[0]] = sign
         if order[pressed] != side:
             complain(f"{side} and {order[pressed]} are swapped: {pressed} is {side}, and is written so")
             other = next(text for text, each in order.items() if each == side)
@@ -106,15 +136,15 @@ def _asked(sources: Sequence[Source], sides: Sequence[str], heaviest: float) -> 
         up[side] = typer.prompt(question, default="x", value_proc=_axis)
     mass = heaviest or typer.prompt("mass of the heaviest object [kg]", default="0.5", value_proc=_mass)
     for text, side in order.items():  # what one of a product does with its sign, the other does too
-        signs.setdefault(side, sign_of.get(named[text].path, 1))
+        signs.setdefault(side, sign_of.get(map_and_port(text)[0], 1))
     return Answers([order[source.text] for source in sources], up, signs, mass)
 
 
-def _pressed(question: str, named: Mapping[str, Source], rest: Mapping[str, float]) -> tuple[str, int]:
+def _pressed(question: str, by_text: Mapping[str, Source], rest: Mapping[str, float]) -> tuple[str, int]:
     """Ask until it is clear which pad is pressed."""
     while True:
         typer.prompt(question, default="", show_default=False)
-        felt = listen_to_all(named, LISTEN_S)
+        felt = listen_to_all(by_text, LISTEN_S)
         try:
             return which_is_pressed(rest, felt)
         except InputError as error:

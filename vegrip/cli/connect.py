@@ -27,8 +27,10 @@ DATABASE = Annotated[
 LIST = Annotated[bool, typer.Option("--list", help="Show the products whose maps are in the box.")]
 HAND = Annotated[str, typer.Option(help="A product of --list: write its map.")]
 ADDRESS = Annotated[str, typer.Option(help="--hand: where it is, HOST:PORT or a tty.")]
-SENSOR = Annotated[list[str] | None, typer.Option(help="A bench: PRODUCT@PORT that feels, one for each pad.")]
-DRIVE = Annotated[str, typer.Option(help="A bench: PRODUCT@PORT that presses.")]
+SENSOR = Annotated[
+    list[str] | None, typer.Option(help="A bench: PRODUCT@PORT or FILE[@PORT] that feels, one for each pad.")
+]
+DRIVE = Annotated[str, typer.Option(help="A bench: PRODUCT@PORT or FILE[@PORT] that presses.")]
 HEAVIEST = Annotated[float, typer.Option(min=0.0, help="A bench: its heaviest object [kg].")]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Map (TOML) to write.")]
 LOG = Annotated[Path | None, typer.Option(help="Log of their traffic: .asc, .blf, .trc, .mf4, or candump's.")]

@@ -1,19 +1,28 @@
 """The launch file of a hand in parts, and the maps of its pads, drawn up from products and few answers."""
 
 import math
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
 
-from vegrip.config import toml_key
+from vegrip.config import parse_toml, read_toml, toml_key
 from vegrip.connect.parts import listen
-from vegrip.errors import ConfigError, InputError
+from vegrip.errors import ConfigError, InputError, UsageError
 from vegrip.transport.hands.bench import Source, read_source
 from vegrip.transport.hands.drive_steps import step_above
 from vegrip.transport.hands.wrist_load import GRAVITY
-from vegrip.transport.maps.map_text import Setting, changed_text, key_line
+from vegrip.transport.maps.map_text import (
+    Setting,
+    key_line,
+    map_and_port,
+    surely_changed,
+    whole,
+)
+from vegrip.transport.maps.products import map_of
+from vegrip.transport.maps.schema import ALL
+from vegrip.whole_file import write_whole
 
 WEAK_FRICTION: Final = 0.3  # of a rubber pad on what is smooth or dusty
 PULLED: Final = 3.0  # times the weight: what shakes, pulls and what is poured in
@@ -33,28 +42,172 @@ class Answers:
     heaviest: float  # [kg] of the objects; 0: not known
 
 
-def map_of_pad(source: Source, side: str, answers: Answers, said: Sequence[Setting]) -> str:
-    """Return the map of one pad under the name of its jaw; other fingers of the product are left out."""
-    text = source.path.read_text(encoding="utf-8")
-    first, *others = source.plan.hand.fingers
-    for name in others:
-        text = re.sub(rf"^\[fingers\.{re.escape(toml_key(name))}\]\n", "", text, flags=re.MULTILINE)
-    text = text.replace(f"[fingers.{toml_key(first)}]", f"[fingers.{toml_key(side)}]")
-    own: list[Setting] = [(["transport", key], value) for key, value in source.transport.items()]
+@dataclass(frozen=True)
+class Named:
+    """A part as it is named: PRODUCT@PORT, or FILE[@PORT]."""
+
+    text: str
+    path: Path  # of its map
+    port: str  # empty: that of the map
+
+    @property
+    def map(self) -> Mapping[str, Any]:
+        return whole(read_toml(self.path), str(self.path))
+
+    @property
+    def fingers(self) -> list[str]:
+        fingers = self.map.get("fingers")
+        return [name for name in fingers if name != ALL] if isinstance(fingers, Mapping) else []
+
+    @property
+    def where(self) -> list[Setting]:
+        """What its map gets that says where it is, and where its database is."""
+        table = self.map
+        key = "channel" if table.get("transport", {}).get("kind") == "can" else "address"
+        found: list[Setting] = [(["transport", key], self.port)] if self.port else []
+        if "database" in table:
+            found.append((["database"], str(self.path.parent.absolute() / table["database"])))
+        return found
+
+
+def named(text: str) -> Named:
+    """Read how a part is named: a product must say where it is.
+
+    Raises:
+        InputError: there is no such product or map, or no port.
+
+    """
+    name, at, port = map_and_port(text)
+    is_file = name.endswith(".toml")
+    if not port and (at or not is_file):
+        raise InputError(f"{text!r}: say where it is, as {name}@/dev/ttyACM0")
+    if is_file and not Path(name).is_file():
+        raise InputError(f"there is no map {name!r}; give a file, or PRODUCT@PORT")
+    found = Named(text, Path(name) if is_file else map_of(name), port)
+    if not found.fingers:
+        raise InputError(f"{name}: is no map; it has no [fingers.NAME]")
+    return found
+
+
+def said_of_parts(
+    said: Sequence[Setting], sides: Sequence[str], jaws: Sequence[str]
+) -> tuple[dict[str, list[Setting]], list[Setting]]:
+    """Return what is said of the map of each pad, and of that of the drive, whose fingers are ``jaws``.
+
+    Raises:
+        UsageError: a key is of no part.
+
+    """
+    pads: dict[str, list[Setting]] = {side: [] for side in sides}
+    drive: list[Setting] = []
+    for path, value in said:
+        finger = path[1] if path[0] == "fingers" and len(path) > 2 else ""
+        if finger in pads:
+            pads[finger].append((path, value))
+        elif finger in jaws or (finger == ALL and path[2] == "command") or (path[0] == "drive" and path[1:]):
+            drive.append((path, value))
+        elif finger == ALL:
+            for settings in pads.values():
+                settings.append((path, value))
+        else:
+            known = ", ".join(f"fingers.{name}" for name in (*sides, *jaws, ALL))
+            raise UsageError(
+                f"--set {'.'.join(path)}: of a bench there are {known} and drive; what else differs stands "
+                "in a map of yours, FILE@PORT"
+            )
+    return pads, drive
+
+
+def map_of_pad(given: Named, side: str, said: Sequence[Setting], answers: Answers | None = None) -> str:
+    """Return the map of one pad under the name of its jaw; other fingers of the map are left out.
+
+    Raises:
+        InputError: its map has no lines of their own for that, or for what is ``said``.
+
+    """
+    text = _of_one_finger(_without_like(given.path), given.fingers, side)
+    text = surely_changed(text, given.where, given.text, f"of {given.text}")
+    table = parse_toml(text)
+    if [name for name in table.get("fingers", {}) if name != ALL] != [side]:
+        raise InputError(
+            f"{given.text}: [fingers.{given.fingers[0]}] has no lines of its own; call it {side} there"
+        )
+    if answers is not None:
+        settings = _in_place(table["fingers"], _answered(side, table["fingers"], answers))
+        text = surely_changed(text, settings, given.text, "answered to vegrip connect")
+    return surely_changed(text, _in_place(table["fingers"], said), given.text)
+
+
+def _of_one_finger(text: str, fingers: Sequence[str], side: str) -> str:
+    """Return the text of a map with the first of its ``fingers`` as ``side``, and without the others."""
+    headers = {name: tuple(f"[fingers.{toml_key(name)}{end}" for end in "].") for name in fingers}
+    own, *others = headers.values()
+    lines, is_out = [], False
+    for line in text.split("\n"):
+        if line.startswith("["):
+            is_out = any(line.startswith(other) for other in others)
+        if not is_out:
+            is_own = line.startswith(own)
+            lines.append(f"[fingers.{toml_key(side)}{line[len(own[0]) - 1 :]}" if is_own else line)
+    return "\n".join(lines).replace("{finger}", fingers[0])  # signals keep its name
+
+
+def _answered(side: str, fingers: Mapping[str, Any], answers: Answers) -> list[Setting]:
+    found: list[Setting] = []
     if answers.up.get(side, "x") != "x":
-        own.append((["fingers", side, "axes"], AXES[answers.up[side]]))
+        found.append((["fingers", side, "axes"], AXES[answers.up[side]]))
     if answers.sign.get(side, 1) < 0:
-        own.append((["fingers", "*", "normal_force", "sign"], -1))
-    text = changed_text(text, own, "answered to vegrip connect")
-    return changed_text(text, [each for each in said if each[0][:2] == ["fingers", side]])
+        has_taxels = any("taxels" in keys for keys in fingers.values())
+        found.append((["fingers", ALL, "taxels" if has_taxels else "normal_force", "sign"], -1))
+    return found
 
 
-def launch_text(sides: Sequence[str], drive: Source, heaviest: float) -> str:
-    """Return the launch file that joins ``SIDE.toml`` and the drive."""
+def map_of_drive(given: Named, said: Sequence[Setting]) -> str:
+    """Return the map of the drive, with where it is; raises as :func:`map_of_pad`."""
+    text = surely_changed(given.path.read_text("utf-8"), given.where, given.text, f"of {given.text}")
+    return surely_changed(text, _in_place(given.map["fingers"], said), given.text)
+
+
+def _without_like(path: Path) -> str:
+    """Return the text of a map, that of what it is ``like`` with its own values set."""
+    table = read_toml(path)
+    if "like" not in table:
+        return path.read_text("utf-8")
+    own = {key: value for key, value in table.items() if key != "like"}
+    return surely_changed(
+        _without_like(map_of(table["like"])), list(_leaves(own)), str(path), f"of {path.name}"
+    )
+
+
+def _leaves(table: Mapping[str, Any]) -> Iterator[Setting]:
+    for key, value in table.items():
+        if isinstance(value, Mapping) and value:
+            yield from (([key, *path], one) for path, one in _leaves(value))
+        else:
+            yield [key], value
+
+
+def _in_place(fingers: Mapping[str, Any], said: Sequence[Setting]) -> list[Setting]:
+    """Return what is said of fingers where the map of one finger has it: its own table hides that of all."""
+    names = [name for name in fingers if name != ALL]
+    if len(names) != 1:
+        return list(said)
+    own, shared = fingers[names[0]], fingers.get(ALL, {})
+    found: list[Setting] = []
+    for path, value in said:
+        first, finger, *rest = path
+        if first == "fingers":
+            finger = names[0] if rest[0] in own else ALL if rest[0] in shared and rest[1:] else finger
+        found.append(([first, finger, *rest], value))
+    return found
+
+
+def launch_text(sides: Sequence[str], drive: str, largest: float) -> str:
+    """Return the launch file that joins ``SIDE.toml`` and ``drive``; ``largest`` force [N], 0: not known."""
     lines = [
         "# A bench as vegrip connect wrote it: docs/tutorials/bench.md. vegrip doctor tries each part.",
         key_line("sensors", [f"{side}.toml" for side in sides], ""),
-        key_line("drive", drive.text, "its force serves all of these"),
+        key_line("drive", drive, "its force serves all of these"),
         key_line("serves", list(sides), ""),
         "",
         "[[node]]",
@@ -62,8 +215,8 @@ def launch_text(sides: Sequence[str], drive: Source, heaviest: float) -> str:
         "required = true",
         'restart = "always"',
     ]
-    if heaviest:
-        lines.append(f"parameters.limits.max_force = {largest_for(heaviest, drive)}  # [N]")
+    if largest:
+        lines.append(f"parameters.limits.max_force = {largest}  # [N]")
     return "\n".join(lines) + "\n"
 
 
@@ -113,9 +266,10 @@ def listen_to_all(sources: Mapping[str, Source], seconds: float) -> dict[str, fl
     return {name: float(one.mean(next(iter(one.states), ""))[2]) for name, one in received.items()}
 
 
-def sources_of(texts: Sequence[str]) -> list[Source]:
-    """Read products with their ports: each must say where it is."""
-    for text in texts:
-        if "@" not in text:
-            raise InputError(f"{text!r}: say where it is, as {text}@/dev/ttyACM0")
-    return [read_source(text, "vegrip connect") for text in texts]
+def source_of(given: Named, text: str, file: Path) -> Source:
+    """Read a part of which the map is ``text``, which goes to ``file``."""
+    write_whole(file, text)
+    try:
+        return replace(read_source(str(file), "vegrip connect"), text=given.text)
+    except ConfigError as error:
+        raise ConfigError(str(error).replace(str(file), given.text)) from None

@@ -278,6 +278,6 @@ class Rig:
         if not self._is_even and self._balance is not None:
             felt = " and ".join(f"{name} {force:.1f} N" for name, force in self._balance.means.items())
             raise InputError(
-                f"{felt} are felt, unlike by more than noise and gains allow, so the jaws are opened: look at "
-                "unit, scale and zero of the pads, and at what touches one of them"
+                f"{felt} are felt, unlike by more than noise and gains allow, so the jaws are opened: look "
+                "at unit, scale and zero of the pads, and at what touches one of them"
             )

@@ -287,7 +287,7 @@ def _misfits_of_wrist(bench: Bench) -> Iterator[str]:
 
 
 def read_source(text: str, where: str) -> Source:
-    """Read ``[FINGER=]FILE[@PORT]`` or ``[FINGER=]PRODUCT@PORT``; with FINGER= only the map's first finger."""
+    """Read ``[FINGER=]FILE[@PORT]`` or ``[FINGER=]PRODUCT@PORT``; with FINGER= only its first finger."""
     head, at, port = map_and_port(text)
     is_alone = "=" not in head or Path(head).is_file()  # a folder may have one, too
     finger, equals, product = ("", "", head) if is_alone else head.partition("=")

@@ -79,7 +79,7 @@ def _at(table: Any, path: Sequence[str]) -> Any:
 
 
 def map_and_port(text: str) -> tuple[str, str, str]:
-    """Split ``PRODUCT@PORT`` or ``FILE[@PORT]`` as ``str.partition`` does; folders of a file may have an @."""
+    """Split ``PRODUCT@PORT`` or ``FILE[@PORT]`` as ``str.partition`` does; a folder may have an @."""
     file, at, port = text.partition(".toml@")
     if at:
         return f"{file}.toml", "@", port
