@@ -1,6 +1,7 @@
 """A bench is written from products and few answers, and what was written is read as a hand in parts."""
 
 import io
+import json
 import sys
 from unittest.mock import ANY
 
@@ -179,6 +180,16 @@ def test_a_map_without_lines_for_what_must_be_set_is_refused_with_them(connect, 
     code, told = connect("--sensor", "odd.toml@can0", *GRIPPER)
     assert code == 3
     assert "odd.toml@can0: [fingers.tip] has no lines of its own; call it left there" in told.err
+
+
+def test_what_is_written_is_one_object_of_json_where_that_is_asked_for(connect, tmp_path):
+    code, told = connect(*PADS, *GRIPPER, "--json")
+    assert code == 0
+    said = json.loads(told.out)
+    assert said["map"] == "bench.toml"
+    assert said["ready"]
+    assert said["fingers"]["right"][0] == "normal_force"
+    assert any("20 to 235 N" in one for one in said["price"])
 
 
 class Terminal(io.StringIO):

@@ -1,12 +1,13 @@
 """``vegrip connect --sensor --drive``: the questions of a bench, and its files."""
 
+import json
 import math
 import re
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import typer
 
@@ -26,9 +27,10 @@ from vegrip.connect.bench_file import (
     source_of,
     which_is_pressed,
 )
+from vegrip.connect.parts import benches
 from vegrip.errors import InputError, UsageError
-from vegrip.runtime.launch_file import read_launch_file
-from vegrip.transport.hands.bench import JAWS, RESERVED, Source
+from vegrip.identification.recording.report import account
+from vegrip.transport.hands.bench import JAWS, RESERVED, Bench, Source
 from vegrip.transport.maps.map_text import Setting, map_and_port
 from vegrip.whole_file import or_as_before, write_whole
 
@@ -47,6 +49,7 @@ def connect_bench(
     *,
     ask: bool,
     force: bool,
+    as_json: bool,
 ) -> None:
     """Write the launch file of a bench, and beside it the map of each pad."""
     if not sensors or not drive or output is None:
@@ -65,7 +68,7 @@ def connect_bench(
         ]
         press = source_of(presses, map_of_drive(presses, of_drive), scratch[0])
         answers = Answers(sides, {}, {}, heaviest)
-        if ask and sys.stdin.isatty():
+        if ask and sys.stdin.isatty() and not as_json:
             answers = _asked(sources, sides, heaviest)
         largest = largest_for(answers.heaviest, press) if answers.heaviest else 0.0
     texts = {
@@ -83,7 +86,10 @@ def connect_bench(
     with or_as_before(*texts):
         for path, text in texts.items():
             write_whole(path, text)
-        read_launch_file(output)  # says what does not fit together
+        ((_, bench),) = benches(output)  # says what does not fit together
+    if as_json:
+        typer.echo(json.dumps(_as_dict(output, bench)))
+        return
     written = ", ".join(map(str, texts))
     typer.echo(f"written: {written}; next: vegrip doctor {output}, then vegrip launch {output}")
 
@@ -95,6 +101,20 @@ def _reference(given: Named, folder: Path) -> str:
     path = given.path.resolve()
     name = path.name if path.parent == folder.resolve() else str(path)
     return f"{name}@{given.port}" if given.port else name
+
+
+def _as_dict(output: Path, bench: Bench) -> dict[str, Any]:
+    """Return what `vegrip connect --json` says of any map."""
+    felt = {source.names[one.name]: one.measured for source in bench.sensors for one in source.plan.fingers}
+    return {
+        "map": str(output),
+        "ready": True,
+        "fingers": {name: sorted(measured) for name, measured in felt.items()},
+        "values": None,
+        **{key: [] for key in ("learned", "open", "implausible", "lost")},
+        "rows": account([]),
+        "price": bench.sentences(),
+    }
 
 
 def _check(sensors: Sequence[str], sides: Sequence[str], output: Path, heaviest: float) -> None:

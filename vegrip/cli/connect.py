@@ -119,7 +119,8 @@ def connect(
         from vegrip.cli._bench import connect_bench
 
         given = [each for text in settings or [] for each in _settings(text)]
-        connect_bench(sensor or [], drive, output, fingers, heaviest, given, ask=ask, force=force)
+        yes = {"ask": ask, "force": force, "as_json": as_json}
+        connect_bench(sensor or [], drive, output, fingers, heaviest, given, **yes)
         return
     from vegrip.cli._listening import traffic_of_hand
     from vegrip.connect.traffic import MappedNow, SignalsNow
