@@ -91,10 +91,10 @@ def test_a_suspicious_table_sends_nobody_on(tmp_path: Path, capsys: Capsys, monk
 
 @pytest.mark.parametrize("name", sorted(cli.STOPPED))
 def test_a_command_that_is_interrupted_says_what_it_keeps(name: str, capsys: Capsys, monkeypatch) -> None:
-    def interrupted(*, drive: bool = False, weight: bool = False) -> None:  # noqa: ARG001
+    def interrupted(*, drive: bool = False, weight: bool = False) -> None:
         raise KeyboardInterrupt
 
-    assert name.split()[0] in cli.COMMANDS
+    assert name.split(maxsplit=1)[0] in cli.COMMANDS
     monkeypatch.setattr(cli, "load", lambda _: cli._as_app(interrupted))
     assert main(name.split()) == 130
     assert capsys.readouterr().err == f"vegrip: stopped; {cli.STOPPED[name]}\n"

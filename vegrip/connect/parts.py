@@ -20,6 +20,7 @@ from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.bench import Bench, BenchSettings, Source, read_bench
 from vegrip.transport.hands.drive_steps import range_of
 from vegrip.transport.mapped.largest_force import BELIEVED_N
+from vegrip.transport.maps.map_text import map_and_port
 from vegrip.types import Floats
 
 LISTEN_S: Final = 3.0  # [s] for a device to answer; a Bota takes two to begin
@@ -75,7 +76,7 @@ def try_parts(path: Path, seconds: float = LISTEN_S) -> list[Finding]:
     for _, bench in benches(path):
         for name, source in bench.parts.items():
             key = {"drive": "'drive'", "wrist": "'from' of [load]"}.get(name, "'sensors'")
-            place = f"{key} in {path}" if "@" in source.text else f"[transport] in {source.path}"
+            place = f"{key} in {path}" if map_and_port(source.text)[1] else f"[transport] in {source.path}"
             found.append(_tried(name, source, place, seconds, is_drive=source == bench.drive))
     return found
 

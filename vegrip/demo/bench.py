@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from vegrip.config import build, toml_value
-from vegrip.connect.parts import benches
+from vegrip.connect.parts import FORCES, benches
 from vegrip.demo.product import free_port
 from vegrip.errors import InputError
 from vegrip.estimator import Sensors
@@ -34,7 +34,6 @@ FIRM: Final = 4.0
 """Times as stiff as the usual tip: pads that bear what a gripper presses with."""
 GRIPPER_KG: Final = 0.9  # of a 2F-85 with its coupling (data sheet)
 WRIST: Final = "wrist="
-LOAD: Final = {"normal_force", "tangential_force_x", "tangential_force_y"}  # what a wrist feels it by
 FRICTION_STD: Final = 0.1
 """Of ln mu: friction as `vegrip calibrate` measures it of a pad on one material. Not stated, it is not known
 by a factor of two, and without a slip channel it is not learned."""
@@ -145,7 +144,7 @@ def open_bench_product(text: str, folder: Path) -> BenchProduct:
     is_at_wrist = sensor.startswith(WRIST)
     sensors = [name for name in names() if not about(name)["commands"]]
     if is_at_wrist:
-        sensors = [name for name in sensors if LOAD <= set(about(name)["channels"])]
+        sensors = [name for name in sensors if set(about(name)["channels"]).issuperset(FORCES)]
     else:
         sensors = _measured(sensor, sensors)
     feels = _chosen(sensor.removeprefix(WRIST), sensors, "sensor")

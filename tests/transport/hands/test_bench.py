@@ -171,7 +171,7 @@ def test_two_pads_at_one_port_are_refused_by_whichever_of_its_names_each_is_give
     write_bench(tmp_path)
     (tmp_path / "by-id").symlink_to(tmp_path / "tty_left")
     (tmp_path / "right.toml").write_text(PAD.format(finger="right", port=tmp_path / "by-id"))
-    with pytest.raises(VegripError, match="are both at .*by-id; each has its own port"):
+    with pytest.raises(VegripError, match=r"are both at .*by-id; each has its own port"):
         read(tmp_path, TWO + 'drive = "gripper.toml"')
 
 

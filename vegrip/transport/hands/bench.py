@@ -74,7 +74,7 @@ class Source:
     @property
     def where(self) -> str:
         port = self.transport.get("address") or self.transport.get("channel") or "its port"
-        return self.text if "@" in self.text else f"{self.text} at {port}"
+        return self.text if map_and_port(self.text)[1] else f"{self.text} at {port}"
 
     @property
     def commanded(self) -> tuple[str, ...]:
