@@ -30,8 +30,9 @@ from vegrip.connect.bench_file import (
 from vegrip.connect.parts import benches
 from vegrip.errors import InputError, UsageError
 from vegrip.identification.recording.report import account
-from vegrip.transport.hands.bench import JAWS, RESERVED, Bench, Source
-from vegrip.transport.maps.map_text import Setting, map_and_port
+from vegrip.transport.hands.bench import JAWS, OTHER_PARTS, Bench, Source
+from vegrip.transport.maps.map_text import Setting
+from vegrip.transport.open import map_and_port
 from vegrip.whole_file import or_as_before, write_whole
 
 LISTEN_S: Final = 3.0  # [s] at rest, and while a pad is pressed
@@ -123,7 +124,7 @@ def _check(sensors: Sequence[str], sides: Sequence[str], output: Path, heaviest:
         raise UsageError(f"--sensor {doubled} is given twice; each pad has its own port")
     if doubled := next((side for side in sides if sides.count(side) > 1), ""):
         raise UsageError(f"--fingers has {doubled!r} twice; each pad has its own name")
-    if taken := next((side for side in sides if side in RESERVED), ""):
+    if taken := next((side for side in sides if side in OTHER_PARTS), ""):
         raise UsageError(f"--fingers has {taken!r}, which is what another part of a bench is called")
     if wrong := next((side for side in sides if not NAME.fullmatch(side)), ""):
         raise UsageError(

@@ -16,12 +16,12 @@ from vegrip.transport.hands.wrist_load import GRAVITY
 from vegrip.transport.maps.map_text import (
     Setting,
     key_line,
-    map_and_port,
     surely_changed,
     whole,
 )
 from vegrip.transport.maps.products import map_of
 from vegrip.transport.maps.schema import ALL
+from vegrip.transport.open import map_and_port
 from vegrip.whole_file import write_whole
 
 WEAK_FRICTION: Final = 0.3  # of a rubber pad on what is smooth or dusty

@@ -20,7 +20,7 @@ from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.bench import Bench, BenchSettings, Source, read_bench
 from vegrip.transport.hands.drive_steps import range_of
 from vegrip.transport.mapped.largest_force import BELIEVED_N
-from vegrip.transport.maps.map_text import map_and_port
+from vegrip.transport.open import map_and_port
 from vegrip.types import Floats
 
 LISTEN_S: Final = 3.0  # [s] for a device to answer; a Bota takes two to begin

@@ -16,8 +16,14 @@ from typing import Any
 from vegrip.config import build, merged, parameter, read_toml
 from vegrip.errors import ConfigError, suggestion
 from vegrip.runtime.runner import LoopSettings
-from vegrip.transport.maps.map_text import map_and_port
-from vegrip.transport.open import TRANSPORTS, check_settings, parts_of, settings_of_map, whole_map
+from vegrip.transport.open import (
+    TRANSPORTS,
+    check_settings,
+    map_and_port,
+    parts_of,
+    settings_of_map,
+    whole_map,
+)
 
 _NAME = re.compile(r"[a-zA-Z][a-zA-Z0-9_]*")
 

@@ -97,6 +97,14 @@ class ZmqSettings:
     map: str = parameter("", doc="file that says where the values stand in messages of another shape")
 
 
+def map_and_port(text: str) -> tuple[str, str, str]:
+    """Split ``PRODUCT@PORT`` or ``FILE[@PORT]`` as ``str.partition`` does; a folder may have an @."""
+    file, at, port = text.partition(".toml@")
+    if at:
+        return f"{file}.toml", "@", port
+    return (text, "", "") if text.endswith(".toml") else text.partition("@")
+
+
 def open_endpoint(
     transport: str | Mapping[str, Any], hand: Hand | None = None, where: str = "", **settings: Any
 ) -> Endpoint:

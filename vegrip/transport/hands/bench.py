@@ -31,13 +31,12 @@ from vegrip.transport.mapped.largest_force import USUAL_N, largest_felt, largest
 from vegrip.transport.mapped.plan import Plan, open_plan
 from vegrip.transport.mapped.price import price, price_of_drive, price_of_sensors, settings
 from vegrip.transport.maps import products
-from vegrip.transport.maps.map_text import map_and_port
 from vegrip.transport.maps.products import map_of
-from vegrip.transport.open import Hand, open_alone
+from vegrip.transport.open import Hand, map_and_port, open_alone
 
 JAWS: Final = ("left", "right")
 """The fingers of a gripper without sensors in them, unless ``serves`` names them."""
-RESERVED: Final = ("drive", "wrist")
+OTHER_PARTS: Final = ("drive", "wrist")
 """What the parts without fingers are called in counts and logs; no finger is."""
 MOST_LAG: Final = 0.05
 """[s] by which a load is led at most, in a straight line: of a shake at 4 Hz it makes 1.6 times as much, and
@@ -114,7 +113,7 @@ class Bench:
     def parts(self) -> dict[str, Source]:
         """Each device once, by what it is called."""
         found = {"_".join(source.names.values()): source for source in self.sensors}
-        others = dict(zip(RESERVED, (self.drive, self.wrist), strict=True))
+        others = dict(zip(OTHER_PARTS, (self.drive, self.wrist), strict=True))
         return found | {
             name: one for name, one in others.items() if one is not None and one not in found.values()
         }
@@ -218,7 +217,7 @@ def read_bench(given: BenchSettings, where: str) -> Bench:
 
 def _misfits_of_parts(bench: Bench) -> Iterator[str]:
     """Yield which parts have a finger, or a port, that another has."""
-    if taken := [name for name in bench.fingers if name in RESERVED]:
+    if taken := [name for name in bench.fingers if name in OTHER_PARTS]:
         yield f"{taken[0]!r} is what another part of a bench is called; give this finger another name"
     owner: dict[str, Source] = {}
     for source in bench.sensors:
@@ -322,7 +321,7 @@ def open_bench(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
     with ExitStack() as stack:
         for name, source in bench.parts.items():
             endpoint = stack.enter_context(source.open(f"{where} {source.text}", virtual=given.virtual))
-            role = name if name in RESERVED else "sensor"
+            role = name if name in OTHER_PARTS else "sensor"
             parts[name] = Part(name, source.where, endpoint, source.names, role)
         stack.pop_all()
     return _joined(bench, parts, given)

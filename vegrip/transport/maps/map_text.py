@@ -78,14 +78,6 @@ def _at(table: Any, path: Sequence[str]) -> Any:
     return table
 
 
-def map_and_port(text: str) -> tuple[str, str, str]:
-    """Split ``PRODUCT@PORT`` or ``FILE[@PORT]`` as ``str.partition`` does; a folder may have an @."""
-    file, at, port = text.partition(".toml@")
-    if at:
-        return f"{file}.toml", "@", port
-    return (text, "", "") if text.endswith(".toml") else text.partition("@")
-
-
 def whole(table: Mapping[str, Any], where: str) -> Mapping[str, Any]:
     """Return a map with all that it does not say from the product that it is ``like``."""
     if "like" not in table:
