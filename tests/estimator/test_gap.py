@@ -74,10 +74,8 @@ def moved(knots: list[float], depths: list[float], start: float) -> tuple[Floats
     return t + start, np.interp(t, knots, depths)
 
 
-def test_a_force_that_is_felt_again_is_known_to_its_noise_though_nothing_shows_how_far_the_tip_is_pressed() -> (
-    None
-):
-    """What is not known of the stiffness is not taken for the memory of the contact, which bends the force."""
+def test_without_a_displacement_a_force_that_is_felt_again_is_known_to_its_noise() -> None:
+    """What is not known of the stiffness is no part of what is not known of the memory."""
     estimator = ContactEstimator(paper_model(9e-3), SensorNoise())
     for k in range(1000):
         t = 0.01 * k

@@ -126,7 +126,9 @@ def slides_of_both(touches: bool, friction: float) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("friction", [0.3, 0.4, 0.6])
-def test_what_a_former_contact_has_held_makes_no_liars_of_those_that_tell_of_the_next(friction: float) -> None:
+def test_what_a_former_contact_has_held_makes_no_liars_of_those_that_tell_of_the_next(
+    friction: float,
+) -> None:
     slid, sound = slides_of_both(touches=False, friction=friction)
     assert slid > SURE
     assert sound > SURE

@@ -27,7 +27,8 @@ P(x + change < w + e) besides, with ``CHANGE_STD`` of the change: wet faces slid
 when dry. A contact has held nothing when it begins. While such a slide is believed, h is at most w at its
 first report, the first for ``RETURN`` of any channel; and whether w has fallen counts from that report on,
 believed or not. p is taken at its largest over the delay of the channels, because they tell late, and at
-least ``EVEN`` times the probability that another finger slides by its own load and channels. A channel that says slip for n looks adds to its logit::
+least ``EVEN`` times the probability that another finger slides by its own load and channels. A channel that
+says slip for n looks adds to its logit::
 
     ln (S DETECTS + Y RARE) / (S FALSE^n + Y RARE),     S, Y its probabilities to be sound and to lie
 
@@ -202,7 +203,7 @@ def follow_utilisation(
 
 
 def as_before(fallen: float) -> float:
-    """Return how far a utilisation is still what it was, from which it has ``fallen`` [standard deviations]."""
+    """Return how far a utilisation is what it was that has ``fallen`` by so many standard deviations."""
     return math.exp(-0.5 * fallen * fallen) if fallen > 0.0 else 1.0
 
 

@@ -35,7 +35,9 @@ def std_with_force(quantity, at, D):
     return abs(np.dot(changes, D[0])) / float(np.linalg.norm(D[0]))
 
 
-def test_an_exponent_that_may_be_anything_moves_the_limit_surface_by_no_more_than_there_is(kernels, m) -> None:
+def test_an_exponent_that_may_be_anything_moves_the_limit_surface_by_no_more_than_there_is(
+    kernels, m
+) -> None:
     """At the end of its law k is 180 in one step, and its derivative there says nothing."""
     kernels.note_difference(m, 0, (1.0, 1e-3, 180.0, 0.5), (1.0, 1e-3, 2.0, 0.5), 2.8)
     assert m[kernels.D_EXPONENT0] == pytest.approx(177.2 / kernels.WIDE)

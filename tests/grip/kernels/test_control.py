@@ -298,7 +298,9 @@ def test_a_share_is_commanded_at_most_at_the_rate_of_a_living_command(kernels, f
     kernels.command_share(f, t, 14.0, math.nan, 0)
     assert t[kernels.TURN_COMMANDED] == 900 * MS
     put(kernels, f, t, GRIP_ELAPSED=0.0, GRIP_REQUIRED=7.0)
-    assert kernels.command_share(f, t, 14.0, math.nan, 901 * MS)[0] < 0.0  # at fault no other finger's need counts
+    assert (
+        kernels.command_share(f, t, 14.0, math.nan, 901 * MS)[0] < 0.0
+    )  # at fault no other finger's need counts
     put(kernels, f, t, GRIP_REQUIRED=1.0)
     assert kernels.command_share(f, t, 1.0, 14.0, 901 * MS)[0] == 0.0  # nor what they press
     put(kernels, f, t, SETUP_RENEWAL=20 * MS, TURN_STARTED=1)

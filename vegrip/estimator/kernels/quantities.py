@@ -8,8 +8,8 @@ the mean will not do: where the pressure exponent meets the end of its law it is
 Where a step upwards changes everything by less than 2 %, the step downwards is taken for its mirror image:
 what the bend would add to that column is 1 % of it, and half of the work is saved once the state is known.
 
-The limit surface feels k as ``t = 2 / k - 1``, in which it is nearly straight: where a touch is so light that k
-may be anything up to the end of its law, its derivative there says nothing, and t is within -1 and 1.
+The limit surface feels k as ``t = 2 / k - 1``, in which it is nearly straight: where a touch is so light that
+k may be anything up to the end of its law, its derivative there says nothing, and t is within -1 and 1.
 
 What the model leaves unexplained of the force is no part of the state: it has a column of its own.
 """
@@ -38,7 +38,7 @@ def quantities(m: Floats, y: int) -> Quantities:
 
 
 def spread_quantities(m: Floats) -> Quantities:
-    """Fill D, 6 x (moving + considered + 1): N, a, k, friction, delta, t; return the first four at the mean."""
+    """Fill D, 6 x (moving + considered + 1): N, a, k, friction, delta, t; return the first four of now."""
     square_root(m, P0)
     copy_state(m)
     now = quantities(m, TRIED0)

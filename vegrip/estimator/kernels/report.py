@@ -30,7 +30,9 @@ def report(m: Floats, tangential: float, torque: float) -> None:
     m.report.force, m.report.radius, m.report.exponent, m.report.mu = force, a, k, mu
     least = LEAST_FORCE_STD * math.sqrt(m.set.r_force)
     m.report.force_std = max(combined_std(m, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0), least)
-    m.report.radius_std = max(combined_std(m, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0), LEAST_RADIUS_STD * m.set.tip_radius)
+    m.report.radius_std = max(
+        combined_std(m, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0), LEAST_RADIUS_STD * m.set.tip_radius
+    )
     m.report.exponent_std = max(combined_std(m, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), LEAST_EXPONENT_STD)
     m.report.mu_std = combined_std(m, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
     m.report.depth_now, m.report.depth_std = m.y[DELTA], combined_std(m, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)

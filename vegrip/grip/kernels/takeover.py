@@ -3,8 +3,9 @@
 **A contact met in its middle.**
 
 An estimator that has not seen a contact begin, or has not seen it for a while, knows little of it, and its
-first samples may ask for several times the force that is needed. What is known without it: the load of that instant is held, by the normal
-force of that instant. So for ``TRANSFER_TIME`` the least force is bounded by what this shows::
+first samples may ask for several times the force that is needed. What is known without it: the load of that
+instant is held, by the normal force of that instant. So for ``TRANSFER_TIME`` the least force is bounded by
+what this shows::
 
     bound = max(N0 g^2, min(N0 + ramp_rate t, fail-safe force)),    g = max(1, load / load at the beginning)
 
