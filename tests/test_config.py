@@ -92,3 +92,29 @@ def test_a_broken_file_is_refused_with_its_line(tmp_path: Path) -> None:
         config.read_toml(file)
     with pytest.raises(ConfigError, match="there is no such file"):
         config.read_toml(tmp_path / "absent.toml")
+
+
+@given(st.floats())
+def test_a_group_made_in_python_is_refused_where_its_table_is(value: float) -> None:
+    grip = Grip("thumb", margin=value, limits=Limits(20.0))
+    if 0.05 <= value <= 0.9:
+        config.check(grip, "hand")
+    else:
+        with pytest.raises(ConfigError, match=r"^hand: 'margin' is .*; it must lie in 0.05 .. 0.9$"):
+            config.check(grip, "hand")
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"limits": Limits(0.0)}, "hand.limits: 'highest' is 0; it must lie in 0.1 .. 100 N"),
+        ({"limits": 3}, "hand: 'limits' is 3; it must be a Limits"),
+        ({"policy": "hope"}, "it must be one of limit_surface, cone"),
+        ({"settles": float("nan")}, "'settles' is nan"),
+    ],
+)
+def test_of_a_group_made_in_python_all_that_is_inside_is_looked_at(
+    given: dict[str, object], sentence: str
+) -> None:
+    with pytest.raises(ConfigError, match=sentence):
+        config.check(Grip("thumb", **given), "hand")  # type: ignore[arg-type]

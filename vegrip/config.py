@@ -15,6 +15,7 @@ import datetime
 import functools
 import json
 import math
+import numbers
 import re
 import tomllib
 import typing
@@ -88,9 +89,17 @@ fixed_parameter = functools.partial(parameter, live=False)
 """Declare one that stays as it is while the node runs."""
 
 
-def constant(default: Any, *, unit: str = "", doc: str = "") -> Any:
+def constant(
+    default: Any,
+    *,
+    unit: str = "",
+    low: float = -math.inf,
+    high: float = math.inf,
+    doc: str = "",
+    choices: tuple[str, ...] = (),
+) -> Any:
     """Declare a field that is no parameter: neither a file nor a running node sets it, only Python does."""
-    declared = Declaration(unit, doc=doc, live=False)
+    declared = Declaration(unit, low, high, doc, live=False, choices=choices)
     return dataclasses.field(default=default, metadata={"constant": declared})
 
 
@@ -101,12 +110,18 @@ def constants(group: type[Any] | Any) -> frozenset[str]:
 
 def declaration(cls: type[Any] | Any, name: str) -> Declaration:
     """Return what is declared of the parameter ``name`` of ``cls``."""
-    for field in dataclasses.fields(cls):
-        if field.name == name:
-            metadata = field.metadata
-            declared: Declaration = metadata.get("parameter") or metadata.get("constant", Declaration())
-            return declared
-    raise ConfigError(f"there is no parameter {name!r}; {suggestion(name, _names(cls))}")
+    declared = _declarations(cls if isinstance(cls, type) else type(cls)).get(name)
+    if declared is None:
+        raise ConfigError(f"there is no parameter {name!r}; {suggestion(name, _names(cls))}")
+    return declared
+
+
+@functools.cache
+def _declarations(cls: type[Any]) -> dict[str, Declaration]:
+    return {
+        field.name: field.metadata.get("parameter") or field.metadata.get("constant", Declaration())
+        for field in dataclasses.fields(cls)
+    }
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -178,7 +193,7 @@ def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
     for name, field in fields.items():
         if name not in table and field.default is MISSING and field.default_factory is MISSING:
             raise ConfigError(f"{where}: the key {name!r} is missing{_hint(cls, name)}")
-    hints = typing.get_type_hints(cls)
+    hints = _hints(cls)
     values = {key: _checked(cls, key, value, hints[key], where) for key, value in table.items()}
     return cls(**values)
 
@@ -186,10 +201,48 @@ def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
 def replace(group: T, name: str, value: Any, where: str = "parameter") -> T:
     """Return ``group`` with the parameter ``name`` set to ``value``, checked as in :func:`build`."""
     declaration(group, name)
-    hint = typing.get_type_hints(type(group))[name]
+    hint = _hints(type(group))[name]
     checked = _checked(type(group), name, value, hint, where)
     replaced: T = dataclasses.replace(group, **{name: checked})  # type: ignore[type-var]
     return replaced
+
+
+def check(group: Any, where: str, known: Any = None) -> None:
+    """Refuse a ``group`` that was made in Python where a value is not as it is declared, or of another kind.
+
+    Groups inside it are looked at, too; what ``known`` has also, which was looked at before, is not.
+
+    Raises:
+        ConfigError: wrong type, value out of bounds.
+
+    """
+    for name, hint in _hints(type(group)).items():
+        value, before = getattr(group, name), getattr(known, name, None)
+        if value is before and value is not None:
+            continue
+        if not dataclasses.is_dataclass(hint):
+            _checked(type(group), name, _plain(value), hint, where)
+        elif not isinstance(value, typing.cast("type[Any]", hint)):
+            kind = getattr(hint, "__name__", hint)
+            raise ConfigError(f"{where}: {name!r} is {value!r}; it must be a {kind}")
+        else:
+            check(value, f"{where}.{name}", before)
+
+
+def _hints(cls: Any) -> dict[str, Any]:
+    return _kept_hints(cls)
+
+
+_kept_hints = functools.cache(typing.get_type_hints)
+
+
+def _plain(value: Any) -> Any:
+    """Return a number of whatever library as one of Python."""
+    if isinstance(value, (bool, int, float)):
+        return value
+    if isinstance(value, numbers.Integral):
+        return int(value)
+    return float(value) if isinstance(value, numbers.Real) else value
 
 
 def _checked(cls: type[Any], name: str, value: Any, hint: Any, where: str) -> Any:

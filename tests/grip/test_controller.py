@@ -3,14 +3,19 @@
 import dataclasses
 import math
 from collections.abc import Callable, Iterator
+from typing import Any
 
+import numpy as np
 import pytest
 
 import vegrip
-from vegrip.errors import UsageError
-from vegrip.estimator import SensorNoise
+from vegrip.errors import ConfigError, UsageError
+from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.grip.controller import GripController
+from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.node import GraspForce
+from vegrip.grip.policies.margin_grip import GripSettings
+from vegrip.grip.safety import FailSafeSettings, LimitSettings, WatchdogSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Condition, ContactEstimate, FingertipState, ForceCommand, Reason
 from vegrip.model import ContactModel, paper_model
@@ -153,3 +158,63 @@ def test_a_second_controller_commands_as_the_first_one(model: ContactModel) -> N
     for states in held(model, 0.2):
         now = states[0].stamp
         assert first.step(states, now) == second.step(states, now)
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"limits": LimitSettings(lifetime=-1)}, "s.limits: 'lifetime' is -1; it must lie in 0.001 .. 10 s$"),
+        ({"limits": LimitSettings(raise_rate=-1.0)}, "'raise_rate' is -1"),
+        ({"limits": LimitSettings(lower_rate=math.nan)}, "'lower_rate' is nan"),
+        ({"limits": {"max_force": 8.0}}, "'limits' is .*; it must be a LimitSettings"),
+        ({"grip": GripSettings(wanted_margin=math.nan)}, "'wanted_margin' is nan; it must lie in 0 .. 0.9"),
+        ({"grip": GripSettings(probability=95)}, "settings.grip: 'probability' is 95; it must lie in"),
+        ({"grip": GripSettings(known_probability=1.0)}, "'known_probability' is 1"),
+        ({"grip": GripSettings(release_time=0.0)}, "'release_time' is 0"),
+        ({"friction": FrictionSettings(load_exponent=5.0)}, "'load_exponent' is 5"),
+        ({"friction": FrictionSettings(coefficient=-0.5)}, "'coefficient' is -0.5"),
+        ({"friction": FrictionSettings(coefficient=35)}, "'coefficient' is 35"),
+        ({"fail_safe": FailSafeSettings(force=math.nan)}, "settings.fail_safe: 'force' is nan"),
+        ({"fail_safe": FailSafeSettings(force="5")}, "'force' is '5'; it must be a float in N"),
+        ({"watchdog": WatchdogSettings(time_out=-1.0)}, "settings.watchdog: 'time_out' is -1"),
+        ({"thumb": "tumb"}, "'thumb' is 'tumb'; there are thumb, index; did you mean thumb"),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_settings_out_of_their_bounds_are_refused_in_one_sentence(
+    given: dict[str, Any], sentence: str, controller: GripController, model: ContactModel
+) -> None:
+    settings = ControlSettings(**given)
+    with pytest.raises(ConfigError, match=sentence) as refused:
+        GripController(FINGERS, model, settings=settings)
+    assert "\n" not in str(refused.value)
+    with pytest.raises(ConfigError, match=sentence):
+        controller.settings = settings
+    assert controller.settings == ControlSettings()
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"noise": SensorNoise(displacement=5.0)}, "noise: 'displacement' is 5; it must lie in 1e-18 .. 1 m"),
+        ({"noise": SensorNoise(normal_force=math.nan)}, "noise: 'normal_force' is nan"),
+        ({"estimator": EstimatorSettings(confidence=95.0)}, "estimator: 'confidence' is 95"),
+        ({"estimator": EstimatorSettings(hold="foo")}, "'hold' is 'foo'; it must be one of position, force"),
+        ({"estimator": EstimatorSettings(surface="foo")}, "'surface' is 'foo'; it must be one of exact"),
+        ({"estimator": EstimatorSettings(horizon=-1.0)}, "estimator: 'horizon' is -1"),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_noise_and_estimator_out_of_their_bounds_are_refused_in_one_sentence(
+    given: dict[str, Any], sentence: str, model: ContactModel
+) -> None:
+    with pytest.raises(ConfigError, match=sentence):
+        GripController(FINGERS, model, **given)
+
+
+def test_what_is_usable_is_not_refused(model: ContactModel) -> None:
+    settings = ControlSettings(
+        limits=LimitSettings(max_force=np.float32(8.0), raise_rate=np.int64(40)), thumb=""
+    )
+    assert GripController(FINGERS, model, settings=settings).settings is settings
+    assert GripController(("left", "right"), model).settings.thumb == "thumb"

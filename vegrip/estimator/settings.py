@@ -60,30 +60,34 @@ class EstimatorSettings:
     """How the estimator behaves; all is relative to the fingertip or the sensors, so any scale works."""
 
     confidence: float = parameter(0.95, unit="1", low=0.5, high=0.9999, doc="one-sided, of all bounds")
-    horizon: float = constant(1.0, unit="s", doc="forecast of the least force")
+    horizon: float = constant(1.0, unit="s", low=0.0, high=3600.0, doc="forecast of the least force")
     hold: str = parameter("position", choices=("position", "force", "mixed"), doc="what the forecast holds")
     hold_stiffness: float = parameter(
         1000.0, unit="N/m", low=0.0, high=1e12, doc="of the drive behind the tip in a mixed hold"
     )
-    surface: str = constant("exact", doc='limit surface; "ellipse", up to 6.5 % too large, to compare')
+    surface: str = constant(
+        "exact",
+        choices=("exact", "ellipse"),
+        doc='limit surface; "ellipse", up to 6.5 % too large, to compare',
+    )
     agility: float = parameter(
         3.0, unit="1/s", low=1e-3, high=1e4, doc="white acceleration has the density R^2 agility^3"
     )
     force_drift: float = constant(0.1, unit="1", doc="slow force disturbance, in units of the noise")
-    force_drift_time: float = constant(2.0, unit="s", doc="its time constant")
+    force_drift_time: float = constant(2.0, unit="s", low=1e-3, high=1e6, doc="its time constant")
     displacement_drift: float = constant(
         0.1, unit="1", doc="slow displacement disturbance, in units of the noise"
     )
-    displacement_drift_time: float = constant(0.5, unit="s", doc="its time constant")
+    displacement_drift_time: float = constant(0.5, unit="s", low=1e-3, high=1e6, doc="its time constant")
     force_bias: float = constant(2.0, unit="1", doc="unknown at start, in units of noise")
     offset: float = constant(0.002, unit="1", doc="std of where displacement is zero, in units of the radius")
     learning_rest: float = parameter(
         20.0, unit="s", low=0.0, high=1e6, doc="learned parameters stay after so long without motion"
     )
-    longest_gap: float = constant(0.25, unit="s", doc="beyond it the motion is unknown")
-    late: int = constant(16, unit="1", doc="samples among which a late one finds its place")
-    recovery: int = constant(15, unit="1", doc="rejections in a row before widening")
-    health_time: float = constant(2.0, unit="s", doc="memory of the consistency check")
+    longest_gap: float = constant(0.25, unit="s", low=0.0, high=3600.0, doc="beyond it the motion is unknown")
+    late: int = constant(16, unit="1", low=0, high=1000, doc="samples among which a late one finds its place")
+    recovery: int = constant(15, unit="1", low=1, high=1_000_000, doc="rejections in a row before widening")
+    health_time: float = constant(2.0, unit="s", low=1e-3, high=1e6, doc="memory of the consistency check")
     friction_scatter: float = constant(
         0.06, unit="1", doc="of ln mu from one slip to the next, about its mean"
     )

@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from vegrip import messages
+from vegrip.config import check
 from vegrip.errors import UsageError, suggestion
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.estimator_protocol import Estimator
@@ -27,7 +28,7 @@ from vegrip.grip.force_limit import ForceLimit, against_thumb
 from vegrip.grip.grasp_friction import GraspFriction
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.safety import USUAL_LIMITS, limit_not_stated
-from vegrip.grip.settings import ControlSettings, make_share
+from vegrip.grip.settings import ControlSettings, check_settings, make_share
 from vegrip.model import ContactModel
 from vegrip.transport.codec.frame_codec import Line
 
@@ -78,6 +79,9 @@ class GripController:
         """States that were not for a finger of this hand, counted by name."""
         self._limit_is_unstated = settings is None or settings.limits is USUAL_LIMITS
         self._settings = settings or ControlSettings()
+        check_settings(self._settings, self.names)
+        check(noise or SensorNoise(), "noise")
+        check(estimator or EstimatorSettings(), "estimator")
         believed = replace(estimator or EstimatorSettings(), friction=self._settings.friction.prior_of())
         self._make_estimator = make_estimator or _from_models(self.names, model, noise, believed)
         self._known_object = known_object
@@ -150,6 +154,7 @@ class GripController:
 
     @settings.setter
     def settings(self, settings: ControlSettings) -> None:
+        check_settings(settings, self.names, self._settings)
         self._share_of = make_share(settings, self.names)
         self._settings = settings
         self._apply()

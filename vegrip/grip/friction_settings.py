@@ -38,14 +38,17 @@ class FrictionSettings:
         "",
         doc="of what is held: its friction is kept in the folder 'learned' for the next grasp; empty = none",
     )  # fmt: skip
-    own_spread: float = constant(0.08, unit="1", doc="std of ln mu between the fingers on one object")
+    own_spread: float = constant(
+        0.08, unit="1", low=0.0, high=2.0, doc="std of ln mu between the fingers on one object"
+    )
     slip_threshold: float = fixed_parameter(
         0.0, unit="m/s", low=0.0, high=10.0, doc="slip speed from which the tips feel slip"
     )
     slip_delay: float = fixed_parameter(0.0, unit="s", low=0.0, high=10.0, doc="by which felt slip is late")
     sliding_speed: float = constant(
-        1e-3, unit="m/s", doc="slip speed from which a tip slides, whatever its flag says; 0 = none"
-    )
+        1e-3, unit="m/s", low=0.0, high=10.0,
+        doc="slip speed from which a tip slides, whatever its flag says; 0 = none",
+    )  # fmt: skip
     probing: bool = fixed_parameter(False, doc="lower the force slowly until friction is known")
 
     def prior_of(

@@ -4,14 +4,17 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from vegrip.config import build, constant, fixed_parameter, parameter
-from vegrip.errors import ConfigError
+from vegrip.config import build, check, constant, fixed_parameter, parameter
+from vegrip.errors import ConfigError, suggestion
 from vegrip.grip.allocation.internal_forces import InternalForces, contacts_of
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.policies import find_policy
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.policies.policy import GripPolicy
 from vegrip.grip.safety import USUAL_LIMITS, FailSafeSettings, LimitSettings, WatchdogSettings
+
+USUAL_THUMB = "thumb"
+"""Where no other is named; a hand need not have it."""
 
 
 @dataclass(frozen=True)
@@ -23,13 +26,13 @@ class ControlSettings:
         doc="rule that finds the required force: margin, constant, cone, elastic, or one of another package",
     )
     policy_settings: dict[str, Any] = fixed_parameter({}, doc="of a policy other than margin")
-    thumb: str = fixed_parameter("thumb", doc="finger that the others press against; empty = no balance")
+    thumb: str = fixed_parameter(USUAL_THUMB, doc="finger that the others press against; empty = no balance")
     contacts: dict[str, Any] = fixed_parameter(
         {}, doc="place [m] and inward normal of each contact, instead of a thumb"
     )
     report_period: float = parameter(0.02, unit="s", low=0.0, high=10.0, doc="of estimates; 0 = every state")
-    health_period: float = constant(0.2, unit="s", doc="of ModelHealth")
-    learned_period: float = constant(1.0, unit="s", doc="of LearnedParameter")
+    health_period: float = constant(0.2, unit="s", low=0.0, high=3600.0, doc="of ModelHealth")
+    learned_period: float = constant(1.0, unit="s", low=0.0, high=3600.0, doc="of LearnedParameter")
     grip: GripSettings = parameter(GripSettings(), doc="the margin grip")
     friction: FrictionSettings = parameter(FrictionSettings(), doc="what the fingers learn of friction")
     limits: LimitSettings = parameter(USUAL_LIMITS, doc="passed by every command")
@@ -42,6 +45,18 @@ class ControlSettings:
     @property
     def is_built_in(self) -> bool:
         return find_policy(self.policy).make is None
+
+
+def check_settings(settings: ControlSettings, fingers: Sequence[str], known: object = None) -> None:
+    """Refuse ``settings`` that the ``fingers`` cannot use; see :func:`vegrip.config.check` for ``known``.
+
+    Raises:
+        ConfigError: a value is not as it is declared, or the thumb is none of the fingers.
+
+    """
+    check(settings, "settings", known)
+    if settings.thumb not in {*fingers, "", USUAL_THUMB}:
+        raise ConfigError(f"settings: 'thumb' is {settings.thumb!r}; {suggestion(settings.thumb, fingers)}")
 
 
 def make_policy(settings: ControlSettings) -> GripPolicy:

@@ -35,13 +35,21 @@ class GripSettings:
     probability: float = constant(
         0.95,
         unit="1",
+        low=1e-6,
+        high=1.0 - 1e-6,
         doc="that a finger keeps the margin over the horizon, where its slip would not be noticed",
     )
-    known_probability: float = constant(0.76, unit="1", doc="the same where a slip would surely be noticed")
-    dead_band: float = constant(0.04, unit="1", doc="relative dead band of the command")
-    release_time: float = constant(0.3, unit="s", doc="time constant of lowering")
-    settle_time: float = constant(0.1, unit="s", doc="no lowering after a rise for so long")
-    usual_time: float = constant(2.5, unit="s", doc="the need is not believed to have fallen for half of it")
+    known_probability: float = constant(
+        0.76, unit="1", low=1e-6, high=1.0 - 1e-6, doc="the same where a slip would surely be noticed"
+    )
+    dead_band: float = constant(0.04, unit="1", low=0.0, high=0.9, doc="relative dead band of the command")
+    release_time: float = constant(0.3, unit="s", low=1e-3, high=3600.0, doc="time constant of lowering")
+    settle_time: float = constant(
+        0.1, unit="s", low=0.0, high=3600.0, doc="no lowering after a rise for so long"
+    )
+    usual_time: float = constant(
+        2.5, unit="s", low=0.0, high=3600.0, doc="the need is not believed to have fallen for half of it"
+    )
     proven_time: float = parameter(
         0.0, unit="s", low=0.0, high=3600.0,
         doc="a need that was usual in the last so many seconds is gone back to at once; 0 = none is",
@@ -53,6 +61,8 @@ class GripSettings:
     burst_rate: float = constant(
         20.0,
         unit="1/s",
+        low=0.0,
+        high=1e4,
         doc="relative growth of sudden loads, held beforehand for what of a measured lag cannot be led",
     )
     slip_growth: float = parameter(

@@ -38,7 +38,7 @@ class LimitSettings:
     raise_rate: float = parameter(
         80.0, unit="N/s", low=0.0, high=MOST_RATE, doc="fastest rise of the command"
     )
-    lower_rate: float = constant(8.0, unit="N/s", doc="fastest fall of the command")
+    lower_rate: float = constant(8.0, unit="N/s", low=0.0, high=MOST_RATE, doc="fastest fall of the command")
     lifetime: float = parameter(0.1, unit="s", low=0.001, high=10.0, doc="a command expires after so long")
 
     def __post_init__(self) -> None:
@@ -66,8 +66,12 @@ class FailSafeSettings:
     force: float = parameter(
         5.0, unit="N", low=0.0, high=MAX_FORCE_N, doc="fail-safe grip; lower commands ramp up to it"
     )
-    hold_time: float = constant(0.25, unit="s", doc="the last safe command is held so long")
-    ramp_rate: float = constant(10.0, unit="N/s", doc="rate of the ramp to the fail-safe grip")
+    hold_time: float = constant(
+        0.25, unit="s", low=0.0, high=3600.0, doc="the last safe command is held so long"
+    )
+    ramp_rate: float = constant(
+        10.0, unit="N/s", low=0.0, high=MOST_RATE, doc="rate of the ramp to the fail-safe grip"
+    )
 
 
 def _range(low: float, high: float, unit: str, kind: Callable[..., Any] = parameter) -> tuple[float, float]:
@@ -124,11 +128,15 @@ class WatchdogSettings:
     frozen_chance: float = constant(
         1e-7,
         unit="1",
+        low=0.0,
+        high=1.0,
         doc="frozen at once when a noisy normal force repeats itself more often than with this chance",
     )
     doubt_after: float = constant(
         0.05,
         unit="s",
+        low=0.0,
+        high=NOT_MEASURED_S,
         doc="normal force the same for so long: not lowered on its word",
     )
     stuck_travel: float = parameter(
@@ -138,7 +146,7 @@ class WatchdogSettings:
         high=1.0,
         doc="frozen when the normal force stands still while the tip is pressed in or unloaded by more",
     )
-    recover_after: int = constant(5, unit="states", doc="good states that end a fault")
+    recover_after: int = constant(5, unit="states", low=0, high=1_000_000, doc="good states that end a fault")
     ranges: Ranges = field(default_factory=Ranges)
 
 
