@@ -10,7 +10,7 @@ import pytest
 
 import vegrip
 from vegrip.errors import ConfigError, UsageError
-from vegrip.estimator import EstimatorSettings, SensorNoise
+from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.controller import GripController
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.node import GraspForce
@@ -38,8 +38,7 @@ def hand(model: ContactModel) -> GripController:
 
 @pytest.fixture
 def controller(hand: GripController) -> GripController:
-    hand.settings = ControlSettings()
-    hand.reset()
+    hand.reset(ControlSettings())
     return hand
 
 
@@ -218,3 +217,55 @@ def test_what_is_usable_is_not_refused(model: ContactModel) -> None:
     )
     assert GripController(FINGERS, model, settings=settings).settings is settings
     assert GripController(("left", "right"), model).settings.thumb == "thumb"
+
+
+FIXED = {
+    "thumb": {"thumb": ""},
+    "policy": {"policy": "cone"},
+    "contacts": {"contacts": {"thumb": {}, "index": {"normal": [0.0, 0.0, -1.0]}}},
+    "friction.coefficient, friction.shared": {"friction": FrictionSettings(coefficient=0.25, shared=True)},
+}
+
+
+@pytest.mark.parametrize("named", FIXED)
+def test_what_is_fixed_is_not_changed_while_the_hand_grips(named: str, controller: GripController) -> None:
+    before = controller.settings
+    with pytest.raises(UsageError, match=rf"^{named} cannot be changed while the hand grips; .* reset\(\)$"):
+        controller.settings = ControlSettings(limits=LimitSettings(max_force=8.0), **FIXED[named])
+    assert controller.settings is before
+
+
+@pytest.mark.parametrize("named", FIXED)
+def test_a_hand_that_is_reset_to_settings_is_a_new_one_with_them(named: str, model: ContactModel) -> None:
+    settings = ControlSettings(grip=GripSettings(wanted_margin=0.3), **FIXED[named])
+    new, reset = GripController(FINGERS, model, settings=settings), GripController(FINGERS, model)
+    for states in held(model, 0.1):
+        reset.step(states, states[0].stamp)
+    reset.reset(settings)
+    assert reset.settings is settings
+    assert reset.friction.active == settings.friction.shared
+    for states in held(model, 0.3):
+        now = states[0].stamp
+        assert reset.step(states, now) == new.step(states, now)
+        assert reset.contact("thumb") == new.contact("thumb")
+
+
+def test_the_friction_that_is_stated_is_that_of_the_estimate_after_a_reset(
+    controller: GripController,
+) -> None:
+    stated = FrictionSettings(coefficient=0.25, coefficient_std=0.05, load_exponent_std=0.0)
+    controller.reset(ControlSettings(friction=stated))
+    for name in FINGERS:
+        estimator = controller.fingers[name].estimator
+        assert isinstance(estimator, ContactEstimator)
+        apparent = math.log(0.25 * estimator.settings.friction.tangential_gain)
+        assert estimator.friction_law.ln_mu == pytest.approx(apparent)
+    controller.reset(ControlSettings())
+
+
+def test_a_reset_to_settings_that_cannot_be_used_leaves_all_as_it_is(controller: GripController) -> None:
+    before, fingers = controller.settings, controller.fingers
+    with pytest.raises(ConfigError, match="'thumb' is 'tumb'"):
+        controller.reset(ControlSettings(thumb="tumb"))
+    assert controller.settings is before
+    assert controller.fingers is fingers

@@ -28,7 +28,7 @@ from vegrip.grip.force_limit import ForceLimit, against_thumb
 from vegrip.grip.grasp_friction import GraspFriction
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.safety import USUAL_LIMITS, limit_not_stated
-from vegrip.grip.settings import ControlSettings, check_settings, make_share
+from vegrip.grip.settings import ControlSettings, Share, check_settings, fixed_changes, make_share
 from vegrip.model import ContactModel
 from vegrip.transport.codec.frame_codec import Line
 
@@ -79,20 +79,20 @@ class GripController:
         """States that were not for a finger of this hand, counted by name."""
         self._limit_is_unstated = settings is None or settings.limits is USUAL_LIMITS
         self._settings = settings or ControlSettings()
-        check_settings(self._settings, self.names)
-        check(noise or SensorNoise(), "noise")
-        check(estimator or EstimatorSettings(), "estimator")
-        believed = replace(estimator or EstimatorSettings(), friction=self._settings.friction.prior_of())
-        self._make_estimator = make_estimator or _from_models(self.names, model, noise, believed)
+        self._noise, self._estimator = noise or SensorNoise(), estimator or EstimatorSettings()
+        check(self._noise, "noise")
+        check(self._estimator, "estimator")
+        self._models = {} if make_estimator is not None else _models_of(self.names, model)
+        self._make_estimator = make_estimator or self._from_model
         self._known_object = known_object
-        self._share_of = make_share(self._settings, self.names)
+        self._share_of: Share | None = None
         self.force_limit = ForceLimit(self._shares)
         """Whether the largest force suffices, looked at with every report."""
         self._lines: Mapping[str, Line] = {}
         self._mode = ""
         self._now = 0  # [ns] of the last step
         self.fingers: dict[str, GraspFinger] = {}
-        self.reset()
+        self.reset(self._settings)
 
     def step(self, states: Iterable[messages.FingertipState], now: int) -> list[messages.ForceCommand]:
         """Take the states that arrived at ``now`` [ns]; return the commands that are to be sent.
@@ -149,18 +149,35 @@ class GripController:
 
     @property
     def settings(self) -> ControlSettings:
-        """How the grasp is controlled; new settings take effect at once, what is held and learned stays."""
+        """How the grasp is controlled; new settings take effect at once, what is held and learned stays.
+
+        Those that are fixed (policy, thumb, contacts, friction) cannot be changed so, but by :meth:`reset`.
+
+        Raises:
+            ConfigError: they cannot be used.
+            UsageError: one that is fixed is another; it is named, and all stay as they were.
+
+        """
         return self._settings
 
     @settings.setter
     def settings(self, settings: ControlSettings) -> None:
         check_settings(settings, self.names, self._settings)
-        self._share_of = make_share(settings, self.names)
+        if changed := ", ".join(fixed_changes(self._settings, settings)):
+            raise UsageError(
+                f"{changed} cannot be changed while the hand grips; give the settings to reset()"
+            )
         self._settings = settings
         self._apply()
 
-    def reset(self) -> None:
-        """Forget contacts and commands; nothing is commanded before the next state of a finger."""
+    def reset(self, settings: ControlSettings | None = None) -> None:
+        """Forget contacts and commands; nothing is commanded before the next state of a finger.
+
+        With ``settings``, all of which take effect; errors as at the beginning.
+        """
+        if settings is not None:
+            check_settings(settings, self.names)
+            self._share_of, self._settings = make_share(settings, self.names), settings
         self._now = 0
         estimators = {name: self._make_estimator(name) for name in self.names}
         self.friction = GraspFriction(estimators, self._settings, self._known_object())
@@ -220,6 +237,10 @@ class GripController:
         names, thumb = self.names, self._settings.thumb
         return Place(names.index(name), len(names), names.index(thumb) if thumb in names else -1)
 
+    def _from_model(self, finger: str) -> ContactEstimator:
+        settings = replace(self._estimator, friction=self._settings.friction.prior_of())
+        return ContactEstimator(self._models[finger], self._noise, settings)
+
     def _new_finger(self, name: str, estimator: Estimator) -> GraspFinger:
         groups = min(len(self.names), REPORT_GROUPS)
         phase = self.names.index(name) * groups // len(self.names) / groups
@@ -259,12 +280,9 @@ class GripController:
         return self.fingers[name]
 
 
-def _from_models(
-    fingers: tuple[str, ...],
-    model: ContactModel | Mapping[str, ContactModel] | None,
-    noise: SensorNoise | None,
-    settings: EstimatorSettings,
-) -> MakeEstimator:
+def _models_of(
+    fingers: tuple[str, ...], model: ContactModel | Mapping[str, ContactModel] | None
+) -> Mapping[str, ContactModel]:
     if model is None:
         raise UsageError(
             "a GripController needs the model of its fingertips, such as vegrip.paper_model(9e-3)"
@@ -275,4 +293,4 @@ def _from_models(
         raise UsageError(
             f"there is no model of {', '.join(missing)}; there are models of {', '.join(models)}"
         )
-    return lambda finger: ContactEstimator(models[finger], noise or SensorNoise(), settings)
+    return models

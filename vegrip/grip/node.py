@@ -109,12 +109,12 @@ class GraspForce(NodeBase):
     @parameters.setter
     def parameters(self, settings: ControlSettings) -> None:
         before = getattr(self, "_parameters", settings)
-        self._parameters = settings
-        self._begin_model_swap(before, settings)
         if self.controller is None:
             make_share(settings, self._names)  # says now what cannot be used
         else:
-            self.controller.settings = self._bounded()
+            self.controller.settings = self._bounded(settings)
+        self._parameters = settings
+        self._begin_model_swap(before, settings)
 
     @property
     def fingers(self) -> dict[str, GraspFinger]:
@@ -145,15 +145,15 @@ class GraspForce(NodeBase):
         if not self._active:
             raise UsageError(f"{self.name} is not active; `vegrip lifecycle set {self.name} active`")
 
-    def _bounded(self) -> ControlSettings:
-        return replace(self._parameters, limits=self._action.limits(self._parameters.limits))
+    def _bounded(self, settings: ControlSettings) -> ControlSettings:
+        return replace(settings, limits=self._action.limits(settings.limits))
 
     def _bound(self) -> None:
         if self.controller is not None:
             self.controller.force_limit.is_letting_go = self._action.phase in LETTING_GO
         if (
             self.controller is not None
-            and (settings := self._bounded()).limits != self.controller.settings.limits
+            and (settings := self._bounded(self._parameters)).limits != self.controller.settings.limits
         ):
             self.controller.settings = settings
 
@@ -182,7 +182,7 @@ class GraspForce(NodeBase):
     def configure(self) -> None:
         """Build every finger and compile what will run."""
         self.controller = GripController(
-            self._names, settings=self._bounded(), make_estimator=self._new_estimator,
+            self._names, settings=self._bounded(self._parameters), make_estimator=self._new_estimator,
             known_object=self._known_object,
         )  # fmt: skip
         if not self.limit_is_stated:

@@ -1,10 +1,10 @@
 """Parameters of the grasp force node."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
-from vegrip.config import build, check, constant, fixed_parameter, parameter
+from vegrip.config import build, check, constant, constants, declaration, fixed_parameter, parameter
 from vegrip.errors import ConfigError, suggestion
 from vegrip.grip.allocation.internal_forces import InternalForces, contacts_of
 from vegrip.grip.friction_settings import FrictionSettings
@@ -34,7 +34,7 @@ class ControlSettings:
     health_period: float = constant(0.2, unit="s", low=0.0, high=3600.0, doc="of ModelHealth")
     learned_period: float = constant(1.0, unit="s", low=0.0, high=3600.0, doc="of LearnedParameter")
     grip: GripSettings = parameter(GripSettings(), doc="the margin grip")
-    friction: FrictionSettings = parameter(FrictionSettings(), doc="what the fingers learn of friction")
+    friction: FrictionSettings = fixed_parameter(FrictionSettings(), doc="what the fingers learn of friction")
     limits: LimitSettings = parameter(USUAL_LIMITS, doc="passed by every command")
     fail_safe: FailSafeSettings = parameter(FailSafeSettings(), doc="under faults")
     watchdog: WatchdogSettings = parameter(WatchdogSettings(), doc="supervision of the input")
@@ -57,6 +57,29 @@ def check_settings(settings: ControlSettings, fingers: Sequence[str], known: obj
     check(settings, "settings", known)
     if settings.thumb not in {*fingers, "", USUAL_THUMB}:
         raise ConfigError(f"settings: 'thumb' is {settings.thumb!r}; {suggestion(settings.thumb, fingers)}")
+
+
+FIXED = tuple(
+    field.name
+    for field in fields(ControlSettings)
+    if field.name not in constants(ControlSettings) and not declaration(ControlSettings, field.name).live
+)
+"""Names of what stays as it is while a hand grips."""
+
+
+def fixed_changes(before: ControlSettings, after: ControlSettings) -> Iterator[str]:
+    """Yield the dotted names of what is fixed and differs."""
+    for name in FIXED:
+        yield from _differences(name, getattr(before, name), getattr(after, name))
+
+
+def _differences(name: str, before: Any, after: Any) -> Iterator[str]:
+    if is_dataclass(before):
+        for field in fields(before):
+            inner = field.name
+            yield from _differences(f"{name}.{inner}", getattr(before, inner), getattr(after, inner))
+    elif before != after:
+        yield name
 
 
 def make_policy(settings: ControlSettings) -> GripPolicy:

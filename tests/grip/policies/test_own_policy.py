@@ -56,7 +56,9 @@ def test_it_grips_with_its_own_settings(
         answers = node.on_message(state(i, tangential_force_x=1.2), i * PERIOD)
         command = next(m for m in answers if isinstance(m, ForceCommand))
     assert command.normal_force == pytest.approx(6.0, rel=0.01)
+    node.cleanup()
     node.parameters = dataclasses.replace(settings, policy_settings={"gain": 2.5})
+    node.configure()
     for i in range(500, 1500):
         answers = node.on_message(state(i, tangential_force_x=1.2), i * PERIOD)
         command = next(m for m in answers if isinstance(m, ForceCommand))
