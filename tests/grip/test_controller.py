@@ -152,6 +152,22 @@ def test_a_hand_without_a_model_or_with_too_few_is_refused(model: ContactModel) 
         vegrip.GripController(FINGERS, model={"thumb": model})
 
 
+@pytest.mark.parametrize(
+    ("fingers", "sentence"),
+    [
+        (("a", "b", "a"), "^more than one finger is called a; give each a name of its own$"),
+        ("thumb", r"^fingers is 'thumb'; give the names of the fingers, as in \('thumb', 'index'\)$"),
+        ((1, 2), r"^fingers is \(1, 2\); give the names"),
+        ((None,), "give the names of the fingers"),
+    ],
+)
+def test_fingers_that_names_do_not_tell_apart_are_refused(
+    fingers: Any, sentence: str, model: ContactModel
+) -> None:
+    with pytest.raises(UsageError, match=sentence):
+        GripController(fingers, model)
+
+
 def test_a_second_controller_commands_as_the_first_one(model: ContactModel) -> None:
     first, second = (GripController(FINGERS, model=model) for _ in range(2))
     for states in held(model, 0.2):

@@ -19,7 +19,7 @@ from dataclasses import replace
 
 from vegrip import messages
 from vegrip.config import check
-from vegrip.errors import UsageError, suggestion
+from vegrip.errors import KindError, UsageError, suggestion
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger, Wanted
@@ -57,7 +57,8 @@ class GripController:
             :attr:`vegrip.grip.grasp_friction.GraspFriction.learned_object`.
 
     Raises:
-        UsageError: there is neither a model nor ``make_estimator``, or a finger without a model.
+        UsageError: there is neither a model nor ``make_estimator``, a finger without a model, or two of one
+            name.
         ConfigError: the settings cannot be used.
         ModelError: a model cannot be compiled.
 
@@ -74,7 +75,7 @@ class GripController:
         make_estimator: MakeEstimator | None = None,
         known_object: Callable[[], ObjectFriction | None] = lambda: None,
     ) -> None:
-        self.names = tuple(fingers)
+        self.names = _names_in(fingers)
         self.rejected: Counter[str] = Counter()
         """States that were not for a finger of this hand, counted by name."""
         self._limit_is_unstated = settings is None or settings.limits is USUAL_LIMITS
@@ -278,6 +279,15 @@ class GripController:
         if name not in self.fingers:
             raise UsageError(f"this hand has no finger {name!r}; {suggestion(name, self.names)}")
         return self.fingers[name]
+
+
+def _names_in(fingers: Sequence[str]) -> tuple[str, ...]:
+    names = () if isinstance(fingers, str) else tuple(fingers)
+    if isinstance(fingers, str) or not all(isinstance(name, str) for name in names):
+        raise KindError(f"fingers is {fingers!r}; give the names of the fingers, as in ('thumb', 'index')")
+    if twice := sorted(name for name, times in Counter(names).items() if times > 1):
+        raise UsageError(f"more than one finger is called {', '.join(twice)}; give each a name of its own")
+    return names
 
 
 def _models_of(
