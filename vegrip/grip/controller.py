@@ -29,6 +29,7 @@ from vegrip.grip.grasp_friction import GraspFriction
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.safety import USUAL_LIMITS, limit_not_stated
 from vegrip.grip.settings import ControlSettings, Share, check_settings, fixed_changes, make_share
+from vegrip.grip.wires import LEFT_ALONE
 from vegrip.model import ContactModel
 from vegrip.transport.codec.frame_codec import Line
 
@@ -77,7 +78,7 @@ class GripController:
     ) -> None:
         self.names = _names_in(fingers)
         self.rejected: Counter[str] = Counter()
-        """States that were not for a finger of this hand, counted by name."""
+        """States of a finger that this hand has not, and those that hold something else than numbers."""
         self._limit_is_unstated = settings is None or settings.limits is USUAL_LIMITS
         self._settings = settings or ControlSettings()
         self._noise, self._estimator = noise or SensorNoise(), estimator or EstimatorSettings()
@@ -107,11 +108,10 @@ class GripController:
         self._now = max(self._now, now)
         received: dict[str, None] = {}
         for state in states:
-            if state.finger in self.fingers:
-                self.assimilate(state, now)
-                received[state.finger] = None
-            else:
+            if not self._knows(state):
                 self.rejected["unknown finger"] += 1
+            elif self.assimilate(state, now) is not None:
+                received[state.finger] = None
         commands = self.commands(received, now)
         for name in self.names:
             commands += self.watch(name, now)
@@ -196,14 +196,20 @@ class GripController:
     def answer(self, state: messages.FingertipState, now: int) -> int:
         """Answer one state of a finger of this hand; return what was done, in bits."""
         finger = self.fingers[state.finger]
-        if finger.is_whole:
-            return finger.answer(state, now)
-        finger.sense(state, now)
-        return finger.settle(now, self._share(finger))
+        if not finger.is_whole:
+            is_left_alone = self.assimilate(state, now) is None
+            return LEFT_ALONE if is_left_alone else finger.settle(now, self._share(finger))
+        done = finger.answer(state, now)
+        if done == LEFT_ALONE:
+            self.rejected["broken state"] += 1
+        return done
 
-    def assimilate(self, state: messages.FingertipState, now: int) -> bool:
-        """Take one state of a finger of this hand; return whether it is accepted."""
-        return self.fingers[state.finger].sense(state, now)
+    def assimilate(self, state: messages.FingertipState, now: int) -> bool | None:
+        """Take one state of a finger of this hand; return whether it is accepted, None: it is broken."""
+        accepted = self.fingers[state.finger].sense(state, now)
+        if accepted is None:
+            self.rejected["broken state"] += 1
+        return accepted
 
     def commands(self, fingers: Iterable[str], now: int) -> list[messages.ForceCommand]:
         """Return the commands of those of the ``fingers`` that have had a state."""
@@ -261,6 +267,12 @@ class GripController:
     def wanted(self) -> Wanted:
         """Margin and confidence of each finger; all count, also those that do not report."""
         return self.settings.grip.wanted_margin, self.settings.grip.probability
+
+    def _knows(self, state: messages.FingertipState) -> bool:
+        try:
+            return state.finger in self.fingers
+        except (AttributeError, TypeError):  # no state at all, or one whose finger is no name
+            return False
 
     def _share(self, finger: GraspFinger) -> float:
         """Return what ``finger`` is to press with [N] by the places of the contacts; NaN without them."""

@@ -28,6 +28,7 @@ from vegrip.grip.layout import MARGIN, write_choice, write_rules
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.policy import GripPolicy
 from vegrip.grip.settings import ControlSettings, apply_policy, make_policy
+from vegrip.grip.wires import LEFT_ALONE
 from vegrip.transport.codec.frame_codec import Line
 from vegrip.types import Floats
 
@@ -38,8 +39,6 @@ RENEWAL: Final = 0.25
 """Part of its lifetime after which a command is renewed: three of them may get lost."""
 NO_QUICKEST: Final = 1 << 62
 """[ns] No state has come yet, see :mod:`vegrip.grip.kernels.watchdog`."""
-LARGEST_WHOLE: Final = (1 << 63) - 1
-"""A counter or stamp beyond counts as this one."""
 
 DEGRADED: Final = int(messages.Condition.DEGRADED)
 REASONS: Final = tuple(messages.Reason(number) for number in range(len(messages.Reason)))
@@ -147,11 +146,15 @@ class GraspFinger:
         return next((reason for reason, holds in reasons.items() if holds), "")
 
     def answer(self, state: messages.FingertipState, now: int) -> int:
-        """Answer one state that arrived at ``now`` [ns]; return what was done, in bits."""
-        self.numbers.put(state)
-        seq, stamp = state.seq, state.stamp
-        if not (0 <= seq <= LARGEST_WHOLE and 0 <= stamp <= LARGEST_WHOLE):
-            seq, stamp = _whole(seq), _whole(stamp)
+        """Answer one state that arrived at ``now`` [ns]; return what was done, in bits.
+
+        One that holds something else than numbers is left alone, and counts as broken.
+        """
+        taken = self.numbers.put(state)
+        if taken is None:
+            self.note_broken(now)
+            return LEFT_ALONE
+        seq, stamp = taken
         return self.numbers.answer(seq, stamp, now)
 
     def answer_values(self, values: Floats, seq: int, stamp: int, now: int) -> None:
@@ -159,10 +162,16 @@ class GraspFinger:
         self.numbers.put_values(values)
         self.numbers.answer(seq, stamp, now)
 
-    def sense(self, state: messages.FingertipState, now: int) -> bool:
-        """Take in one state and find what the finger needs; return whether the state is accepted."""
-        self.numbers.put(state)
-        seq, stamp = _whole(state.seq), _whole(state.stamp)
+    def sense(self, state: messages.FingertipState, now: int) -> bool | None:
+        """Take in one state and find what the finger needs; return whether the state is accepted.
+
+        None: it holds something else than numbers, and counts as broken.
+        """
+        taken = self.numbers.put(state)
+        if taken is None:
+            self.note_broken(now)
+            return None
+        seq, stamp = taken
         if self.numbers.own is None and self.policy is None:
             return bool(self.numbers.sense(seq, stamp, now))
         believed = bool(self.numbers.judge(seq, stamp, now))
@@ -213,7 +222,7 @@ class GraspFinger:
             self.memory.section(section)[:] = math.nan
 
     def note_broken(self, now: int) -> None:
-        """Note that a frame of this finger arrived broken at ``now`` [ns]."""
+        """Note that a state of this finger arrived broken at ``now`` [ns]."""
         self.memory["INPUT_CORRUPT"], self.memory["INPUT_IS_CORRUPT"] = now, 1
 
     def step(self, frame: np.ndarray, length: int, arrival: int, now: int) -> int:
@@ -292,7 +301,3 @@ class GraspFinger:
         is_known = whole[is_received] and now - whole[received] <= numbers.reals[numbers.time_out_at]
         is_fresh = not whole[started] or now - whole[commanded] < whole[renewal]
         return bool(is_known and is_fresh and whole[condition] <= DEGRADED)
-
-
-def _whole(number: int) -> int:
-    return number if -LARGEST_WHOLE <= number <= LARGEST_WHOLE else LARGEST_WHOLE

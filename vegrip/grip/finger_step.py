@@ -7,6 +7,7 @@ does with them stands in :mod:`vegrip.grip.finger`, what it reports in :mod:`veg
 
 import struct
 from dataclasses import dataclass
+from numbers import Real
 from types import FunctionType
 from typing import Final
 
@@ -31,8 +32,20 @@ RECENT_STATES: Final = 2000
 FETCHED_STATES: Final = 64
 """States that are fetched from the memory at once."""
 FIRST_QUANTITY: Final = messages.FingertipState._fields.index("normal_force")  # type: ignore[attr-defined]
+LARGEST_WHOLE: Final = (1 << 63) - 1
+"""A counter or stamp beyond counts as this one."""
+NOT_NUMBERS: Final = (struct.error, TypeError, ValueError, OverflowError)
+"""What something raises that is to be taken as numbers and holds none."""
 OF_ESTIMATOR: Final = ("ESTIMATOR", "REWIND", "REWIND_STATE", "LATER")
 """Sections that do not move to the memory of another estimator."""
+
+
+def as_whole(number: float) -> int:
+    """Return a counter, or a time [ns] of which parts do not count; one that is none raises NOT_NUMBERS."""
+    if not isinstance(number, Real):
+        raise TypeError(f"{number!r} is no number")
+    whole = int(number)
+    return whole if -LARGEST_WHOLE <= whole <= LARGEST_WHOLE else LARGEST_WHOLE
 
 
 @dataclass(frozen=True)
@@ -179,9 +192,19 @@ class FingerStep:
 
     # states in
 
-    def put(self, state: messages.FingertipState) -> None:
-        """Put the quantities of ``state`` where the next call takes them."""
-        self._pack(self._bytes, 0, *state[FIRST_QUANTITY:])  # type: ignore[index]
+    def put(self, state: messages.FingertipState) -> tuple[int, int] | None:
+        """Put the quantities of ``state`` where the next call takes them; return its counter and stamp.
+
+        None: it holds something else than numbers.
+        """
+        seq, stamp = state.seq, state.stamp
+        try:
+            self._pack(self._bytes, 0, *state[FIRST_QUANTITY:])  # type: ignore[index]
+            if type(seq) is type(stamp) is int and 0 <= seq | stamp <= LARGEST_WHOLE:
+                return seq, stamp
+            return as_whole(seq), as_whole(stamp)
+        except NOT_NUMBERS:
+            return None
 
     def put_values(self, values: Floats) -> None:
         self._values[:] = values
