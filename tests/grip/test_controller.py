@@ -17,6 +17,7 @@ from vegrip.grip.node import GraspForce
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.safety import FailSafeSettings, LimitSettings, WatchdogSettings
 from vegrip.grip.settings import ControlSettings
+from vegrip.grip.step_time import StepTime
 from vegrip.messages import Condition, ContactEstimate, FingertipState, ForceCommand, Reason
 from vegrip.model import ContactModel, paper_model
 
@@ -285,3 +286,77 @@ def test_a_reset_to_settings_that_cannot_be_used_leaves_all_as_it_is(controller:
         controller.reset(ControlSettings(thumb="tumb"))
     assert controller.settings is before
     assert controller.fingers is fingers
+
+
+STEPS = 400
+WRONG = 200
+"""The step whose time is wrong."""
+Told = Callable[[int, int], Any]
+"""What a step is told as its time, by its number and its time."""
+
+
+def commands_of(
+    hand: GripController, model: ContactModel, told: Told, set_by: int = 0
+) -> list[list[ForceCommand]]:
+    """Return the commands of each step; the clock of the states is ``set_by`` [ns] at the wrong one."""
+    hand.reset(ControlSettings())
+    hand.rejected.clear()
+    commands = []
+    for i, states in enumerate(held(model, 0.8)):
+        stamp = states[0].stamp + (set_by if i >= WRONG else 0)
+        stamped = [dataclasses.replace(state, stamp=stamp) for state in states]
+        commands.append(hand.step(stamped, told(i, states[0].stamp)))
+    return commands
+
+
+def check_end(hand: GripController, odd: list[list[ForceCommand]], usual: list[list[ForceCommand]]) -> None:
+    """Fail unless a hand with an odd clock grips in the end as one with a right clock."""
+    assert all(hand.health(name).condition == Condition.OK for name in FINGERS)
+    for found, expected in zip(odd[-1], usual[-1], strict=True):
+        assert found.finger == expected.finger
+        assert found.expires - found.stamp == expected.expires - expected.stamp
+        assert found.normal_force == pytest.approx(expected.normal_force, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "when"),
+    [
+        *[(wrong, WRONG) for wrong in (3_600_000_000_000, 600_000_000, -10_000_000, -1_000_000_000)],
+        *[(wrong, 0) for wrong in (3_600_000_000_000, -1_000_000_000)],
+        *[(wrong, WRONG) for wrong in (None, math.nan, "now")],
+    ],
+)
+def test_one_wrong_time_does_not_hold_the_grip_up(
+    wrong: Any, when: int, hand: GripController, model: ContactModel
+) -> None:
+    def told(i: int, now: int) -> Any:
+        return now if i != when else now + wrong if isinstance(wrong, int) else wrong
+
+    usual, odd = (commands_of(hand, model, one) for one in (lambda _, now: now, told))
+    assert hand.rejected == {"wrong time": 1}
+    assert all(len(commands) == len(FINGERS) for commands in odd[when + 3 :])
+    assert [command.stamp for command in odd[-1]] == [command.stamp for command in usual[-1]]
+    check_end(hand, odd, usual)
+
+
+@pytest.mark.parametrize("set_by", [3_600_000_000_000, -3_600_000_000_000, -1_000_000_000])
+def test_a_clock_that_is_set_is_followed(set_by: int, hand: GripController, model: ContactModel) -> None:
+    usual = commands_of(hand, model, lambda _, now: now)
+    odd = commands_of(hand, model, lambda i, now: now + (set_by if i >= WRONG else 0), set_by)
+    assert hand.rejected == {"wrong time": 1}
+    check_end(hand, odd, usual)
+
+
+@pytest.mark.parametrize("passed", [5_000_000_000, 0])
+def test_a_time_that_pauses_or_stands_still_is_believed(passed: int) -> None:
+    time = StepTime()
+    assert [time.take(now) for now in (7, 9, 9 + passed, 9 + passed)][-1] == 0
+    assert time.now == 9 + passed
+
+
+@pytest.mark.parametrize("kind", [float, np.int64])
+def test_a_time_of_another_kind_of_number_is_a_time(
+    kind: Any, hand: GripController, model: ContactModel
+) -> None:
+    as_told = commands_of(hand, model, lambda _, now: kind(now))
+    assert as_told == commands_of(hand, model, lambda _, now: now)

@@ -29,6 +29,7 @@ from vegrip.grip.grasp_friction import GraspFriction
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.safety import USUAL_LIMITS, limit_not_stated
 from vegrip.grip.settings import ControlSettings, Share, check_settings, fixed_changes, make_share
+from vegrip.grip.step_time import StepTime
 from vegrip.grip.wires import LEFT_ALONE
 from vegrip.model import ContactModel
 from vegrip.transport.codec.frame_codec import Line
@@ -44,7 +45,7 @@ class GripController:
     """Grip control of any number of fingers that hold one object.
 
     Nothing here raises once it is built, whatever the states contain. Time comes in as ``now`` [ns] of a
-    monotonic clock, the one that stamps the states.
+    monotonic clock, the one that stamps the states; a step at an impossible time is left out.
 
     Args:
         fingers: their names.
@@ -78,7 +79,7 @@ class GripController:
     ) -> None:
         self.names = _names_in(fingers)
         self.rejected: Counter[str] = Counter()
-        """States of a finger that this hand has not, and those that hold something else than numbers."""
+        """What was not taken, counted by name: states, and steps whose time is wrong."""
         self._limit_is_unstated = settings is None or settings.limits is USUAL_LIMITS
         self._settings = settings or ControlSettings()
         self._noise, self._estimator = noise or SensorNoise(), estimator or EstimatorSettings()
@@ -92,7 +93,7 @@ class GripController:
         """Whether the largest force suffices, looked at with every report."""
         self._lines: Mapping[str, Line] = {}
         self._mode = ""
-        self._now = 0  # [ns] of the last step
+        self._time = StepTime()
         self.fingers: dict[str, GraspFinger] = {}
         self.reset(self._settings)
 
@@ -102,10 +103,16 @@ class GripController:
         One command for each finger of which a state came, and one for each whose last command would else
         expire: call it also when nothing came. A finger is commanded from its first state on.
         """
+        if (moved := self._time.take(now)) is None:
+            self.rejected["wrong time"] += 1
+            return []
+        if moved:
+            for finger in self.fingers.values():
+                finger.move_times(moved)
+        now = self._time.now
         if self._limit_is_unstated:
             self._limit_is_unstated = False
             logging.getLogger("vegrip.grip").warning("%s", limit_not_stated(self._settings.limits))
-        self._now = max(self._now, now)
         received: dict[str, None] = {}
         for state in states:
             if not self._knows(state):
@@ -127,18 +134,18 @@ class GripController:
             UsageError: there is no such finger.
 
         """
-        return self.friction.state_friction(self._finger_called(finger).reports.contact(self._now))
+        return self.friction.state_friction(self._finger_called(finger).reports.contact(self._time.now))
 
     def margin(self, finger: str) -> messages.SlipMargin:
         """Return the slip margin of ``finger`` under its present load; errors as of :meth:`contact`."""
-        return self._finger_called(finger).reports.margin(self._now)
+        return self._finger_called(finger).reports.margin(self._time.now)
 
     def health(self, finger: str) -> messages.ModelHealth:
         """Return whether the model explains what ``finger`` measures; errors as of :meth:`contact`.
 
         And whether ``limits.max_force`` suffices for it, or soon may not (``limit``).
         """
-        health = self.friction.name_suspect(self._finger_called(finger).reports.health(self._now))
+        health = self.friction.name_suspect(self._finger_called(finger).reports.health(self._time.now))
         return replace(health, limit=self.force_limit.state(finger))
 
     def drive_lag(self, finger: str) -> float:
@@ -179,7 +186,7 @@ class GripController:
         if settings is not None:
             check_settings(settings, self.names)
             self._share_of, self._settings = make_share(settings, self.names), settings
-        self._now = 0
+        self._time = StepTime()
         estimators = {name: self._make_estimator(name) for name in self.names}
         self.friction = GraspFriction(estimators, self._settings, self._known_object())
         self.fingers = {name: self._new_finger(name, estimator) for name, estimator in estimators.items()}

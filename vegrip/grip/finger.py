@@ -22,7 +22,7 @@ from vegrip.estimator.estimator import quantile
 from vegrip.estimator.memory import FingerMemory
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger_reports import FingerReports
-from vegrip.grip.finger_step import FingerStep, Place
+from vegrip.grip.finger_step import FingerStep, Place, as_whole
 from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.layout import MARGIN, write_choice, write_rules
 from vegrip.grip.policies.demand import Demand
@@ -56,6 +56,11 @@ UNRECEIVED: Final[Mapping[str, float]] = {
 }  # fmt: skip
 """The same of the input, as it is before the first state."""
 UNKNOWN_AT_FIRST: Final = ("REPEATED", "REPEATED_FORCE", "NOISE_LAST", "CONFIRMED")
+TIMES: Final = (
+    "INPUT_RECEIVED", "INPUT_CORRUPT", "INPUT_STILL_SINCE", "INPUT_FORCE_STILL_SINCE", "INPUT_TRAVEL_SINCE",
+    "TURN_TRANSFER_SINCE", "TURN_COMMANDED", "TURN_ASKED", "TURN_USED",
+)  # fmt: skip
+"""[ns] What is kept of the times at which states came and commands left, besides REPEAT_SINCE."""
 INPUT_SECTIONS: Final = (
     *("INPUT", "WATCH", "FAULTS"),
     *("NOISE_CHANGE", "REPEAT_LIMIT", "REPEATS", "TURNS", "REPEAT_RUN", "REPEAT_SINCE", "NOISE_COUNT"),
@@ -214,6 +219,15 @@ class GraspFinger:
             memory.section(section)[:] = 0
         self._put_first(UNRECEIVED)
         memory["TURN_SEEN"] = memory["TURN_HAS_MARGIN"] = 0
+
+    def move_times(self, by: int) -> None:
+        """Go on by a clock that was set by ``by`` [ns]."""
+        memory = self.memory
+        for key in TIMES:
+            memory[key] = as_whole(memory[key] + by)
+        since = memory.section("REPEAT_SINCE")
+        since[:] = [as_whole(one + by) for one in since.tolist()]
+        memory["INPUT_QUICKEST"] = NO_QUICKEST
 
     def _put_first(self, values: Mapping[str, float]) -> None:
         for key, value in values.items():

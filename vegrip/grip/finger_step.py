@@ -33,18 +33,18 @@ FETCHED_STATES: Final = 64
 """States that are fetched from the memory at once."""
 FIRST_QUANTITY: Final = messages.FingertipState._fields.index("normal_force")  # type: ignore[attr-defined]
 LARGEST_WHOLE: Final = (1 << 63) - 1
-"""A counter or stamp beyond counts as this one."""
+"""A counter or time beyond counts as this one."""
 NOT_NUMBERS: Final = (struct.error, TypeError, ValueError, OverflowError)
 """What something raises that is to be taken as numbers and holds none."""
 OF_ESTIMATOR: Final = ("ESTIMATOR", "REWIND", "REWIND_STATE", "LATER")
 """Sections that do not move to the memory of another estimator."""
 
 
-def as_whole(number: float) -> int:
+def as_whole(number: object) -> int:
     """Return a counter, or a time [ns] of which parts do not count; one that is none raises NOT_NUMBERS."""
     if not isinstance(number, Real):
         raise TypeError(f"{number!r} is no number")
-    whole = int(number)
+    whole: int = int(number)  # type: ignore[call-overload]
     return whole if -LARGEST_WHOLE <= whole <= LARGEST_WHOLE else LARGEST_WHOLE
 
 
