@@ -99,3 +99,10 @@ def test_an_object_without_a_folder_is_refused() -> None:
     node = make_node(settings, ("thumb", "index"))
     with pytest.raises(ConfigError, match="'learned' names no folder"):
         node.configure()
+
+
+def test_what_is_written_again_into_a_folder_that_is_there_counts(tmp_path: Path) -> None:
+    known = KnownObjects(tmp_path / "objects")
+    for mean in (-0.5, -0.7):
+        known.write("mug", ObjectFriction(mean, 0.1))
+    assert known.read("mug") == ObjectFriction(-0.7, 0.1)

@@ -7,6 +7,7 @@ import pytest
 
 from vegrip.cli import main
 from vegrip.contact.paper import tables
+from vegrip.errors import DomainError
 
 DIGITS = 6e-7
 INF = math.inf
@@ -124,3 +125,10 @@ def test_tables_fit_a_terminal_of_eighty_columns(
     assert "…" not in text
     assert "1.240490015" in text
     assert max(map(len, text.splitlines())) <= 80
+
+
+def test_a_fitted_exponent_is_asked_for_up_to_a_ten_thousandth_below_the_end_of_the_law() -> None:
+    fit = tables.PowerFit(A=1.0, B=-1.0)
+    assert fit.exponent(1.5 * (1.0 - 1.1e-4)) > 1e3
+    with pytest.raises(DomainError):
+        fit.exponent(1.5 * (1.0 - 0.9e-4))

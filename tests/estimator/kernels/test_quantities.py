@@ -128,3 +128,15 @@ def test_what_is_lost_for_15_ms_is_not_sound_and_what_is_not_measured_contradict
         m[kernels.MODE_LOST], m[kernels.REP_SOUND] = lost, 1.0
         kernels.note_contradiction(m, 0.01, math.nan, math.nan, math.nan)
         assert (m[kernels.REP_SOUND], m[kernels.MODE_CONTRADICTED]) == (sound, 0.0)
+
+
+@pytest.mark.parametrize("force", [1e-3, 0.5, 3.0])
+def test_what_is_unexplained_may_be_wrong_of_any_force_of_a_contact_and_of_none_in_the_air(
+    kernels, m, force
+) -> None:
+    m[kernels.MODE_TOLERATED] = 0.09
+    last = kernels.D_FORCE0 + kernels.M + kernels.N_CONSIDERED
+    kernels.spread_unexplained(m, force)
+    assert m[last] == pytest.approx(0.3)
+    kernels.spread_unexplained(m, 0.0)
+    assert m[last] == 0.0

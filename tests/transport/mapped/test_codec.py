@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.transport.maps.hands import PLAIN_DBC, PLAIN_MAP, load, seeded, written
+from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
@@ -211,3 +212,23 @@ def test_any_layout_is_read_as_cantools_reads_it(seed):
         if len(whole) == len(raws):
             packed = eval(packing(message, whole))  # noqa: S307 (numbers alone)
             assert packed == bytes(peer.encode(whole, scaling=False, strict=False))
+
+
+def test_bounds_of_a_signal_that_are_both_zero_are_none_and_a_command_passes_them(tmp_path):
+    unbounded = PLAIN_DBC.replace("[0|50]", "[0|0]")
+    hand = MappedCodec(open_plan(written(tmp_path, unbounded, PLAIN_MAP)))
+    (frame,) = hand.encode(command(12.34))
+    assert load(unbounded).decode_message(512, frame.data)["Grip"] == pytest.approx(12.34)
+
+
+@pytest.mark.parametrize("besides", ["tangential_force_x", "tangential_force_y"])
+def test_a_tangential_force_is_polar_or_cartesian_and_never_both(tmp_path, besides):
+    other = {"tangential_force_x": "tangential_force_y", "tangential_force_y": "tangential_force_x"}[besides]
+    polar = PLAIN_MAP.replace(
+        f'[fingers.thumb.{other}]\nsignal = "Tip1.{other[-2:].replace("_", "F")}"',
+        '[fingers.thumb.tangential_magnitude]\nsignal = "Pos1.Tz"\nunit = "N"\n'
+        '[fingers.thumb.tangential_direction]\nsignal = "Pos1.Slip"\nunit = "rad"',
+    )
+    assert polar != PLAIN_MAP
+    with pytest.raises(ConfigError, match="tangential_magnitude"):
+        open_plan(written(tmp_path, PLAIN_DBC, polar))
