@@ -20,7 +20,7 @@ def limited(f: Floats, wanted: float, pressed: float, reason: int, dt: float) ->
     if math.isnan(wanted):
         wanted, reason = held, REASON_UNTRUSTED
     dt = max(0.0, dt)
-    least = held - f.rule.lower_rate * dt if math.isnan(pressed) else pressed
+    least = held - f.rule.lower_rate * dt if math.isnan(pressed) else min(pressed, held)
     reachable = min(max(wanted, least), held + f.rule.raise_rate * dt)
     force = clamped(f, reachable)
     if force > reachable:
