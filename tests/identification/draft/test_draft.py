@@ -149,3 +149,10 @@ def test_an_effect_in_a_file_is_added_saved_and_read_again(tmp_path: Path) -> No
         again.with_value("K", model.values["K"].value).simulate(t, 1.4e-3 * t).normal_force,
         model.simulate(t, 1.4e-3 * t).normal_force,
     )
+
+
+@pytest.mark.parametrize(("name", "words"), [("presses", " over 47.5"), ("depth", " over 47.5 x_ref")])
+def test_a_size_has_its_unit_and_a_number_has_none(name: str, words: str) -> None:
+    law = Law(LAW_PLACES["force"], LAW_VARIABLES[name], LAW_SHAPES["saturating"], 47.5)
+    assert law.scaled.endswith(words)
+    assert law.scaled in law.in_words

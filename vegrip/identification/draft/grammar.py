@@ -186,6 +186,11 @@ LAW_SHAPES = {
 MEMORY_TIMES_S = (0.1, 1.0, 10.0, 100.0)  # [s] at which a memory is tried
 
 
+def _over(variable: Variable, size: float) -> str:
+    unit = "" if variable.unit == "1" else f" {variable.unit}"
+    return f"{variable.words} over {size:.4g}{unit}"
+
+
 @dataclass(frozen=True, slots=True)
 class Law:
     """One sentence of the grammar; sizes are the largest values that were recorded."""
@@ -209,10 +214,15 @@ class Law:
     @property
     def in_words(self) -> str:
         """The law with what its letters are."""
-        at = f"q: {self.variable.words} over {self.size:.4g} {self.variable.unit}"
+        at = f"q: {self.scaled}"
         if self.second is not None:
-            at += f"; r: {self.second.words} over {self.second_size:.4g} {self.second.unit}"
+            at += f"; r: {_over(self.second, self.second_size)}"
         return f"{self.equation}; {at}"
+
+    @property
+    def scaled(self) -> str:
+        """What q is, over its size."""
+        return _over(self.variable, self.size)
 
     @property
     def complexity(self) -> int:

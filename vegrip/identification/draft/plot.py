@@ -35,10 +35,9 @@ def curve(found: Draft, most: int) -> dict[str, Any]:
     low, high = interval(found, before, after)
     left = problem.measured.force - before
     columns = {"q": found.q, "left": left, "law": after - before, "low": low, "high": high}
-    variable = taken.law.variable
     return {
         "title": taken.law.equation,
-        "label": f"q: {variable.words} over {taken.law.size:.4g} {variable.unit}",
+        "label": f"q: {taken.law.scaled}",
         "columns": {name: values[rows].tolist() for name, values in columns.items()},
     }
 
