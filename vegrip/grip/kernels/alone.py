@@ -62,9 +62,9 @@ def shared_force(_f: Floats, t: Wholes, g: GraspMemory) -> float:
 
 
 def note_command(_f: Floats, _t: Wholes, _g: GraspMemory) -> None:
-    """Let nobody know what this finger is commanded."""
+    """Keep what this finger is commanded: no other asks for it."""
 
 
 def pressed_by_others(_t: Wholes, _g: GraspMemory) -> float:
-    """Return that nobody has told what presses against this finger."""
+    """Return NaN: what presses against this finger is not known."""
     return math.nan
