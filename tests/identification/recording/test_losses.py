@@ -9,7 +9,8 @@ import pytest
 from vegrip.cli import main
 from vegrip.errors import RecordingError
 from vegrip.identification.recording import read_recording
-from vegrip.identification.recording.report import Kind, LoadReport, account
+from vegrip.identification.recording.import_file import import_recording
+from vegrip.identification.recording.report import SHOWN, Kind, LoadReport, account
 
 ROWS = 400
 T = 0.01 * np.arange(ROWS)
@@ -128,3 +129,46 @@ def test_one_row_of_five_says_nothing_of_the_rest(tmp_path):
     report.add(Kind.NUMBER, "force", [3, 4, 5])
     with pytest.raises(RecordingError, match="3 of 30 rows"):
         report.refuse("a.csv", accepted=False)
+
+
+NOTHING = np.zeros(ROWS, dtype=bool)
+
+
+def test_of_several_tables_every_row_left_out_is_counted_with_its_time(tmp_path, capsys):
+    tables = [table(tmp_path / "a.csv", np.arange(ROWS) % 40 == 3), table(tmp_path / "b.csv", NOTHING)]
+    assert imported(tables[1], str(tables[0]), "--json") == 0
+    told = json.loads(capsys.readouterr().out)["rows"]
+    assert told["in"] - told["used"] == 10
+    assert told["left_out"] == {"number": {"count": 10, "seconds": pytest.approx(0.1)}}
+    joined = import_recording(*tables, columns={"t": "time", "normal_force": "force"})
+    assert joined.report.count(Kind.NUMBER) == joined.report.rows_lost == 10
+    (finding,) = (one for one in joined.report.findings if one.kind.lost)
+    assert (finding.what, len(finding.lines)) == ("a: force", SHOWN)
+
+
+@pytest.mark.parametrize(
+    ("lost", "part"),
+    [
+        (np.arange(ROWS) % 40 == 3, "a: 10 of 400 rows are left out (2.5 %)"),
+        (abs(T - 2.0) < 0.04, "with them the peak of normal_force"),
+    ],
+)
+def test_a_loss_that_is_a_warning_of_one_table_is_one_among_several(lost, part, tmp_path, caplog, capsys):
+    a, b, c = (table(tmp_path / f"{name}.csv", NOTHING) for name in "abc")
+    table(a, lost)
+    assert imported(b, str(a), str(c)) == 0
+    (told,) = capsys.readouterr().err.splitlines()
+    assert "a: " in told
+    assert part in told
+    assert part in str(read_recording(tmp_path / "b").source["doubts"])
+    assert part in caplog.text
+
+
+def test_a_silence_in_one_of_several_tables_is_a_warning(tmp_path, capsys):
+    lines = table(tmp_path / "a.csv", NOTHING).read_text().splitlines()
+    (tmp_path / "a.csv").write_text("\n".join([*lines[:101], *lines[251:]]) + "\n")
+    assert imported(table(tmp_path / "b.csv", NOTHING), str(tmp_path / "a.csv")) == 0
+    assert "a: nothing came from 0.99 to 2.5 s" in capsys.readouterr().err
+    paths = tmp_path / "b.csv", tmp_path / "a.csv"
+    joined = import_recording(*paths, columns={"t": "time", "normal_force": "force"})
+    assert any("a: nothing came from 0.99 to 2.5 s" in one for one in joined.report.missing)

@@ -189,10 +189,7 @@ def join_recordings(recordings: Sequence[Recording], name: str) -> Recording:
 def _reports(recordings: Sequence[Recording]) -> LoadReport:
     report = LoadReport()
     for one in recordings:
-        report.rows_read += one.report.rows_read
-        report.rows_kept += one.report.rows_kept
-        for finding in one.report.findings:
-            report.add(finding.kind, f"{one.name}: {finding.what}".rstrip(": "), finding.lines)
+        report.include(one.name, one.report)
     return report
 
 

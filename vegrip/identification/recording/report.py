@@ -148,6 +148,22 @@ class LoadReport:
     seconds: dict[Kind, float] = field(default_factory=dict)
     lost_parts: list[str] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
+    tables: list[tuple[str, "LoadReport"]] = field(default_factory=list)
+
+    def include(self, name: str, table: "LoadReport") -> None:
+        """Add the account of the table ``name``, which is said with each thing that was found in it."""
+        self.tables.append((name, table))
+        self.place = table.place
+        self.rows_read += table.rows_read
+        self.rows_kept += table.rows_kept
+        for finding in table.findings:
+            lines = finding.lost or finding.lines
+            what = f"{name}: {finding.what}".rstrip(": ")
+            self.add(finding.kind, what, lines, finding.count - len(lines))
+        for kind, seconds in table.seconds.items():
+            self.seconds[kind] = self.seconds.get(kind, 0.0) + seconds
+        self.lost_parts += [f"{name}: {part}" for part in table.lost_parts]
+        self.missing += [f"{name}: {sentence}" for sentence in table.missing]
 
     def add(self, kind: Kind, what: str = "", lines: Iterable[int] = (), count: int = 0) -> None:
         """Count what was found on ``lines``, or ``count`` without any; a kind and text is one finding."""
@@ -251,7 +267,9 @@ class LoadReport:
         return sum(f.count for f in self.findings if f.kind is kind)
 
     def warnings(self) -> list[str]:
-        """Return a sentence on each loss of more than ``WARNED_SHARE``, a second or a peak."""
+        """Return a sentence on each loss of more than ``WARNED_SHARE``, a second or a peak, by table."""
+        if self.tables:
+            return [f"{name}: {sentence}" for name, table in self.tables for sentence in table.warnings()]
         if self.share_lost <= WARNED_SHARE and not self.lost_parts:
             return self.missing
         kinds = dict.fromkeys(f.kind for f in self.findings if f.kind.lost and f.count)
