@@ -261,6 +261,16 @@ def test_columns_called_like_channels_with_a_unit_behind_are_taken_in_it(header:
     assert "displacement in mm, normal_force in mN" in made.report.summary()
 
 
+@pytest.mark.parametrize(("unit", "first"), [("K", 295.15), ("degF", 71.6), ("degC", 22.0)])
+def test_a_temperature_is_taken_in_the_unit_behind_its_name(unit: str, first: float, tmp_path: Path) -> None:
+    rows = f"0,{first},1\n0.5,{first},2\n"
+    made = import_csv(table(tmp_path, f"t,temperature_{unit},normal_force\n{rows}"))
+    assert made.columns["temperature"] == pytest.approx([22.0, 22.0])
+    chart = with_columns(ColumnMap(), [f"temperature=bath_{unit}"], [])
+    told = import_csv(table(tmp_path, f"t,bath_{unit},normal_force\n{rows}"), chart).report.summary()
+    assert (f"--unit temperature={unit}" in told) == (unit != "degC")
+
+
 def test_what_is_said_of_a_column_goes_before_the_unit_behind_its_name(tmp_path: Path) -> None:
     path = table(tmp_path, "time_s,normal_force_mN,f\n0,300,2\n1,400,3\n")
     other = import_csv(path, with_columns(ColumnMap(), ["normal_force=f"], []))

@@ -225,7 +225,7 @@ def header_units(base: ColumnMap) -> tuple[ColumnMap, list[str]]:
     a scale is said keeps that.
     """
     found = []
-    ends = [one for one in _named_units(base, AT_END) if one[2] != 1.0 and _is_called(base, one[0])]
+    ends = [one for one in _named_units(base, AT_END) if one[2] and _is_called(base, one[0])]
     for name, unit, _ in [*_named_units(base, IN_BRACKETS), *ends]:
         base = _changed(base, name, "unit", unit)
         found.append(f"{name} in {unit}")
@@ -265,8 +265,8 @@ def row_units(
 
 def suspect_units(base: ColumnMap) -> Iterator[str]:
     """Yield which columns are taken as SI although their names end like a unit, as ``force_g``."""
-    for name, unit, scale in _named_units(base, AT_END):
-        if scale != 1.0:
+    for name, unit, is_other in _named_units(base, AT_END):
+        if is_other:
             column = (base.time if name == "t" else base.channels[name]).column
             yield (
                 f"the column {column!r} is taken in {_si(name)}, and ends like a unit; if its numbers are in "
@@ -274,15 +274,15 @@ def suspect_units(base: ColumnMap) -> Iterator[str]:
             )
 
 
-def _named_units(base: ColumnMap, pattern: re.Pattern[str]) -> Iterator[tuple[str, str, float]]:
-    """Yield channel, unit and factor to SI of the units in names of columns of which none is said."""
+def _named_units(base: ColumnMap, pattern: re.Pattern[str]) -> Iterator[tuple[str, str, bool]]:
+    """Yield channel, unit and whether that is not SI, of columns that name a unit where none is said."""
     entries: dict[str, TimeMap | ChannelMap] = {"t": base.time, **base.channels}
     for name, entry in entries.items():
         match = pattern.search(entry.column)
         if match and not entry.unit and abs(getattr(entry, "scale", 1.0)) == 1.0:
             unit = _spoken(match[1], name)
             with contextlib.suppress(RecordingError):  # a remark
-                yield name, unit, to_si(unit, _si(name), name)[0]
+                yield name, unit, to_si(unit, _si(name), name) != (1.0, 0.0)
 
 
 def _is_called(base: ColumnMap, name: str) -> bool:
