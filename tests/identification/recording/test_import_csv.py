@@ -1,13 +1,15 @@
 """Foreign tables become recordings in SI units, or are refused in a sentence."""
 
+import json
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from vegrip.cli import main
 from vegrip.errors import RecordingError, UsageError
-from vegrip.identification.recording import Kind, Recording
+from vegrip.identification.recording import Kind, Recording, read_recording
 from vegrip.identification.recording.column_map import ColumnMap, read_column_map, with_columns
 from vegrip.identification.recording.import_csv import baseline_noise, first_touch, import_csv
 
@@ -269,6 +271,33 @@ def test_a_temperature_is_taken_in_the_unit_behind_its_name(unit: str, first: fl
     chart = with_columns(ColumnMap(), [f"temperature=bath_{unit}"], [])
     told = import_csv(table(tmp_path, f"t,bath_{unit},normal_force\n{rows}"), chart).report.summary()
     assert (f"--unit temperature={unit}" in told) == (unit != "degC")
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("mm_s", 1e-3), ("m_s", 1.0), ("mm/s", 1e-3), ("m/s", 1.0)])
+def test_a_speed_is_taken_in_the_unit_behind_its_name(unit: str, factor: float, tmp_path: Path) -> None:
+    rows = "0,0.5,2,1\n0.5,1.5,2,2\n"
+    made = import_csv(table(tmp_path, f"t,slip_speed_{unit},contact_radius_mm,normal_force\n{rows}"))
+    assert made.columns["slip_speed"] == pytest.approx([0.5 * factor, 1.5 * factor])
+    assert made.columns["contact_radius"] == pytest.approx([2e-3, 2e-3])
+    assert Kind.COLUMN not in {one.kind for one in made.report.findings}
+    chart = with_columns(ColumnMap(), [f"slip_speed=v_{unit}"], [])
+    told = import_csv(table(tmp_path, f"t,v_{unit},x,normal_force\n{rows}"), chart).report.summary()
+    assert ("--unit slip_speed=mm/s" in told) == (factor != 1.0)
+
+
+def test_columns_that_are_not_used_are_named_in_one_line_and_are_no_warning(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = table(tmp_path, "t,normal_force,grip,slip_speed_V,\n0,1,2,3,\n0.5,2,3,4,\n")
+    assert main(["import", str(path), "-o", str(tmp_path / "r")]) == 0
+    told = capsys.readouterr()
+    assert "  column not used: grip, slip_speed_V\n" in told.out
+    assert told.err == ""
+    assert "doubts" not in read_recording(tmp_path / "r").source
+    assert main(["import", str(path), "-o", str(tmp_path / "s"), "--json"]) == 0
+    (one,) = json.loads(capsys.readouterr().out)["recordings"]
+    found = {finding["kind"]: finding["what"] for finding in one["report"]["findings"]}
+    assert found["column"] == "grip, slip_speed_V"
 
 
 def test_what_is_said_of_a_column_goes_before_the_unit_behind_its_name(tmp_path: Path) -> None:

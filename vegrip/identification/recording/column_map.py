@@ -31,6 +31,7 @@ import dataclasses
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,7 @@ from vegrip.identification.recording.data import Fingertip
 from vegrip.identification.recording.units import to_si
 
 AT_END = re.compile(r"_([A-Za-zµ°]+)$")
+TWO_AT_END = re.compile(r"_([A-Za-zµ°]+[/_][A-Za-zµ°]+)$")  # mm/s, mm_s
 CALLED = {"time": "t"}
 WEIGHTS = {"g": "gf", "kg": "kgf"}
 """Masses that stand for forces."""
@@ -186,14 +188,14 @@ def with_columns(
 def own_columns(base: ColumnMap, header: Sequence[str]) -> ColumnMap:
     """Return ``base`` with every column taken as what it is called, unless it says otherwise.
 
-    Behind its name may stand a unit, as in ``normal_force [mN]``, ``normal_force_mN`` or ``time_s``.
+    Behind its name may stand a unit, as in ``normal_force [mN]``, ``slip_speed_mm_s`` or ``time_s``.
     """
     said = {base.time.column, base.episode.column, *(entry.column for entry in base.channels.values())}
     for name in header:
         if name in IMPORTED and name not in base.channels and name not in said:
             base = _changed(base, name, "column", name)
     for name in header:
-        for pattern in (IN_BRACKETS, AT_END):
+        for pattern in (IN_BRACKETS, TWO_AT_END, AT_END):
             if (unit := pattern.search(name)) is None or name in said:
                 continue
             called = CALLED.get(name[: unit.start()].strip(), name[: unit.start()].strip())
@@ -225,7 +227,7 @@ def header_units(base: ColumnMap) -> tuple[ColumnMap, list[str]]:
     a scale is said keeps that.
     """
     found = []
-    ends = [one for one in _named_units(base, AT_END) if one[2] and _is_called(base, one[0])]
+    ends = [one for one in _named_units(base, TWO_AT_END, AT_END) if one[2] and _is_called(base, one[0])]
     for name, unit, _ in [*_named_units(base, IN_BRACKETS), *ends]:
         base = _changed(base, name, "unit", unit)
         found.append(f"{name} in {unit}")
@@ -265,7 +267,7 @@ def row_units(
 
 def suspect_units(base: ColumnMap) -> Iterator[str]:
     """Yield which columns are taken as SI although their names end like a unit, as ``force_g``."""
-    for name, unit, is_other in _named_units(base, AT_END):
+    for name, unit, is_other in _named_units(base, TWO_AT_END, AT_END):
         if is_other:
             column = (base.time if name == "t" else base.channels[name]).column
             yield (
@@ -274,10 +276,10 @@ def suspect_units(base: ColumnMap) -> Iterator[str]:
             )
 
 
-def _named_units(base: ColumnMap, pattern: re.Pattern[str]) -> Iterator[tuple[str, str, bool]]:
+def _named_units(base: ColumnMap, *patterns: re.Pattern[str]) -> Iterator[tuple[str, str, bool]]:
     """Yield channel, unit and whether that is not SI, of columns that name a unit where none is said."""
     entries: dict[str, TimeMap | ChannelMap] = {"t": base.time, **base.channels}
-    for name, entry in entries.items():
+    for (name, entry), pattern in product(entries.items(), patterns):
         match = pattern.search(entry.column)
         if match and not entry.unit and abs(getattr(entry, "scale", 1.0)) == 1.0:
             unit = _spoken(match[1], name)
@@ -287,8 +289,9 @@ def _named_units(base: ColumnMap, pattern: re.Pattern[str]) -> Iterator[tuple[st
 
 def _is_called(base: ColumnMap, name: str) -> bool:
     """Whether the column of a channel is called like it, but for a unit."""
-    column = AT_END.sub("", (base.time if name == "t" else base.channels[name]).column)
-    return CALLED.get(column, column) == name
+    column = (base.time if name == "t" else base.channels[name]).column
+    called = [pattern.sub("", column) for pattern in (TWO_AT_END, AT_END)]
+    return name in [CALLED.get(one, one) for one in called]
 
 
 def _is_unit(unit: str, name: str) -> bool:
@@ -299,6 +302,8 @@ def _is_unit(unit: str, name: str) -> bool:
 
 
 def _spoken(unit: str, name: str) -> str:
+    if "/" in _si(name):
+        return unit.replace("_", "/")
     return WEIGHTS.get(unit, unit) if _si(name) == "N" else unit
 
 

@@ -34,7 +34,14 @@ from vegrip.identification.recording.column_map import (
 from vegrip.identification.recording.data import MATERIAL, STRETCH, Columns, Recording, join_recordings
 from vegrip.identification.recording.mended_times import mended
 from vegrip.identification.recording.report import Kind, LoadReport
-from vegrip.identification.recording.table import Layout, Progress, Table, read_header, read_table
+from vegrip.identification.recording.table import (
+    SECTION_COLUMN,
+    Layout,
+    Progress,
+    Table,
+    read_header,
+    read_table,
+)
 from vegrip.identification.recording.table_form import find_layout
 from vegrip.identification.recording.units import to_si
 from vegrip.types import Floats
@@ -190,6 +197,9 @@ def import_csv(
         report.add(Kind.NOTE, f"units taken from the names of the columns: {', '.join(units)}")
     numbers = [chart.time.column, *(entry.column for entry in chart.channels.values())]
     words = [chart.episode.column] if chart.episode.column else []
+    used = {"", *numbers, *words, SECTION_COLUMN if layout.section else ""}
+    if unused := [name for name in header if name not in used]:
+        report.add(Kind.COLUMN, ", ".join(unused))
     table = read_table(path, list(dict.fromkeys(numbers)), words, layout, report, progress)
     return recording_of(path, table, chart, report, radius)
 
