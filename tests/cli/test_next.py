@@ -89,6 +89,30 @@ def test_a_suspicious_table_sends_nobody_on(tmp_path: Path, capsys: Capsys, monk
     assert len(set(lines)) == len(lines), "each step is told once"
 
 
+@pytest.mark.parametrize(("rows", "is_enough"), [(1, False), (49, False), (50, True)])
+def test_too_few_rows_for_a_fit_send_nobody_to_one(
+    rows: int, is_enough: bool, tmp_path: Path, capsys: Capsys, monkeypatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    lines = (f"{i / 100},{i / 1e5},{i / 100}\n" for i in range(rows))
+    Path("few.csv").write_text("t,displacement,normal_force\n" + "".join(lines))
+    assert main(["import", "few.csv", "-o", "few", "--radius", "8mm"]) == 0
+    shown = capsys.readouterr().out
+    assert ("next: vegrip fit few" in shown) == is_enough
+    assert ("few has fewer than 50 rows with displacement" in shown) == (not is_enough)
+
+
+@pytest.mark.parametrize("options", [[], ["--radius", "8mm"], ["--map", "t=t"]])
+def test_a_table_is_no_recording_to_go_to_mcap_whatever_is_said_of_it(
+    options: list[str], tmp_path: Path, capsys: Capsys, monkeypatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("few.csv").write_text("t,normal_force\n0,1\n1,2\n")
+    assert main(["import", "few.csv", *options, "-o", "few.mcap"]) == 3
+    assert "few.csv: is a file; a recording is a folder: make one" in capsys.readouterr().err
+    assert not Path("few.mcap").exists()
+
+
 @pytest.mark.parametrize("name", sorted(cli.STOPPED))
 def test_a_command_that_is_interrupted_says_what_it_keeps(name: str, capsys: Capsys, monkeypatch) -> None:
     def interrupted(*, drive: bool = False, weight: bool = False) -> None:

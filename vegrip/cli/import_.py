@@ -11,7 +11,7 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file, claim_recording
-from vegrip.cli._terminal import complain, counted, print_json, print_next, progress
+from vegrip.cli._terminal import complain, counted, print_json, print_next, print_sentences, progress
 from vegrip.errors import InputError, UsageError
 from vegrip.text_encoding import encoding_of
 from vegrip.whole_file import reading
@@ -111,8 +111,7 @@ def import_(
     of_maps |= {"--map-file": map_file, "--zero": zeros, "--baseline": baseline}
     mapped = map_file is not None or bool(columns)
     is_mcap = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
-    if len(src) > 1 and (is_mcap or any(_is_can_log(each) or is_touch(each) for each in src)):
-        raise UsageError("only tables and mapped bags can be joined; import all else one by one")
+    _check_sources(src, output, is_mcap=is_mcap)
     if is_mcap:
         alone = of_maps | of_tables | {"--spread": spread} | of_logs | of_frames | {"--radius": radius}
         _refuse_options(alone, "a recording in MCAP, which describes itself")
@@ -178,6 +177,16 @@ def _is_can_log(path: Path) -> bool:
     with reading(path), path.open("rb") as file:
         head = file.read(400)
     return CANDUMP.match(head.decode(encoding_of(head), errors="replace")) is not None
+
+
+def _check_sources(src: list[Path], output: Path, *, is_mcap: bool) -> None:
+    from vegrip.identification.recording.folder import existing_folder
+    from vegrip.identification.recording.touch import is_touch
+
+    if len(src) > 1 and (is_mcap or any(_is_can_log(each) or is_touch(each) for each in src)):
+        raise UsageError("only tables and mapped bags can be joined; import all else one by one")
+    if output.suffix.lower() == ".mcap":
+        existing_folder(src[0])
 
 
 def _claim(output: Path, src: Path, fingers: str, *, force: bool) -> None:
@@ -276,6 +285,7 @@ def _refuse_options(options: Mapping[str, object], what: str) -> None:
 def _print_result(found: "Mapping[Path, Recording]", *, has_own_zeros: bool, as_json: bool) -> None:
     from vegrip.cli._recordings import print_recording
     from vegrip.display.recording import describe
+    from vegrip.identification.fit.preprocess import lacking_rows
     from vegrip.identification.recording import Kind
     from vegrip.identification.recording.report import account
 
@@ -296,4 +306,7 @@ def _print_result(found: "Mapping[Path, Recording]", *, has_own_zeros: bool, as_
         has_both = {"displacement", "normal_force"} <= recording.columns.keys()
         is_fit = has_both and (recording.fingertip.radius > 0.0 or recording.is_material)
         each = ["--zeros-each-episode"] if has_own_zeros and recording.episode[-1] > 0 else []
+        if is_fit and (lacking := lacking_rows(recording)):
+            print_sentences([f"not enough for a fit: {lacking}"])
+            return
         print_next("vegrip", *(("fit", folder, *each) if is_fit else ("replay", folder, "--through")))

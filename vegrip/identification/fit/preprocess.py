@@ -130,6 +130,14 @@ class Measured:
         return columns
 
 
+def lacking_rows(recording: Recording) -> str:
+    """Return of which channel ``recording`` has too few rows for a fit, else nothing."""
+    for channel in ("displacement", "normal_force"):
+        if np.count_nonzero(np.isfinite(recording.columns[channel])) < MIN_FIT_ROWS:
+            return f"{recording.name} has fewer than {MIN_FIT_ROWS} rows with {channel}"
+    return ""
+
+
 def preprocess(recording: Recording, noise: Noise) -> Measured:
     """Make ``recording`` ready.
 
@@ -138,13 +146,12 @@ def preprocess(recording: Recording, noise: Noise) -> Measured:
 
     """
     for channel in ("displacement", "normal_force"):
-        column = recording.columns.get(channel)
-        if column is None:
+        if channel not in recording.columns:
             raise RecordingError(
                 f"{recording.name} has no {channel}; a fit compares normal force and displacement"
             )
-        if np.count_nonzero(np.isfinite(column)) < MIN_FIT_ROWS:
-            raise RecordingError(f"{recording.name} has fewer than {MIN_FIT_ROWS} rows with {channel}")
+    if lacking := lacking_rows(recording):
+        raise RecordingError(lacking)
     recording, tare = tare_channels(without_lost_rows(recording))
     first = np.r_[1.0, (np.diff(recording.episode) != 0).astype(np.float64)]
     depth, force = (recording.columns[name].copy() for name in ("displacement", "normal_force"))
