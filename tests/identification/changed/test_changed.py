@@ -9,6 +9,7 @@ import pytest
 
 from validation.changed_pairs import Pair, made
 from validation.measured.cases import data_folder
+from vegrip.effects import effect
 from vegrip.errors import RecordingError, UsageError
 from vegrip.identification import samples
 from vegrip.identification.changed import Changed, changed
@@ -18,7 +19,7 @@ from vegrip.identification.recording.column_map import read_column_map
 from vegrip.identification.recording.import_csv import import_csv
 from vegrip.identification.samples import LATER_TABLE
 from vegrip.identification.samples import recording as sample
-from vegrip.model import paper_model
+from vegrip.model import ContactModel, paper_model
 
 SHORT = ("short", "short")
 
@@ -32,6 +33,20 @@ def without_slips(one: Recording) -> Recording:
     kept = {name: one.columns[name] for name in ("displacement", "normal_force")}
     slips = {number for number in np.unique(one.episode) if one.columns["slip"][one.episode == number].any()}
     return replace(one, columns=kept).select(~np.isin(one.episode, list(slips)))
+
+
+def simulated(like: Recording, law: ContactModel, seed: int) -> Recording:
+    """Return what ``law`` presses with in the motions of another recording, with noise of 10 mN."""
+    t, depth = like.t, like.columns["displacement"]
+    episodes = (like.episode == number for number in np.unique(like.episode))
+    force = np.concatenate([law.simulate(t[rows], depth[rows]).normal_force for rows in episodes])
+    noise = 0.01 * np.random.default_rng(seed).standard_normal(t.size)
+    return replace(like, columns={"displacement": depth, "normal_force": force + noise})
+
+
+def sample_law() -> ContactModel:
+    law = paper_model(samples.SAMPLE_RADIUS_M).with_value("K", 1.287)
+    return law.with_value("c1", 0.25).with_value("nu1", 2.0)
 
 
 def names(found: Changed) -> list[str]:
@@ -104,7 +119,7 @@ def test_two_changes_are_both_named_with_their_intervals() -> None:
 def test_what_the_first_lacks_is_added_for_both_and_stays_in_newtons_on_a_softer_pad(tmp_path: Path) -> None:
     found = changed(sample(), sample(LATER_TABLE))  # with adhesion in both: 11 % softer, a zero of 14 mN
     assert (found.verdict, names(found)) == ("named", ["K", "zero_normal_force"])
-    assert {"adhesion"} <= {effect.name for effect in found.pair.second.model.effects}
+    assert {"adhesion"} <= {one.name for one in found.pair.second.model.effects}
     low, high = found.changes[0].interval
     assert low < -11.0 < high
     found.plot().savefig(tmp_path / "changed.png")
@@ -114,23 +129,28 @@ def test_what_the_first_lacks_is_added_for_both_and_stays_in_newtons_on_a_softer
 @pytest.mark.long
 def test_an_effect_that_only_the_second_shows_is_new() -> None:
     pressed = without_slips(sample())
-    clean = replace(pressed, columns=dict(pressed.columns))
-    law = (
-        paper_model(samples.SAMPLE_RADIUS_M)
-        .with_value("K", 1.287)
-        .with_value("c1", 0.25)
-        .with_value("nu1", 2.0)
-    )
-    t, depth = clean.t, clean.columns["displacement"]
-    force = np.concatenate([
-        law.simulate(t[rows], depth[rows]).normal_force
-        for rows in (clean.episode == number for number in np.unique(clean.episode))
-    ])  # fmt: skip
-    clean.columns["normal_force"] = force + 0.01 * np.random.default_rng(3).standard_normal(t.size)  # type: ignore[index]
+    clean = simulated(pressed, sample_law(), 3)
     found = changed(clean, pressed)
     assert found.verdict == "new_effect"
     assert found.new_effects == ("adhesion",)
     assert "adhesion in the second only" in found.sentence
+
+
+def test_an_amount_that_one_recording_lacks_is_compared_both_ways_and_one_that_both_lack_is_not() -> None:
+    law = sample_law().with_effect(effect("adhesion"))
+    shown, gone, none = (
+        simulated(without_slips(sample()), law.with_value("pull", pull), seed)
+        for seed, pull in enumerate((0.04, 0.0, 0.0))
+    )
+    lost, gained = changed(shown, gone, law), changed(gone, shown, law)
+    for found in (lost, gained):
+        assert (found.verdict, names(found)) == ("named", ["pull"])
+        assert min(found.changes[0].before, found.changes[0].after) == pytest.approx(0.0, abs=1e-3)
+        assert max(found.changes[0].before, found.changes[0].after) == pytest.approx(0.04, abs=2e-3)
+        assert {one.name for one in found.unchanged} >= {"K", "p", "c1", "nu1", "gain_normal_force"}
+    least, most = lost.changes[0].interval
+    assert least == -100.0 < most < -95.0  # [%]: no less than nothing, and no interval of nothing
+    assert any("not compared" in said and "pull" in said for said in changed(gone, none, law).remarks)
 
 
 def test_recordings_that_do_not_overlap_are_refused_with_what_each_shows() -> None:

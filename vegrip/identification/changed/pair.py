@@ -12,13 +12,15 @@ that of independent rows, averaged over the unknowns [LiangZeger1986]_, and at l
 from collections.abc import Iterable, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vegrip.contact.limit_surface.fast import gauges
 from vegrip.identification.diagnosis.candidate_fit import held_out_groups
 from vegrip.identification.diagnosis.data_checks import TIP_RADIUS
 from vegrip.identification.diagnosis.thresholds import AT_BOUND_STD
-from vegrip.identification.fit.problem import AT, Problem
+from vegrip.identification.fit.problem import AT, Problem, Unknowns
 from vegrip.identification.fit.result import Fit
+from vegrip.model import ContactModel
 from vegrip.types import Floats
 
 GAINS = ("gain_normal_force", "gain_tangential_force", "gain_torque_z", "gain_contact_radius", "tip_radius")
@@ -67,6 +69,15 @@ class Gauged(Problem):
         return out
 
 
+def vanishing(model: ContactModel, unknowns: Unknowns) -> tuple[Floats, Floats]:
+    """Return the bounds, lower and upper, at which effects vanish; infinite where none does."""
+    nulls = {symbol: parameter.null for symbol, (_, parameter) in model.parameters.items()}
+    values = [(model.values.get(name), nulls.get(name)) for name in unknowns.names]
+    is_least = [value is not None and value.low == null for value, null in values]
+    is_most = [value is not None and value.high == null for value, null in values]
+    return np.where(is_least, unknowns.low, -np.inf), np.where(is_most, unknowns.high, np.inf)
+
+
 def effective(problem: Problem, u: Floats) -> float:
     """Return f, by how much less information the rows carry than their number."""
     r, groups = problem.residual(u), held_out_groups(problem)
@@ -93,6 +104,7 @@ class Pair:
         self.second.load = self.first.load  # so that the zeros of the force are in one unit
         self.model, self.unknowns = second.problem.model, self.second.unknowns
         k = self.unknowns
+        self.least, self.most = vanishing(self.model, k)
         self.names = ["zero_normal_force" if name == "zero_force" else name for name in k.names]
         self.comparable = [name for name in self.names if name not in absent]
         is_new, is_gain = (np.isin(k.names, list(some)) for some in (absent, GAINS))
@@ -122,15 +134,17 @@ class Pair:
         self.w, P, k = w, self._std**-2.0, self.unknowns
         G, slope = np.diag(P), P * (w - self._prior)
         self.left = 0.0  # [nats]
-        self.felt, self.stuck = np.empty((2, 2, len(self.names)), dtype=bool)
+        self.felt, self.stuck, gone = np.empty((3, 2, len(self.names)), dtype=bool)
         for i, ((problem, u), root) in enumerate(zip(self.sides(w), self.root, strict=True)):
             r = problem.residual(u)
             J = problem.jacobian(u, r) / root
             self.left += float(np.sum(problem.log_scale) + 0.5 * np.sum(r**2))
             self.felt[i] = J.any(axis=0)
             self.stuck[i] = np.minimum(u - k.low, k.high - u) < AT_BOUND_STD * k.std
+            gone[i] = np.minimum(u - self.least, self.most - u) < AT_BOUND_STD * k.std
             J = np.hstack([J, i * J])  # the first knows of no difference
             G, slope = G + J.T @ J, slope + J.T @ r / root
+        self.stuck &= self.stuck.all(axis=0) | ~gone.any(axis=0)  # what one alone shows is compared
         self.G = G + np.diag(np.where(self.stuck.ravel(), HELD * P, 0.0))
         self.h = self.G @ w - slope
 
@@ -145,9 +159,31 @@ class Pair:
 
     def solved(self, chosen: Iterable[str]) -> tuple[Floats, float]:
         """Return where the cost is least with only those differences, and that but for a constant [nats]."""
-        at, w = self._at(chosen), np.zeros_like(self.w)
-        w[at] = np.linalg.solve(self.G[np.ix_(at, at)], self.h[at])
-        return w, -0.5 * float(self.h @ w)
+        at, pinned = self._at(chosen), np.zeros(self.stuck.shape, dtype=bool)
+        w = self._pinned(at, pinned)
+        while (beyond := self._beyond(w) & ~pinned).any():
+            pinned |= beyond
+            w = self._pinned(at, pinned)
+        return w, float(0.5 * w @ self.G @ w - self.h @ w)
+
+    def _beyond(self, w: Floats) -> NDArray[np.bool_]:
+        """Return which amounts of either (2, n) would be less than nothing."""
+        every = self.origin + np.cumsum(np.split(w, 2), axis=0)
+        is_less: NDArray[np.bool_] = (every < self.least) | (every > self.most)
+        return is_less
+
+    def _pinned(self, at: list[int], pinned: NDArray[np.bool_]) -> Floats:
+        """Return where the cost is least with amounts of either (2, n) pinned at nothing."""
+        w, n, G, h = np.zeros_like(self.w), len(self.names), self.G.copy(), self.h.copy()
+        nothing = np.where(np.isfinite(self.least), self.least, self.most) - self.origin
+        for i, j in np.argwhere(pinned):
+            places, weight = [j, n + j][: i + 1], HELD * self._std[j] ** -2.0
+            G[np.ix_(places, places)] += weight
+            h[places] += weight * nothing[j]
+        w[at] = np.linalg.solve(G[np.ix_(at, at)], h[at])
+        for i, j in np.argwhere(pinned):
+            w[i * n + j] = nothing[j] - i * w[j]  # exactly
+        return w
 
     def cost(self, chosen: Iterable[str]) -> float:
         return self.solved(chosen)[1]

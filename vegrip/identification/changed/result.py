@@ -138,10 +138,12 @@ class Changed(Result):
         u, d = pair.origin[j] + w[j], w[len(pair.names) + j]
         side = SIDE_95 * pair.std(among)[among.index(name)]
         before, after, *ends = pair.in_si(name, u + np.array([0.0, d, d - side, d + side])).tolist()
-        is_zero = name.startswith("zero_") or not before
+        std = (ends[1] - ends[0]) / (2.0 * SIDE_95)
+        is_nothing = not before or (np.isfinite(pair.least[j]) and before < SIDE_95 * std)
+        is_zero = name.startswith("zero_") or is_nothing
         scale = 1.0 if is_zero else 100.0 / abs(before)
-        low, high = (scale * (end - before) for end in ends)
-        std = (high - low) / (2.0 * SIDE_95 * scale)
+        possible = np.clip(u + np.array([d - side, d + side]), pair.least[j], pair.most[j])
+        low, high = (scale * (end - before) for end in pair.in_si(name, possible).tolist())
         percent = None if is_zero else scale * (after - before)
         return Change(name, before, after, std, percent, (low, high), chance(gain, 1, len(pair.questions)))
 
