@@ -56,7 +56,7 @@ PATIENCE = 180.0  # [s]
 STARTING = 420.0  # [s] for a hand that is compiled first, by an emulated kernel
 FAULTS = {Reason.INPUT_HOLD, Reason.FAIL_SAFE}
 RECOVERY = CONTROL.watchdog.recover_after  # sound states
-HELD, SILENT, AGAIN = 60, 40, 20  # commands of every finger: in the grip, without states, with states again
+HELD, SILENT, AGAIN = 60, 60, 20  # commands of every finger: in the grip, without states, with states again
 SECOND = 1_000_000_000  # [ns]
 SO_RCVBUFFORCE = 33  # of Linux; the module socket does not name it
 

@@ -133,6 +133,23 @@ def test_the_frame_of_a_command_says_what_is_held_and_when_it_expires(stepped: F
     assert said.reason == stepped.finger.command().reason
 
 
+@pytest.mark.parametrize(("silence", "anew"), [(200 * MS, False), (260 * MS, True)])
+def test_after_a_silence_in_which_the_contact_is_lost_the_force_that_is_there_is_taken_over(
+    silence: int, anew: bool
+) -> None:
+    """The estimate takes a pause of up to 0.25 s for one of its samples."""
+    one = Finger()
+    for k in range(STATES):
+        one.step(state(k))
+    began = one.memory["TURN_TRANSFER_SINCE"]
+    for k in range(STATES, 2 * STATES):
+        late = state(k)._replace(stamp=state(k).stamp + silence)  # type: ignore[attr-defined]
+        one.step(late)
+    assert (one.memory["TURN_TRANSFER_SINCE"] > began) == anew
+    if anew:
+        assert one.memory["TRANSFER_FORCE"] == pytest.approx(2.0, abs=0.02)
+
+
 def test_the_first_command_is_the_force_that_is_there_or_where_none_is_measured_that_is_estimated() -> None:
     measured, pressed = Finger(), Finger()
     measured.step(state(0))
