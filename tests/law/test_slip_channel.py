@@ -156,7 +156,7 @@ def test_the_law_holds_over_its_whole_space(seed: int) -> None:
 @pytest.mark.parametrize("fault", ["none", "dead", "stuck", "flicker"])
 def test_embedded_objects_grip_as_the_compiled_step_does(fault: str) -> None:
     """With a seed at which both prove the channel at once: when they do depends on each sample."""
-    case = replace(ALONE, fault=fault, start=4.0, duration=10.0, seed=6)
+    case = replace(ALONE, fault=fault, start=4.0, duration=10.0, seed=2)
     compiled, embedded = run(case), run(case, objects=True)
     assert embedded.over_least == pytest.approx(compiled.over_least, rel=0.15)
     assert (embedded.dropped < math.inf) == (compiled.dropped < math.inf)
