@@ -23,9 +23,18 @@ def test_a_wrong_value_neither_lets_the_grip_down_nor_teaches_a_friction(channel
     assert verdict.shrunk <= 1.0
 
 
+BELIEVED = pytest.mark.xfail(
+    strict=True, reason="told by all fingers at once where the load makes a slide likely, it is believed"
+)
+
+
 @pytest.mark.parametrize(
     ("channel", "value", "duration"),
-    [pytest.param("slip", 1.0, 0.05, marks=pytest.mark.long), ("slip", 1.0, 1.0), ("slip_speed", 0.5, 1.0)],
+    [
+        pytest.param("slip", 1.0, 0.05, marks=[pytest.mark.long, BELIEVED]),
+        ("slip", 1.0, 1.0),
+        ("slip_speed", 0.5, 1.0),
+    ],
 )
 def test_a_slip_channel_that_lies_neither_teaches_nor_keeps_the_grip_up_with_learning(
     channel, value, duration
