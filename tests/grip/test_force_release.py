@@ -9,6 +9,7 @@ from scipy.stats import norm
 from vegrip.grip.force_release import (
     PAUSE,
     begin_release,
+    cost_of_noticed,
     counted_on,
     decide,
     reacts,
@@ -44,6 +45,7 @@ def grasp(releases: bool = True, fingers: int = 2) -> GraspMemory:
     begin_release(g)
     set_risk(g, RISK, NOTICED, releases)
     for i in range(fingers):
+        g.drive.state[3 * i] = 0.015  # [s] lag
         hear_slip(g, i, 1e-6, 0.0, math.nan)
     return g
 
@@ -179,21 +181,34 @@ def test_a_load_that_changes_takes_all_back_and_what_has_held_is_learned() -> No
     assert believed_mean(g, 0) > before + 0.03
 
 
-@pytest.mark.parametrize("load", [0.8, 1.2], ids=["falls", "rises"])
-@pytest.mark.parametrize(("sound", "teaches"), [(0.48, False), (0.99, True)], ids=["not proven", "proven"])
-def test_a_load_that_changes_with_the_force_may_be_a_slide_until_a_channel_is_proven(
+@pytest.mark.parametrize(
+    ("sound", "load", "teaches"),
+    [(0.48, 0.9, False), (0.48, 1.2, True), (0.99, 0.9, True), (0.99, 1.2, True)],
+    ids=["not proven, falls", "not proven, rises", "proven, falls", "proven, rises"],
+)
+def test_a_load_that_falls_with_the_force_may_be_a_slide_until_a_channel_is_proven(
     sound: float, load: float, *, teaches: bool
 ) -> None:
     g = grasp()
     prove(g, sound)
     held(g, 0.5)
     before = believed_mean(g, 0)
-    for _ in range(20):
+    for k in range(40):
         for i in range(2):
-            changed = watch_quiet(g, i, 0.002, load, 0.01, True)
+            part = k / 39.0  # of the change
+            follow_forces(g, i, 0.002, 2.0 * 0.75**part, load**part, True)
+            changed = watch_quiet(g, i, 0.002, load**part, 0.01, True)
             decide(g, i, 0.002, 0.15, True, changed)
     assert g.release.shift[0] == 0.0
     assert (believed_mean(g, 0) > before + 0.01) is teaches
+
+
+def test_a_slide_costs_as_much_as_the_object_slides_until_the_drive_answers() -> None:
+    """By the square of the time, and never more than one that is not noticed."""
+    g = grasp()
+    for lag, part in ((0.015, 1.0), (0.06, 4.0), (0.4, math.inf)):
+        g.drive.state[0] = lag
+        assert cost_of_noticed(g) == pytest.approx(min(RISK / NOTICED * part, 1.0))
 
 
 def test_a_finger_that_lets_go_of_the_object_is_not_let_go_of() -> None:

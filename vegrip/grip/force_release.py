@@ -3,7 +3,7 @@
 **Assumed.** Let P be the probability that a slide would be noticed in time, as far as it was shown, F the
 distribution of ln mu as it is believed, and F_c that of friction that has changed, wider by ``CHANGE_STD``. A
 slide that is not noticed loses the object, and nor would be noticed that friction has changed; one that is
-noticed costs kappa of that. So x is assumed with::
+noticed costs kappa of that, the more the later the drive answers. So x is assumed with::
 
     (1 - P) ((1 - RARE) F(x) + RARE F_c(x)) + P kappa F(x) = risk
 
@@ -21,8 +21,8 @@ what one slide costs. Where no channel is proven, the load alone is a witness (:
 sees a slide the sooner, the faster N falls: then b grows by ``QUICK``.
 
 b returns to 0 when a finger slides, which teaches, and when a load changes; what has held until then is
-evidence that friction is higher. Where no channel is proven only loads that are held without that are: what
-changes while force is lowered may be a slide.
+evidence that friction is higher. Where no channel is proven it is none if T has fallen with N: that may be a
+slide.
 
 Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
@@ -65,17 +65,27 @@ def reacts(g: GraspMemory, i: int) -> bool:
     return g.slip.slides[i] >= EVEN and g.release.ends <= 0.0
 
 
+def cost_of_noticed(g: GraspMemory) -> float:
+    """Return what a slide that is noticed costs, of one that loses the object.
+
+    Until the drive has answered, the object goes on by a distance that grows with the square of the time.
+    """
+    part = (g.slip.delay + LOOK + slowest_drive(g)) / ANSWERED
+    return min(g.release.kappa * part * part, 1.0)
+
+
 def counted_on(g: GraspMemory, i: int) -> float:
     """Return the ln mu of finger ``i`` that is assumed, by halving."""
     p = shown_noticed(g)
     mean, std = believed_mean(g, i), math.sqrt(believed_variance(g, i) + NEARLY_NONE)
     wider = math.hypot(std, CHANGE_STD)
+    kappa = cost_of_noticed(g)
     low, high = mean - 4.0 * wider, mean
     for _ in range(16):
         x = 0.5 * (low + high)
         believed = upper_tail((mean - x) / std)
         changed = (1.0 - RARE) * believed + RARE * upper_tail((mean - x) / wider)
-        loss = (1.0 - p) * changed + p * g.release.kappa * believed
+        loss = (1.0 - p) * changed + p * kappa * believed
         if loss < g.release.risk:
             low = x
         else:
@@ -199,7 +209,7 @@ def decide(g: GraspMemory, i: int, dt: float, margin: float, touching: bool, cha
         take_back(g, False)
         g.release.pause = PAUSE
     elif changed or (total > 0.0 and chance_noticed(g) < SURE and ends_slowly(g, dt)):
-        take_back(g, chance_noticed(g) >= SURE)
+        take_back(g, chance_noticed(g) >= SURE or g.witness.waits <= 0.0)
         g.release.pause = 0.0 if changed else PAUSE
     g.release.counted[i] = counted_on(g, i)
     let_go(g, i, dt, margin, touching)

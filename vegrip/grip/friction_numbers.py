@@ -27,11 +27,13 @@ FOLLOWS = 0.3  # d ln T / d ln N between that of an object that holds, 0, and of
 RISE = 0.02  # of ln T or ln u, below which nothing is seen
 BLIND = 0.15  # of ln T or ln N, by which an object has slid too far before it is seen
 GOES_AWAY = 2.0  # d ln T / d ln N beyond which the load goes away by itself
-SLOW = 0.6  # [1/s] of ln N, below which a slide would show too late
+GRAVITY = 9.81  # [m/s^2] of an object whose whole weight is missing
+HIDDEN = 1.1e-4  # [m] of a slide that the load has not shown yet, while force is lowered
 QUICK = 5.0  # [1/s] of ln N, with which it shows within 0.7 mm; what rises faster may be a wrong value
 RETURN = 0.15  # [s] in which a grip is back and a load steady, and after which a report is of another slide
 
 # letting go of force
+ANSWERED = 0.045  # [s] from a slide to its end by the drives and channels for which a cost is stated
 COST = 2.0  # [s] of the least force, that a slide which is noticed costs
 WORTH = 0.08  # of the force, that is held in any case: knowing friction does not save it, since it changes
 LEAD = 0.35  # [s] with which the grip follows: what is asked leads what is by no more of the rate

@@ -51,10 +51,17 @@ def rise_needed(g: GraspMemory, dt: float) -> float:
 
 
 def is_slow(g: GraspMemory, dt: float, force: float) -> bool:
-    """Return whether N, ``force`` [N] now, has begun to fall and falls too slowly to show a slide in time."""
+    """Return whether N, ``force`` [N] now, has begun to fall and falls too slowly to show a slide in time.
+
+    While ln N falls by v a second, a part ``v t`` of the weight is missing after t. What is needed to see it,
+    ``rise_needed / (1 - FOLLOWS)``, is missing once the object has slid by ``g (v t)^3 / (6 v^2)``.
+    """
     g.witness.lagging += (1.0 - math.exp(-dt / RETURN)) * (force - g.witness.lagging)
+    if force >= (1.0 - BLIND) * g.witness.first:
+        return False
+    missing = rise_needed(g, dt * g.belief.fingers) / (1.0 - FOLLOWS)
     rate = math.log(g.witness.lagging / force) / RETURN
-    return force < (1.0 - BLIND) * g.witness.first and rate < SLOW
+    return rate < math.sqrt(GRAVITY * missing * missing * missing / (6.0 * HIDDEN))
 
 
 def sees_slide(g: GraspMemory, dt: float, let_go: float, changed: bool) -> bool:
