@@ -145,6 +145,18 @@ def test_a_fast_stop_is_acknowledged_when_it_is_opened_and_not_by_itself(wsg):
         assert wsg.device.is_stopped
 
 
+def test_a_connection_that_was_lost_is_a_fast_stop_that_ends_by_itself_and_the_force_is_said_again(wsg):
+    with wsg.open() as endpoint:
+        press(endpoint, 20.0, lambda: wsg.presses(20.0))
+        wsg.device.is_stopped, wsg.device.forces["jaw"] = True, 0.0
+        wsg.device._grips_with = 0.0
+        wsg.port._drop()
+        until(endpoint, lambda: endpoint.rejected.get("link_lost"))
+        press(endpoint, 20.0, lambda: wsg.presses(20.0))
+        assert endpoint.obeys
+        assert "not_ready" not in endpoint.rejected  # nobody has to start the node again
+
+
 def test_a_device_that_is_at_home_is_not_sent_home(wsg):
     wsg.device.is_referenced = True
     homed = []
@@ -173,6 +185,29 @@ def test_a_refused_force_is_counted(wsg):
         wsg.device.limits = type(wsg.device.limits)(minimum=5.0, maximum=10.0)
         endpoint.send(command(20.0, PATIENCE))
         until(endpoint, lambda: endpoint.rejected.get("force_refused", 0) > 0)
+
+
+ALREADY_RUNNING = struct.pack("<H", 4)
+"""E_ALREADY_RUNNING of its command set: a grip while the jaws still move."""
+
+
+def test_a_grip_or_release_that_is_refused_is_counted_and_said_again(wsg):
+    move, refusals = wsg.device._move, []
+
+    def refuses(what, payload):
+        if what in refusals:
+            return move(what, payload)
+        refusals.append(what)
+        return message(what, ALREADY_RUNNING)
+
+    wsg.device._move = refuses
+    with wsg.open() as endpoint:
+        wsg.device.jaws.object_at = 1.0
+        press(endpoint, 20.0, lambda: "grip_refused" in endpoint.conditions)
+        assert not endpoint.obeys  # it presses with what it pressed before
+        until(endpoint, lambda: wsg.presses(20.0) and endpoint.obeys)
+        press(endpoint, 0.0, lambda: wsg.presses(0.0) and endpoint.obeys)
+        assert (endpoint.rejected["grip_refused"], endpoint.rejected["release_refused"]) == (1, 1)
 
 
 def test_a_device_that_does_not_come_home_is_refused_with_what_it_says(wsg):

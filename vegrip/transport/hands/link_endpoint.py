@@ -406,7 +406,8 @@ class MappedLinkEndpoint(Endpoint):
 
     @property
     def obeys(self) -> bool:
-        return all(self._obeys(device) for device in self._devices)
+        is_refused = any(map(self._is_refused, self._orders.values()))
+        return not is_refused and all(self._obeys(device) for device in self._devices)
 
     @property
     def device_faults(self) -> Set[tuple[str, str]]:
@@ -522,7 +523,7 @@ class MappedLinkEndpoint(Endpoint):
         for outgoing in self._codec.encoder.wanted():
             identifier = self._codec.plan.database.messages[outgoing.name].identifier
             device = self._devices[self._device_of[identifier]]
-            if self._was_ready and self._ready not in self._conditions.now:
+            if self._was_ready and self._ready not in self._conditions.now and not device.dialogue.is_begun:
                 self._faults["not_ready"] += 1
             device.dialogue.order(outgoing.name, partial(self._made, outgoing, device))
             device.talk(now)
@@ -537,8 +538,13 @@ class MappedLinkEndpoint(Endpoint):
         is_sure = device.missed_when_ready == device.dialogue.missed
         return not self._ready or (is_sure and self._ready in self._conditions.now)
 
+    def _is_refused(self, order: "_Order") -> bool:
+        """Whether what answered a command says a fault: its device has not done it."""
+        faults = self._conditions.faults
+        return any(self._conditions.judges(each, fault) for each in order.answers for fault in faults)
+
     def _made(self, outgoing: Outgoing, device: Device, now: int) -> list[Step]:
-        """Return the command of now, with what follows where it is new, or may not have been received."""
+        """Return the command of now, with what follows where it is new, or was not done or received."""
         outgoing.is_wanted, dialogue = False, device.dialogue
         if not self._obeys(device):
             return []
@@ -548,7 +554,8 @@ class MappedLinkEndpoint(Endpoint):
             command = outgoing.targets[0].command
             opens = bool(order.opened) and command is not None and command.normal_force <= 0.0
             said = frame.data, opens, dialogue.starts, dialogue.missed
-            is_new, order.said = said != order.said, said
+            is_new, order.said = said != order.said or self._is_refused(order), said
+            order.answers = [one.expects for one in (order.opened if opens else (order.step, *order.then))]
             if opens:
                 return list(order.opened) if is_new else []
             data = frame.data if line is None else line.line(frame.data)
@@ -606,6 +613,7 @@ class _Order:
     then: Sequence[Step]
     opened: Sequence[Step]
     said: Any = None  # the last command, and how often the device was lost before
+    answers: Sequence[str] = ()  # the packets that answer it
 
 
 def _orders(plan: Plan) -> dict[str, _Order]:

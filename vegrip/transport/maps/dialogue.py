@@ -162,6 +162,11 @@ class Dialogue:
     def is_open(self) -> bool:
         return not self._said and self._awaited is None
 
+    @property
+    def is_begun(self) -> bool:
+        """Whether an opening is under way that no condition has stopped yet."""
+        return not self.is_open and self._give_up_at == 0
+
     def zero(self) -> bool:
         self._said.extend(self.zeroing)
         return bool(self.zeroing)
