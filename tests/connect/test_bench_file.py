@@ -216,6 +216,22 @@ def test_odd_answers_are_asked_for_again_and_a_sign_holds_for_all_pads_of_a_prod
     assert "sign = -1" in right
 
 
+@pytest.mark.parametrize("product", ["contactile-papillarray", "robotiq-tsf85"])
+def test_two_pads_at_one_port_are_both_in_the_bench(tmp_path, monkeypatch, product):
+    monkeypatch.setattr(sys, "stdin", Terminal("\n\n\n-y\nheavy\n0.4\n"))
+    felt = iter([{"first": 0.1, "second": 0.1}, {"first": 0.1, "second": -5.0}])
+    monkeypatch.setattr(_bench, "listen_to_all", lambda *_: next(felt))
+    path, scale = tmp_path / "bench.toml", "fingers.*.taxels.scale=0.001"
+    words = ["--set", scale] if product == "robotiq-tsf85" else []
+    assert main(["connect", "--sensor", f"{product}@/dev/ttyACM0", *GRIPPER, *words, "-o", str(path)]) == 0
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["bench.toml", "pads.toml"]
+    (node,) = read_launch_file(path)
+    assert node.fingers == bench_of(path).serves == ("first", "second")
+    first, second = (bench_of(path).sensors[0].plan.hand.fingers[name] for name in node.fingers)
+    assert (first.axes, second.axes) == ((), ("-y", "x", "z"))
+    assert [(one.taxels or one.channels["normal_force"]).sign for one in (first, second)] == [-1, -1]
+
+
 def test_the_pad_that_is_pressed_tells_which_it_is_and_its_sign():
     rest = {"a": 0.1, "b": -0.2}
     assert which_is_pressed(rest, {"a": 0.2, "b": 4.0}) == ("b", 1)

@@ -21,7 +21,7 @@ from vegrip.connect.bench_file import (
     launch_text,
     listen_to_all,
     map_of_drive,
-    map_of_pad,
+    map_of_pads,
     named,
     said_of_parts,
     source_of,
@@ -36,6 +36,7 @@ from vegrip.transport.open import map_and_port
 from vegrip.whole_file import or_as_before, write_whole
 
 LISTEN_S: Final = 3.0  # [s] at rest, and while a pad is pressed
+HUB: Final = "pads"  # the map of both at one port
 NAME: Final = re.compile(r"[\w-]+")
 MOST_KG: Final = 1000.0  # that is asked for; more is a slip of the hand
 
@@ -55,17 +56,21 @@ def connect_bench(
     """Write the launch file of a bench, and beside it the map of each pad."""
     if not sensors or not drive or output is None:
         raise UsageError("a bench needs a --sensor PRODUCT@PORT for each pad, a --drive, and -o FILE")
-    sides = [name.strip() for name in fingers.split(",") if name.strip()] or list(JAWS[: len(sensors)])
-    if len(sides) != len(sensors):
-        raise UsageError(f"{len(sensors)} sensors and {len(sides)} --fingers; name one for each sensor")
-    _check(sensors, sides, output, heaviest)
     pads, presses = [named(text) for text in sensors], named(drive)
-    of_pads, of_drive = said_of_parts(said, sides, presses.fingers)
+    sides = [name.strip() for name in fingers.split(",") if name.strip()]
+    of_hub = pads[0].fingers if len(pads) == 1 and not sides else []
+    is_hub = len(of_hub) > 1  # both pads at one port, which tells them apart itself
+    sides = sides or (of_hub if is_hub else list(JAWS[: len(sensors)]))
+    if len(sides) != len(sensors) and not is_hub:
+        raise UsageError(f"{len(sensors)} sensors and {len(sides)} --fingers; name one for each sensor")
+    _check(sensors, sides, [HUB] if is_hub else sides, output, heaviest)
+    groups = {HUB: sides} if is_hub else {side: [side] for side in sides}
+    of_pads, of_drive = said_of_parts(said, groups, presses.fingers)
     with tempfile.TemporaryDirectory(prefix="vegrip-connect-") as folder:
         scratch = [Path(folder) / f"{number}.toml" for number in range(len(pads) + 1)]
         sources = [
-            source_of(pad, map_of_pad(pad, side, of_pads[side]), file)
-            for pad, side, file in zip(pads, sides, scratch[1:], strict=True)
+            source_of(pad, map_of_pads(pad, group, of_pads[name]), file)
+            for pad, (name, group), file in zip(pads, groups.items(), scratch[1:], strict=True)
         ]
         press = source_of(presses, map_of_drive(presses, of_drive), scratch[0])
         answers = Answers(sides, {}, {}, heaviest)
@@ -73,14 +78,14 @@ def connect_bench(
             answers = _asked(sources, sides, heaviest)
         largest = largest_for(answers.heaviest, press) if answers.heaviest else 0.0
     texts = {
-        output.parent / f"{side}.toml": map_of_pad(pad, side, of_pads[side], answers)
-        for pad, side in zip(pads, answers.sides, strict=True)
+        output.parent / f"{name}.toml": map_of_pads(pad, groups[name], of_pads[name], answers)
+        for pad, name in zip(pads, groups if is_hub else answers.sides, strict=True)
     }
     reference = _reference(presses, output.parent)
     if of_drive:
         reference = "drive.toml"
         texts[output.parent / reference] = map_of_drive(presses, of_drive)
-    texts = {output: launch_text(sides, reference, largest), **texts}
+    texts = {output: launch_text(groups, sides, reference, largest), **texts}
     for path in texts:
         claim_file(path, force=force)
     output.parent.mkdir(parents=True, exist_ok=True)
@@ -118,7 +123,9 @@ def _as_dict(output: Path, bench: Bench) -> dict[str, Any]:
     }
 
 
-def _check(sensors: Sequence[str], sides: Sequence[str], output: Path, heaviest: float) -> None:
+def _check(
+    sensors: Sequence[str], sides: Sequence[str], files: Sequence[str], output: Path, heaviest: float
+) -> None:
     """Refuse what would write two parts into one file, or into another folder."""
     if doubled := next((text for text in sensors if sensors.count(text) > 1), ""):
         raise UsageError(f"--sensor {doubled} is given twice; each pad has its own port")
@@ -130,7 +137,7 @@ def _check(sensors: Sequence[str], sides: Sequence[str], output: Path, heaviest:
         raise UsageError(
             f"--fingers has {wrong!r}; a name has letters, digits, - and _, and is that of a file"
         )
-    if output.name in (f"{side}.toml" for side in sides):
+    if output.name in (f"{file}.toml" for file in files):
         raise UsageError(f"{output} is also the map of that pad; give -o another name, as bench.toml")
     if not math.isfinite(heaviest):
         raise UsageError(f"--heaviest is {heaviest:g}; give a mass in kg")
@@ -141,10 +148,13 @@ def _asked(sources: Sequence[Source], sides: Sequence[str], heaviest: float) -> 
     by_text = {source.text: source for source in sources}
     signs: dict[str, int] = {}
     sign_of: dict[str, int] = {}  # by product
-    order = dict(zip(by_text, sides, strict=True))
+    is_hub = len(by_text) < len(sides)
+    order = dict(zip(sides if is_hub else by_text, sides, strict=True))
     typer.prompt("touch nothing, and press Enter", default="", show_default=False)
     rest = listen_to_all(by_text, LISTEN_S)
-    for side in sides[: len(sides) - 1 or 1]:
+    if is_hub:
+        signs = dict.fromkeys(sides, _pressed("press a pad, keep it pressed, Enter", by_text, rest)[1])
+    for side in () if is_hub else sides[: len(sides) - 1 or 1]:
         pressed, sign = _pressed(f"press the pad of the {side} jaw, keep it pressed, Enter", by_text, rest)
         signs[side] = sign_of[map_and_port(pressed)[0]] = sign
         if order[pressed] != side:
@@ -158,7 +168,7 @@ def _asked(sources: Sequence[Source], sides: Sequence[str], heaviest: float) -> 
     mass = heaviest or typer.prompt("mass of the heaviest object [kg]", default="0.5", value_proc=_mass)
     for text, side in order.items():  # what one of a product does with its sign, the other does too
         signs.setdefault(side, sign_of.get(map_and_port(text)[0], 1))
-    return Answers([order[source.text] for source in sources], up, signs, mass)
+    return Answers(list(order.values()), up, signs, mass)
 
 
 def _pressed(question: str, by_text: Mapping[str, Source], rest: Mapping[str, float]) -> tuple[str, int]:

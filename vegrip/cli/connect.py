@@ -28,7 +28,7 @@ LIST = Annotated[bool, typer.Option("--list", help="Show the products whose maps
 HAND = Annotated[str, typer.Option(help="A product of --list: write its map.")]
 ADDRESS = Annotated[str, typer.Option(help="--hand: where it is, HOST:PORT or a tty.")]
 SENSOR = Annotated[
-    list[str] | None, typer.Option(help="A bench: PRODUCT@PORT or FILE[@PORT] that feels, one for each pad.")
+    list[str] | None, typer.Option(help="A bench: PRODUCT@PORT or FILE[@PORT] that feels, one for each port.")
 ]
 DRIVE = Annotated[str, typer.Option(help="A bench: PRODUCT@PORT or FILE[@PORT] that presses.")]
 HEAVIEST = Annotated[float, typer.Option(min=0.0, help="A bench: its heaviest object [kg].")]

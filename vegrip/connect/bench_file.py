@@ -1,7 +1,7 @@
 """The launch file of a hand in parts, and the maps of its pads, drawn up from products and few answers."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -90,27 +90,28 @@ def named(text: str) -> Named:
 
 
 def said_of_parts(
-    said: Sequence[Setting], sides: Sequence[str], jaws: Sequence[str]
+    said: Sequence[Setting], groups: Mapping[str, Sequence[str]], jaws: Sequence[str]
 ) -> tuple[dict[str, list[Setting]], list[Setting]]:
-    """Return what is said of the map of each pad, and of that of the drive, whose fingers are ``jaws``.
+    """Return what is said of each map of pads, and of that of the drive, whose fingers are ``jaws``.
 
     Raises:
         UsageError: a key is of no part.
 
     """
-    pads: dict[str, list[Setting]] = {side: [] for side in sides}
+    pads: dict[str, list[Setting]] = {file: [] for file in groups}
+    of_finger = {side: pads[file] for file, sides in groups.items() for side in sides}
     drive: list[Setting] = []
     for path, value in said:
         finger = path[1] if path[0] == "fingers" and len(path) > 2 else ""
-        if finger in pads:
-            pads[finger].append((path, value))
+        if finger in of_finger:
+            of_finger[finger].append((path, value))
         elif finger in jaws or (finger == ALL and path[2] == "command") or (path[0] == "drive" and path[1:]):
             drive.append((path, value))
         elif finger == ALL:
             for settings in pads.values():
                 settings.append((path, value))
         else:
-            known = ", ".join(f"fingers.{name}" for name in (*sides, *jaws, ALL))
+            known = ", ".join(f"fingers.{name}" for name in (*of_finger, *jaws, ALL))
             raise UsageError(
                 f"--set {'.'.join(path)}: of a bench there are {known} and drive; what else differs stands "
                 "in a map of yours, FILE@PORT"
@@ -118,22 +119,25 @@ def said_of_parts(
     return pads, drive
 
 
-def map_of_pad(given: Named, side: str, said: Sequence[Setting], answers: Answers | None = None) -> str:
-    """Return the map of one pad under the name of its jaw; other fingers of the map are left out.
+def map_of_pads(
+    given: Named, sides: Sequence[str], said: Sequence[Setting], answers: Answers | None = None
+) -> str:
+    """Return the map of one pad under the name of its jaw, without other fingers, or of a hub with all.
 
     Raises:
         InputError: its map has no lines of their own for that, or for what is ``said``.
 
     """
-    text = _of_one_finger(_without_like(given.path), given.fingers, side)
+    text = _without_like(given.path)
+    text = _of_one_finger(text, given.fingers, sides[0]) if len(sides) == 1 else text
     text = surely_changed(text, given.where, given.text, f"of {given.text}")
     table = parse_toml(text)
-    if [name for name in table.get("fingers", {}) if name != ALL] != [side]:
+    if [name for name in table.get("fingers", {}) if name != ALL] != list(sides):
         raise InputError(
-            f"{given.text}: [fingers.{given.fingers[0]}] has no lines of its own; call it {side} there"
+            f"{given.text}: [fingers.{given.fingers[0]}] has no lines of its own; call it {sides[0]} there"
         )
     if answers is not None:
-        settings = _in_place(table["fingers"], _answered(side, table["fingers"], answers))
+        settings = _in_place(table["fingers"], _answered(sides, table["fingers"], answers))
         text = surely_changed(text, settings, given.text, "answered to vegrip connect")
     return surely_changed(text, _in_place(table["fingers"], said), given.text)
 
@@ -152,18 +156,20 @@ def _of_one_finger(text: str, fingers: Sequence[str], side: str) -> str:
     return "\n".join(lines).replace("{finger}", fingers[0])  # signals keep its name
 
 
-def _answered(side: str, fingers: Mapping[str, Any], answers: Answers) -> list[Setting]:
-    found: list[Setting] = []
-    if answers.up.get(side, "x") != "x":
-        found.append((["fingers", side, "axes"], AXES[answers.up[side]]))
-    if answers.sign.get(side, 1) < 0:
+def _answered(sides: Sequence[str], fingers: Mapping[str, Any], answers: Answers) -> list[Setting]:
+    found: list[Setting] = [
+        (["fingers", side, "axes"], AXES[answers.up[side]])
+        for side in sides
+        if answers.up.get(side, "x") != "x"
+    ]
+    if answers.sign.get(sides[0], 1) < 0:
         has_taxels = any("taxels" in keys for keys in fingers.values())
         found.append((["fingers", ALL, "taxels" if has_taxels else "normal_force", "sign"], -1))
     return found
 
 
 def map_of_drive(given: Named, said: Sequence[Setting]) -> str:
-    """Return the map of the drive, with where it is; raises as :func:`map_of_pad`."""
+    """Return the map of the drive, with where it is; raises as :func:`map_of_pads`."""
     text = surely_changed(given.path.read_text("utf-8"), given.where, given.text, f"of {given.text}")
     return surely_changed(text, _in_place(given.map["fingers"], said), given.text)
 
@@ -202,11 +208,11 @@ def _in_place(fingers: Mapping[str, Any], said: Sequence[Setting]) -> list[Setti
     return found
 
 
-def launch_text(sides: Sequence[str], drive: str, largest: float) -> str:
-    """Return the launch file that joins ``SIDE.toml`` and ``drive``; ``largest`` force [N], 0: not known."""
+def launch_text(files: Iterable[str], sides: Sequence[str], drive: str, largest: float) -> str:
+    """Return the launch file that joins ``FILE.toml`` and ``drive``; ``largest`` force [N], 0: not known."""
     lines = [
         "# A bench as vegrip connect wrote it: docs/tutorials/bench.md. vegrip doctor tries each part.",
-        key_line("sensors", [f"{side}.toml" for side in sides], ""),
+        key_line("sensors", [f"{file}.toml" for file in files], ""),
         key_line("drive", drive, "its force serves all of these"),
         key_line("serves", list(sides), ""),
         "",
@@ -259,11 +265,15 @@ def which_is_pressed(at_rest: Mapping[str, float], pressed: Mapping[str, float])
 
 
 def listen_to_all(sources: Mapping[str, Source], seconds: float) -> dict[str, float]:
-    """Return the mean normal force [N] of the first finger of each, all listened to at once; NaN: none."""
+    """Return the mean normal force [N] of each, by finger of a hub, all listened to at once; NaN: none."""
     with ExitStack() as stack:
         opened = {name: stack.enter_context(source.open(source.text)) for name, source in sources.items()}
         received = listen(opened, seconds)
-    return {name: float(one.mean(next(iter(one.states), ""))[2]) for name, one in received.items()}
+    return {
+        name if len(sources[name].names) == 1 else finger: float(one.mean(finger)[2])
+        for name, one in received.items()
+        for finger in sources[name].names
+    }
 
 
 def source_of(given: Named, text: str, file: Path) -> Source:
