@@ -182,6 +182,14 @@ class _SerialLink(Link):
             self._file = -1
 
 
+def host_and_port(kind: str, address: str, where: str) -> tuple[str, int]:
+    """Read the address of a socket of a ``kind``."""
+    host, colon, port = address.rpartition(":")
+    if not (colon and host and port.isdecimal() and 0 < int(port) < 65536):
+        raise ConfigError(f"{where}: 'address' is {address!r}; it must be HOST:PORT, as {EXAMPLES[kind]}")
+    return host.strip("[]"), int(port)
+
+
 def opener(kind: str, address: str, baud: int, local_port: int, where: str) -> Open:
     """Return what opens the device at ``address``: ``HOST:PORT``, or the path of a tty."""
     if not address:
@@ -193,11 +201,9 @@ def opener(kind: str, address: str, baud: int, local_port: int, where: str) -> O
                 f"{where}: 'baud' is {baud}; this system has no such rate, the nearest usual one is 115200"
             )
         return lambda wait: _SerialLink(address, speed)  # noqa: ARG005 (a tty is there or not)
-    host, colon, port = address.rpartition(":")
-    if not (colon and host and port.isdecimal() and 0 < int(port) < 65536):
-        raise ConfigError(f"{where}: 'address' is {address!r}; it must be HOST:PORT, as {EXAMPLES[kind]}")
+    host, port = host_and_port(kind, address, where)
     try:
-        found = socket.getaddrinfo(host.strip("[]"), int(port), type=socket.SOCK_DGRAM)[0]
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
     except OSError as error:
         raise DeviceError(
             f"{where}: {host!r} cannot be found ({error.strerror or error}); give its number, as 192.168.1.1"

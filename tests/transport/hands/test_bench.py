@@ -86,6 +86,8 @@ def opened(folder, text):
         (TWO + 'drive = "left.toml"', "left.toml maps no command, so it is no drive"),
         (TWO + 'drive = "nothing.toml"', "there is no map 'nothing.toml'"),
         (TWO + 'drive = "robotiq@/dev/ttyUSB0"', "there is no map of 'robotiq'"),
+        (TWO + 'drive = "weiss-wsg50@192.168.1.20"', "'192.168.1.20'; it must be HOST:PORT"),
+        (TWO + 'drive = "weiss-wsg50@/dev/ttyUSB0"', "'/dev/ttyUSB0'; it must be HOST:PORT"),
         (TWO + 'drive = "gripper.toml"\nserves = ["left", "rihgt"]', "'rihgt', which no sensor feels"),
         ('sensors = ["left.toml", "left.toml"]\ndrive = "gripper.toml"', "left is a finger of"),
         (TWO + 'drive = "gripper.toml"\n[transport]\nkind = "can"', "[transport] is of a hand of one map"),
@@ -117,7 +119,7 @@ def opened(folder, text):
         (
             'sensors = ["left=contactile-papillarray@/dev/ttyA", "right=contactile-papillarray@/dev/ttyA"]\n'
             'drive = "gripper.toml"',
-            "are both at /dev/ttyA; each has its own port",
+            "are both at /dev/ttyA; each has its own port, and a hub of two pads is named once",
         ),
         (TWO + 'drive = "stiff.toml"', "'unit'"),
         (

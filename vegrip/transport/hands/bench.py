@@ -22,6 +22,7 @@ from vegrip.config import build, merged, parameter
 from vegrip.errors import ConfigError, suggestion
 from vegrip.grip.safety import NOT_MEASURED_S, WatchdogSettings
 from vegrip.grip.safety.drive import DriveLimits
+from vegrip.transport.byte_link import host_and_port
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.bench_endpoint import BenchEndpoint, Drive, Part
 from vegrip.transport.hands.drive_steps import range_of
@@ -233,7 +234,7 @@ def _misfits_of_parts(bench: Bench) -> Iterator[str]:
         port = str(source.transport.get("address", ""))
         other = at.setdefault(os.path.realpath(port), source)  # /dev/serial/by-id has links
         if port and other is not source:
-            yield f"{other.text} and {source.text} are both at {port}; each has its own port"
+            yield f"{other.text} and {source.text} are both at {port}; each has its own port, and a hub of two pads is named once"
 
 
 def _misfits_of_drive(bench: Bench, given: BenchSettings) -> Iterator[str]:
@@ -303,6 +304,9 @@ def read_source(text: str, where: str) -> Source:
         raise ConfigError(f"{where}: {text} does not say where its device is; add [transport] to it")
     if at:
         transport["channel" if transport.get("kind", "can") == "can" else "address"] = port
+    kind, address = transport.get("kind", "can"), transport.get("address")
+    if kind in ("tcp", "udp") and isinstance(address, str) and address:
+        host_and_port(kind, address, f"{where}: {text}")
     names = {one.name: finger or one.name for one in plan.fingers}
     return Source(text, path, plan, transport, names)
 
