@@ -12,6 +12,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "transport" / "hands"))
 
 from benches import Devices, write_bench
+from drives import Running
 
 from vegrip.connect.parts import try_parts
 from vegrip.runtime.doctor import Grade
@@ -110,3 +111,34 @@ def test_a_port_that_is_busy_is_named_with_its_place_and_the_program_that_has_it
     assert port.address in busy.text
     assert f"(process {program.pid})" in busy.text
     assert busy.remedy == f"its port stands at {key} in {path}"
+
+
+@pytest.mark.parametrize(
+    ("fault", "lost", "grade", "said"),
+    [
+        (0, 0, Grade.OK, "in steps of 0.843 N"),
+        (14, 0, Grade.WARN, "it says of itself: overcurrent"),
+        (0, 2, Grade.WARN, "2 requests had no answer"),
+    ],
+)
+def test_a_drive_that_answers_is_no_other_device_and_what_it_says_of_itself_is_said(
+    tmp_path, fault, lost, grade, said
+):
+    drive = Running("robotiq-2f85", tmp_path)
+    drive.device.commanded["ACT"], drive.device.fault = 1, fault
+    answered, polls = drive.device.answered, []
+
+    def cut(data, now):
+        size, answer = answered(data, now)
+        polls.append(answer)
+        return size, answer[:4] if 5 <= len(polls) < 5 + lost else answer
+
+    drive.device.answered = cut
+    path = tmp_path / "bench.toml"
+    path.write_text(
+        f'sensors = ["contactile-papillarray@/none"]\ndrive = "robotiq-2f85@{drive.port.address}"'
+    )
+    finding = try_parts(path, 1.0)[-1]
+    drive.close()
+    assert finding.grade is grade
+    assert said in finding.text

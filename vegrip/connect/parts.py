@@ -3,7 +3,7 @@
 import math
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -39,6 +39,8 @@ class Received:
     seconds: float = 0.0
     rejected: Mapping[str, int] = field(default_factory=Counter)
     skipped: int = 0  # bytes that belong to no packet
+    heard: bool = False  # an answer that is one of this map
+    faults: Sequence[str] = ()  # that it says of itself
 
     def mean(self, finger: str) -> Floats:
         """Return the mean force (x, y, normal) [N], NaN where it is not felt."""
@@ -59,7 +61,8 @@ def listen(endpoints: Mapping[str, Endpoint], seconds: float, enough: int = 0) -
             break
     for name, endpoint in endpoints.items():
         found[name].seconds, found[name].rejected = time.monotonic() - begin, endpoint.rejected
-        found[name].skipped = getattr(endpoint, "skipped", 0)
+        found[name].skipped, found[name].heard = getattr(endpoint, "skipped", 0), endpoint.heard > 0
+        found[name].faults = sorted(fault for _, fault in endpoint.device_faults)
     return found
 
 
@@ -92,9 +95,16 @@ def _tried(name: str, source: Source, place: str, seconds: float, *, is_drive: b
 
 
 def _of_drive(name: str, source: Source, received: Received) -> Finding:
-    if any(received.rejected.get(each) for each in ("unanswered", "silent", "link_lost", "no_traffic")):
+    missed = received.rejected.get("unanswered", 0)
+    is_lost = any(map(received.rejected.get, ("silent", "link_lost", "no_traffic")))
+    if is_lost or (missed and not received.heard):
         return _mute(name, source, received)
-    return ok(name, f"{source.where} answers; it makes {range_of(source.plan.hand.drive)}")
+    text = f"{source.where} answers; it makes {range_of(source.plan.hand.drive)}"
+    if received.faults:
+        return warn(name, f"{text}; it says of itself: {', '.join(received.faults)}", "see its manual")
+    if missed:
+        return warn(name, f"{text}; {missed} requests had no answer", "look at its cable and its supply")
+    return ok(name, text)
 
 
 def _of_sensor(name: str, source: Source, received: Received) -> Finding:

@@ -309,6 +309,15 @@ def test_a_gripper_that_will_not_activate_is_refused_with_what_it_says(running, 
         drive.open()
 
 
+@pytest.mark.parametrize("name", ["robotiq-2f85", "robotiq-2f85-ur"])
+def test_an_activation_that_failed_before_begins_anew(running, name):
+    """It begins with the rising edge of rACT (manual, gFLT), which such a gripper has set already."""
+    drive = running(name)
+    drive.device.commanded["ACT"], drive.device._ready_at = 1, 1 << 62
+    with drive.open() as endpoint:
+        assert "activated" in endpoint.conditions
+
+
 def test_a_port_that_is_busy_or_not_there_is_one_sentence(small):
     with small.open(), pytest.raises(DeviceError, match="another program has it"):
         small.open()

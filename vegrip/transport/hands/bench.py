@@ -234,7 +234,10 @@ def _misfits_of_parts(bench: Bench) -> Iterator[str]:
         port = str(source.transport.get("address", ""))
         other = at.setdefault(os.path.realpath(port), source)  # /dev/serial/by-id has links
         if port and other is not source:
-            yield f"{other.text} and {source.text} are both at {port}; each has its own port, and a hub of two pads is named once"
+            yield (
+                f"{other.text} and {source.text} are both at {port}; each has its own port, and a hub of two "
+                "pads is named once"
+            )
 
 
 def _misfits_of_drive(bench: Bench, given: BenchSettings) -> Iterator[str]:
