@@ -16,6 +16,8 @@ from vegrip.transport.endpoint import NONE_BROKEN, Endpoint
 class Gripper:
     """What the jaws press with; ``step`` is to be called at increasing times."""
 
+    loosens = True  # where a smaller force is asked for
+
     def __init__(self, *, gain=1.0, offset=0.0, delay=0.05, play=0.0, step=0.0, lag=0.0, noise=0.02, seed=0):
         self.gain, self.offset, self.delay, self.play = gain, offset, delay, play
         self.steps, self.lag, self.noise = step, lag, noise
@@ -34,7 +36,8 @@ class Gripper:
         if self.set > 0.0:
             steps = math.floor(self.set / self.steps + 1e-9) * self.steps if self.steps else self.set
             wanted = self.gain * steps + self.offset
-        self.middle = min(max(self.middle, wanted - self.play / 2), wanted + self.play / 2)
+        if self.loosens or wanted > self.middle or self.set == 0.0:
+            self.middle = min(max(self.middle, wanted - self.play / 2), wanted + self.play / 2)
         wanted = self.middle if self.set > 0.0 else 0.0
         share = 1.0 if self.lag == 0.0 else 1.0 - math.exp(-(now - self.then) / self.lag)
         self.force += (wanted - self.force) * share

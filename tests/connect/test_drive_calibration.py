@@ -64,6 +64,16 @@ def test_gain_offset_delay_hysteresis_and_step_are_recovered(gain, offset, delay
     assert found.resolution.value == pytest.approx(gain * step, rel=0.05)
 
 
+def test_a_drive_that_a_smaller_force_does_not_loosen_is_measured_as_it_rises():
+    bench = Bench(gain=0.8, offset=3.0, step=0.84)
+    bench.gripper.loosens = False
+    found = bench.measure()
+    assert not found.loosens
+    assert found.felt(40.0) == pytest.approx(35.0, abs=0.8 * 0.84)  # no setting presses less than is believed
+    assert found.gain.value == pytest.approx(0.8, rel=0.005)
+    assert found.settings.keys() == {"delay"}
+
+
 def test_the_delay_ends_at_half_of_the_step_of_a_force_loop():
     found = Bench(delay=0.04, lag=0.03).measure()
     assert found.delay.value == pytest.approx(0.04 + 0.03 * math.log(2.0), abs=0.006)
@@ -155,13 +165,13 @@ def test_too_small_a_range_is_refused_with_the_least_that_does():
 
 @pytest.mark.parametrize("product", ["robotiq-2f85", "robotiq-hand-e", "weiss-wsg50"])
 def test_the_map_of_a_product_asks_for_what_is_felt_when_it_is_measured(product, tmp_path):
-    source = read_source(f"{product}@/dev/ttyX", "")
+    source = read_source(f"{product}@there:1000", "")
     bench = Bench(gain=0.8, offset=2.0, delay=0.12, play=2.0)
     found = bench.measure(source.plan.hand.drive)
     path = tmp_path / "measured.toml"
     path.write_text(measured_map(source, measured_settings(source, found)))
     measured = read_source(str(path), "")
-    assert measured.transport["address"] == "/dev/ttyX"
+    assert measured.transport["address"] == "there:1000"
     laws = [law_of(each.plan.hand.fingers["jaw"].command, "", "") for each in (source, measured)]
     values = [law.sign * law.scale * law.per_newton for law in laws]
     sent = values[1] * 40.0 + laws[1].offset  # for 40 N that are to be felt

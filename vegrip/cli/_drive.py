@@ -102,8 +102,11 @@ def _print(
         f"{found.curved:.2f} N"
     )
     console.print(f"- delay {1e3 * found.delay.value:.0f} ± {1e3 * found.delay.std:.0f} ms to half of a step")
-    console.print(f"- hysteresis {_of(found.hysteresis, 2)} N between up and down")
-    console.print(f"- {_of_steps(found)}")
+    if found.loosens:
+        console.print(f"- hysteresis {_of(found.hysteresis, 2)} N between up and down")
+        console.print(f"- {_of_steps(found)}")
+    else:
+        console.print("- a smaller force loosens no grip that stands; [drive] keeps its hysteresis and steps")
     for path, value in settings:
         console.print(f"  {'.'.join(path)} = {toml_value(value)}", soft_wrap=True)
     use = "" if target == source.path else f'; to grip by it write drive = "{target.name}" into {launch}'

@@ -9,7 +9,7 @@ A run is settings [N], each with the time from which on it was asked for, and th
 
 At each setting the force is taken over the second half of its time, when it stands. With F up and down at
 the same setting s, gain a and offset b are those of (F_up + F_down) / 2 = a s + b, and the hysteresis is the
-median of F_down - F_up.
+median of F_down - F_up. Where F_down hardly falls, a smaller setting loosens no grip: F_up alone counts.
 """
 
 import math
@@ -30,6 +30,8 @@ MOST_OF_DWELL: Final = 0.4
 CONTINUOUS: Final = 0.6
 """Share of the fine settings that change the force, from which on they are coarser than the drive's steps."""
 LEAST_LEVELS: Final = 4
+LOOSENED: Final = 0.5
+"""Of what the force rises by, that it falls by at least where smaller settings loosen the grip."""
 
 
 class Change(NamedTuple):
@@ -84,11 +86,13 @@ class DriveResponse:
     resolution: Found  # [N] one step; NaN: none was seen
     finer: float  # [N] the steps are finer than this, or not seen; NaN: they were seen
     range: tuple[float, float]  # [N] of the settings
+    loosens: bool  # whether a smaller setting makes the force of a grip that stands smaller
 
     @property
     def settings(self) -> dict[str, float]:
         """``[drive]`` as far as it was measured, in newtons that are felt."""
-        found = {"delay": round(self.delay.value, 4), "hysteresis": round(self.hysteresis.value, 3)}
+        found = {"delay": round(self.delay.value, 4)}
+        found |= {"hysteresis": round(self.hysteresis.value, 3)} if self.loosens else {}
         step = self.resolution.value
         return found if math.isnan(step) else {**found, "resolution": round(step, 3)}
 
@@ -122,7 +126,8 @@ def respond(run: DriveRun) -> DriveResponse:
         raise InputError(f"only {len(both)} settings were held both ways, and {LEAST_LEVELS} are needed")
     level = np.array(both)
     rising, falling = (np.array([each[s] for s in both]) for each in (up, down))
-    middle, apart = (rising + falling) / 2.0, falling - rising
+    loosens = bool(np.ptp(falling) >= LOOSENED * np.ptp(rising))
+    middle, apart = (rising + falling) / 2.0 if loosens else rising, falling - rising
     line = stats.linregress(level, middle)
     if line.slope <= SEEN * line.stderr:
         raise InputError(
@@ -140,6 +145,7 @@ def respond(run: DriveRun) -> DriveResponse:
         resolution=resolution,
         finer=finer,
         range=(both[0], max(each.setting for each in run.changes)),
+        loosens=loosens,
     )
 
 
