@@ -62,7 +62,10 @@ def connect_bench(
     is_hub = len(of_hub) > 1  # both pads at one port, which tells them apart itself
     sides = sides or (of_hub if is_hub else list(JAWS[: len(sensors)]))
     if len(sides) != len(sensors) and not is_hub:
-        raise UsageError(f"{len(sensors)} sensors and {len(sides)} --fingers; name one for each sensor")
+        raise UsageError(
+            f"{len(sensors)} sensors and {len(sides)} --fingers; name one for each sensor, and none for a "
+            "hub, whose pads keep their names"
+        )
     _check(sensors, sides, [HUB] if is_hub else sides, output, heaviest)
     groups = {HUB: sides} if is_hub else {side: [side] for side in sides}
     of_pads, of_drive = said_of_parts(said, groups, presses.fingers)
@@ -128,7 +131,7 @@ def _check(
 ) -> None:
     """Refuse what would write two parts into one file, or into another folder."""
     if doubled := next((text for text in sensors if sensors.count(text) > 1), ""):
-        raise UsageError(f"--sensor {doubled} is given twice; each pad has its own port")
+        raise UsageError(f"--sensor {doubled} is given twice; each has its own port, a hub is given once")
     if doubled := next((side for side in sides if sides.count(side) > 1), ""):
         raise UsageError(f"--fingers has {doubled!r} twice; each pad has its own name")
     if taken := next((side for side in sides if side in OTHER_PARTS), ""):
