@@ -108,3 +108,11 @@ def test_conventional_parameters_give_the_papers_law(model: ContactModel) -> Non
     x = 7e-4
     N = model.simulate([0.0, 1e-12], [0.0, x]).elastic_force[-1]
     assert m * x ** (b + 1.0) / (b + 1.0) == pytest.approx(N, rel=1e-12)
+
+
+def test_a_simulation_is_shown_in_a_line_without_its_arrays(model: ContactModel) -> None:
+    t = np.linspace(0.0, 1.0, 50)
+    shown = repr(model.simulate(t, 1e-3 * t))
+    assert shown.startswith("<Simulation: 50 rows, indentation to 0.001 m, normal force to ")
+    assert "array" not in shown
+    assert "\n" not in shown

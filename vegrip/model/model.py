@@ -112,6 +112,11 @@ class Simulation(NamedTuple):
     pressure_exponent: Floats  # k
     friction_coefficient: Floats  # mu
 
+    def __repr__(self) -> str:
+        deepest, most = (float(np.max(one, initial=0.0)) for one in (self.indentation, self.normal_force))
+        rows = np.size(self.indentation)
+        return f"<Simulation: {rows} rows, indentation to {deepest:.3g} m, normal force to {most:.3g} N>"
+
 
 @dataclass(frozen=True)
 class Shown:
