@@ -60,6 +60,11 @@ def declared(parameter: Parameter) -> Value:
     return Value(parameter.default, parameter.std, parameter.low, parameter.high, parameter.learn)
 
 
+def absolute(parameter: Parameter, value: float, std: float) -> float:
+    """Return the standard deviation of a value in its unit, from that of its coordinate."""
+    return std * value if parameter.transform == "log" else std
+
+
 def coordinate(parameter: Parameter, value: float) -> float:
     return math.log(value) if parameter.transform == "log" else value
 

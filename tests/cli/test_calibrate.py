@@ -31,7 +31,9 @@ def test_a_step_a_call_leads_from_the_first_press_to_the_next_trial(tmp_path, ca
     assert main(["calibrate", "tip", "--take", "pressed", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert [(one["kind"], one["good"]) for one in told["trials"]] == [("press", True)]
-    assert told["parameters"]["K"]["known"]
+    K = told["parameters"]["K"]
+    assert K["known"]
+    assert K["goal"] == pytest.approx(0.03 * K["value"])  # in newtons, as its std
     assert not told["parameters"]["mu"]["known"]
     assert told["next"]["kind"] == "hold"
     assert "mu" in told["why"]

@@ -88,7 +88,9 @@ def test_saved_numbers_go_on_where_they_were() -> None:
     assert second.value("mu").value == pytest.approx(before.value, rel=0.05)
 
 
-def test_what_was_learned_goes_back_into_a_model(tmp_path: Path) -> None:
+def test_what_was_learned_goes_back_into_a_model(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     request = Request(paper_model(8e-3))
     estimator = ContactEstimator(request.model, request.noise)
     for state in simulated(request):
@@ -109,8 +111,11 @@ def test_what_was_learned_goes_back_into_a_model(tmp_path: Path) -> None:
         "-o",
         str(tmp_path / "learned.toml"),
     ]
-    assert main(command) == 0
-    assert read_model(tmp_path / "learned.toml").values["K"].value == estimator.value("K").value
+    assert main([*command, "--json"]) == 0
+    K = read_model(tmp_path / "learned.toml").values["K"]
+    assert K.value == estimator.value("K").value
+    told = json.loads(capsys.readouterr().out)["parameters"]["K"]
+    assert told == {"value": K.value, "std": pytest.approx(K.value * K.std)}
 
 
 @pytest.mark.parametrize("damage", ["other", "short", "long", "nan", "bit", "words"])

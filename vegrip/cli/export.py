@@ -223,13 +223,17 @@ def learned(
     """
     from vegrip.export.saved import learned_model, read_numbers
     from vegrip.model import read_model, write_model
+    from vegrip.parameters import absolute
 
     claim_file(output, force=force)
     chosen = _settings(settings, control=True)  # the file may have been that of a finger
     chosen.pop("control", None)
     found = learned_model(read_model(model), read_numbers(numbers), **chosen)
     write_model(found, output)
-    values = {symbol: {"value": one.value, "std": one.std} for symbol, one in found.values.items()}
+    values = {
+        symbol: {"value": one.value, "std": absolute(found.parameters[symbol][1], one.value, one.std)}
+        for symbol, one in found.values.items()
+    }
     if as_json:
         print_json({"file": str(output), "parameters": values})
         return

@@ -108,7 +108,7 @@ def commands(lines: Sequence[str]) -> str:
 
 
 def spread(one: Mapping[str, Any], which: str) -> str:
-    return f"{100.0 * one[which]:.3g} %" if one["scale"] == "log" else f"{one[which]:.2g}"
+    return f"{100.0 * one[which] / one['value']:.3g} %" if one["scale"] == "log" else f"{one[which]:.2g}"
 
 
 def unit_name(unit: str | None) -> str:

@@ -121,6 +121,8 @@ def test_command_writes_a_model_that_reads_back(bench, plain, tmp_path, capsys) 
     told = json.loads(capsys.readouterr().out)
     model = read_model(tmp_path / "m.toml")
     assert told["parameters"]["K"]["value"] == pytest.approx(model.values["K"].value)
+    for symbol, scale in (("K", model.values["K"].value), ("p", 1.0)):  # in JSON a std is in the value's unit
+        assert told["parameters"][symbol]["std"] == pytest.approx(scale * model.values[symbol].std)
     assert model.values["K"].value == pytest.approx(plain.model.values["K"].value, rel=1e-3)
     assert model.provenance["recording"] == "plain"
 

@@ -44,7 +44,7 @@ class Known:
     symbol: str
     effect: str
     value: float
-    std: float  # of its coordinate
+    std: float  # of its coordinate, as the goal
     goal: float
     unit: str
     is_log: bool
@@ -58,11 +58,12 @@ class Known:
         return off / self.std
 
     def as_dict(self) -> dict[str, object]:
+        of_value = self.value if self.is_log else 1.0
         return {
             "effect": self.effect,
             "value": self.value,
-            "std": self.std,
-            "goal": self.goal,
+            "std": of_value * self.std,
+            "goal": of_value * self.goal,
             "unit": self.unit,
             "scale": "log" if self.is_log else "identity",
             "known": self.is_known,

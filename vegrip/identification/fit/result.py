@@ -22,7 +22,7 @@ from vegrip.identification.fit.solve import Optimum, covariance
 from vegrip.identification.recording import Recording
 from vegrip.identification.recording.checks import AIRLESS, suspect_columns
 from vegrip.model import ContactModel, Shown
-from vegrip.parameters import Parameter, changed, in_si
+from vegrip.parameters import Parameter, absolute, changed, in_si
 from vegrip.types import Floats
 
 LAGS = 20  # of the test for whiteness
@@ -160,7 +160,7 @@ class Fit(Result):
         recording: that was fitted.
         error: rms of the whitened residuals over all channels; 1 is the noise.
         channels: error by channel, in its unit and over its noise.
-        std: standard error by name of the unknown; of a parameter with a scale in proportion.
+        std: standard error by name of the unknown; of one with the scale ``log`` that of its logarithm.
         zeros: of the sensors, displacement [m] and normal force [N].
         warnings(): what to know before believing the values.
         problem: model and recording as they were fitted.
@@ -328,16 +328,17 @@ class Fit(Result):
         return list(_warnings(self, advise=advise))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return what ``--json`` prints."""
+        """Return what ``--json`` prints; ``std`` there is in the unit of its value, whatever the scale."""
         vector, k = self._vector, self.problem.unknowns
         result: dict[str, Any] = {}
         for name, place in zip(k.names, k.place.tolist(), strict=True):
             found = self.declared(name)
             if place >= 0 and found is not None:
+                value = float(vector[place])
                 result[name] = {
                     "effect": found[0].name,
-                    "value": float(vector[place]),
-                    "std": self.std[name],
+                    "value": value,
+                    "std": absolute(found[1], value, self.std[name]),
                     "scale": found[1].transform,
                     "unit": found[1].unit,
                 }
