@@ -14,8 +14,17 @@ from vegrip.errors import ModelError
 
 Transform = Literal["identity", "log"]
 
-SCALES: Final = {"K": "N", "x_ref": "m", "x_ref/K": "m/N", "K/x_ref": "N/m"}
-"""What scaled values are multiples of, and the SI unit of that: K, the force at the reference depth x_ref."""
+SCALES: Final = {
+    "K": ("N", 1, 0),
+    "K/s": ("N/s", 1, 0),
+    "x_ref": ("m", 0, 1),
+    "x_ref/s": ("m/s", 0, 1),
+    "x_ref/K": ("m/N", -1, 1),
+    "K/x_ref": ("N/m", 1, -1),
+    "K s^2/x_ref": ("kg", 1, -1),
+}
+"""What scaled values are multiples of: its SI unit, and its powers of K [N], the force at the reference depth
+x_ref [m], and of x_ref."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +42,7 @@ class Parameter:
     null: float | None = None  # the value at which the effect is absent; None = a part of the base model
     learn: bool = False  # the online estimator may change it
     drift: float = 0.0  # random walk of the coordinate while it is learned [1/sqrt(s)]
-    of: str = ""  # what a dimensionless value is a multiple of: one of SCALES
+    of: str = ""  # what a value is a multiple of: one of SCALES
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +60,8 @@ def in_si(parameter: Parameter, value: float, K: float, x_ref: float) -> tuple[f
     """Return a scaled value in SI, with its unit; None where it is no multiple of anything."""
     if parameter.of not in SCALES:
         return None
-    scale = {"K": K, "x_ref": x_ref, "x_ref/K": x_ref / K, "K/x_ref": K / x_ref}[parameter.of]
-    return value * scale, SCALES[parameter.of]
+    unit, of_K, of_x = SCALES[parameter.of]
+    return value * K**of_K * x_ref**of_x, unit
 
 
 def declared(parameter: Parameter) -> Value:

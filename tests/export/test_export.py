@@ -88,9 +88,7 @@ def test_saved_numbers_go_on_where_they_were() -> None:
     assert second.value("mu").value == pytest.approx(before.value, rel=0.05)
 
 
-def test_what_was_learned_goes_back_into_a_model(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_was_learned_goes_back_into_a_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     request = Request(paper_model(8e-3))
     estimator = ContactEstimator(request.model, request.noise)
     for state in simulated(request):

@@ -19,7 +19,7 @@ EFFECT = Effect(
     summary="the zero of the force sensor moves steadily",
     residual="in air, growing with time",
     cites=("Fraden2016",),
-    parameters=(Parameter("r_F", "1/s", 1e-4, 3e-4, -1.0, 1.0, "drift in K per second", null=0.0),),
+    parameters=(Parameter("r_F", "1/s", 1e-4, 3e-4, -1.0, 1.0, "drift in K per second", null=0.0, of="K/s"),),
     states=(State("b_F", "N", "zero of the force sensor", lasting=True),),
     hooks=(hook(sense),),
     confounded=("second_relaxation", "temperature_shift", "adhesion", "approach_tilt"),

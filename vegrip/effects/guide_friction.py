@@ -26,7 +26,9 @@ EFFECT = Effect(
     cites=("ArmstrongDupontCanudas1994",),
     parameters=(
         Parameter("F_g", "1", 0.02, 0.02, -1.0, 1.0, "friction in units of K", null=0.0, of="K"),
-        Parameter("v_g", "1/s", 0.05, 1.0, 1e-5, 1e4, "speed of half of it, x_ref per s", transform="log"),
+        Parameter(
+            "v_g", "1/s", 0.05, 1.0, 1e-5, 1e4, "speed of half of it, x_ref/s", transform="log", of="x_ref/s"
+        ),
     ),
     hooks=(hook(sense),),
     confounded=("displacement_backlash",),

@@ -33,7 +33,9 @@ EFFECT = Effect(
     summary="the mass before the sensor shows when it is accelerated",
     residual="as the acceleration, in air too",
     cites=("Fraden2016",),
-    parameters=(Parameter("M_K", "s^2", 2e-5, 2e-5, 0.0, 1e-2, "mass times x_ref over K", null=0.0),),
+    parameters=(
+        Parameter("M_K", "s^2", 2e-5, 2e-5, 0.0, 1e-2, "mass over K/x_ref", null=0.0, of="K s^2/x_ref"),
+    ),
     states=(
         State("v_before", "m/s", "speed in the last step"),
         State("dt_before", "s", "length of the last step"),

@@ -36,9 +36,13 @@ EFFECT = Effect(
     cites=("ArmstrongDupontCanudas1994", "Ruina1983"),
     parameters=(
         Parameter("r_mu", "1", 0.85, 0.15, 0.1, 1.0, "ratio of kinetic to static", transform="log", null=1.0),
-        Parameter("v_s", "1/s", 1.0, 1.5, 1e-5, 1e5, "Stribeck speed, x_ref per s", transform="log"),
+        Parameter(
+            "v_s", "1/s", 1.0, 1.5, 1e-5, 1e5, "Stribeck speed, x_ref/s", transform="log", of="x_ref/s"
+        ),
         Parameter("beta_v", "1", 0.03, 0.03, -0.3, 0.5, "growth per e-fold of speed", null=0.0),
-        Parameter("v_0", "1/s", 0.1, 1.5, 1e-7, 1e4, "speed where it starts, x_ref per s", transform="log"),
+        Parameter(
+            "v_0", "1/s", 0.1, 1.5, 1e-7, 1e4, "speed of onset, x_ref/s", transform="log", of="x_ref/s"
+        ),
     ),
     hooks=(hook(friction),),
     channels=("tangential_force", "torque_z"),

@@ -24,7 +24,9 @@ EFFECT = Effect(
     cites=("Eyring1936",),
     parameters=(
         Parameter("r_v", "1", 0.06, 0.05, -0.2, 0.5, "growth of the force per decade of speed", null=0.0),
-        Parameter("v_r", "1/s", 0.2, 0.7, 1e-4, 1e4, "speed of onset in x_ref per second", transform="log"),
+        Parameter(
+            "v_r", "1/s", 0.2, 0.7, 1e-4, 1e4, "speed of onset, x_ref/s", transform="log", of="x_ref/s"
+        ),
     ),
     hooks=(hook(force),),
     confounded=("fast_damping", "second_relaxation"),

@@ -897,6 +897,10 @@ def test_what_was_accepted_is_told_in_si(small) -> None:
     assert set(told) == {"pull", "neck"}
     assert told["pull"] == (pytest.approx(0.06, rel=0.2), "N")
     assert told["neck"][1] == "m"
+    shown = small.result.as_dict()["parameters"]["pull"]
+    K, share = small.result.std["K"], shown["std"] / shown["value"]
+    assert shown["si"]["value"] == pytest.approx(told["pull"][0])
+    assert abs(share - K) <= shown["si"]["std"] / shown["si"]["value"] <= share + K
 
 
 def test_what_acts_in_the_air_is_not_named_for_the_form_of_a_law_of_the_contact(tip) -> None:

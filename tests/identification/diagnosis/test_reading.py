@@ -18,10 +18,11 @@ from vegrip.identification.diagnosis.account import described, versions
 from vegrip.identification.recording import write_recording
 from vegrip.identification.samples import recording
 from vegrip.model import read_model
-from vegrip.parameters import SCALES, in_si
+from vegrip.parameters import in_si
 from vegrip.runtime.replay.run import gaps_of, offline
 
-SCALED = ("x_ref", "over K", "of K", "[K]")
+SCALED = ("x_ref", "over K", "of K", "[K]", "K per")
+UNITS = {"K/s": "1/s", "x_ref/s": "1/s", "K s^2/x_ref": "s^2"}  # "1" of the others
 
 
 @pytest.fixture(scope="module")
@@ -61,18 +62,22 @@ def test_every_parameter_whose_text_says_it_is_scaled_can_be_told_in_si() -> Non
     silent, wrong = [], []
     for one in map(effect, BUILT_IN):
         for parameter in one.parameters:
-            if parameter.unit == "1" and any(text in parameter.doc for text in SCALED) and not parameter.of:
+            if any(text in parameter.doc for text in SCALED) and not parameter.of:
                 silent.append(parameter.symbol)
-            if parameter.of and (parameter.unit != "1" or parameter.of not in SCALES):
+            if parameter.of and parameter.unit != UNITS.get(parameter.of, "1"):
                 wrong.append(parameter.symbol)
     assert wrong == []
-    assert set(silent) <= {"g_v", "g_J", "b_x", "beta_x"}  # rates of growth per x_ref: not a multiple of it
+    # growth per x_ref is no multiple of it
+    assert set(silent) <= {"g_v", "g_J", "b_x", "beta_x", "K", "rho"}
 
 
 def test_a_share_of_the_force_at_the_reference_depth_is_newtons() -> None:
     pull = next(p for p in effect("adhesion").parameters if p.symbol == "pull")
     assert in_si(pull, 0.074, 1.99, 8e-4) == (pytest.approx(0.147, abs=1e-3), "N")
     assert in_si(next(p for p in effect("adhesion").parameters if p.symbol == "n_v"), 0.5, 2.0, 1e-3) is None
+    for name, place, unit in (("force_drift", 0, "N/s"), ("guide_friction", 1, "m/s"), ("inertia", 0, "kg")):
+        value = {"N/s": 0.1 * 2.0, "m/s": 0.1 * 8e-4, "kg": 0.1 * 2.0 / 8e-4}[unit]
+        assert in_si(effect(name).parameters[place], 0.1, 2.0, 8e-4) == (pytest.approx(value), unit)
 
 
 @pytest.mark.parametrize(

@@ -21,11 +21,11 @@ from vegrip.identification.diagnosis.thresholds import AT_BOUND_STD
 from vegrip.identification.fit.problem import AT, Problem, Unknowns
 from vegrip.identification.fit.result import Fit
 from vegrip.model import ContactModel
+from vegrip.parameters import SCALES
 from vegrip.types import Floats
 
 GAINS = ("gain_normal_force", "gain_tangential_force", "gain_torque_z", "gain_contact_radius", "tip_radius")
 LOG_SPAN = 1.0  # prior std of the logarithm of a gain or a radius, and a third of its bound
-POWERS = {"K": 1.0, "K/x_ref": 1.0, "x_ref/K": -1.0}  # of K, in what the values of some parameters multiply
 LEAST_SHOWN = 0.5  # of a prior std: what is known no better does not show
 FREE_STEPS = 3  # of Gauss and Newton, with all differences free
 HELD = 1e12  # times the information of a prior, for what is at a bound
@@ -41,7 +41,7 @@ class Gauged(Problem):
     def __init__(self, base: Problem, K: float) -> None:
         self.__dict__.update(base.__dict__)  # the same rows, noise and compiled model
         self.K = K
-        self.powers = {s: POWERS[p.of] for s, (_, p) in base.model.parameters.items() if p.of in POWERS}
+        self.powers = {s: SCALES[p.of][1] for s, (_, p) in base.model.parameters.items() if p.of in SCALES}
         for name in GAINS:  # the last unknowns
             self.unknowns = self.unknowns.with_one(name, -3.0 * LOG_SPAN, 3.0 * LOG_SPAN, LOG_SPAN)
 

@@ -22,7 +22,7 @@ from vegrip.identification.fit.solve import Optimum, covariance
 from vegrip.identification.recording import Recording
 from vegrip.identification.recording.checks import AIRLESS, suspect_columns
 from vegrip.model import ContactModel, Shown
-from vegrip.parameters import Parameter, absolute, changed, in_si
+from vegrip.parameters import SCALES, Parameter, absolute, changed, in_si
 from vegrip.types import Floats
 
 LAGS = 20  # of the test for whiteness
@@ -310,6 +310,16 @@ class Fit(Result):
             return None
         return in_si(found[1], values[name].value, values["K"].value, self.model.reference_depth)
 
+    def _std_in_si(self, parameter: Parameter, value: float) -> float:
+        """Return the standard error of ``value`` in SI, of which that of K is a part."""
+        names, slope = self.problem.unknowns.names, np.zeros(len(self.covariance))
+        _, of_K, of_x = SCALES[parameter.of]
+        slope[names.index(parameter.symbol)] = absolute(parameter, value, 1.0)
+        if "K" in names:
+            slope[names.index("K")] = of_K * value
+        scale = self.model.values["K"].value ** of_K * self.model.reference_depth**of_x
+        return float(scale * np.sqrt(slope @ self.covariance @ slope))
+
     def correlations(self, least: float = 0.9) -> list[tuple[str, str, float]]:
         """Return pairs of unknowns that correlate by ``least`` or more, strongest first."""
         s = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
@@ -343,7 +353,8 @@ class Fit(Result):
                     "unit": found[1].unit,
                 }
                 if (si := self.in_si(name)) is not None:
-                    result[name]["si"] = {"value": si[0], "unit": si[1]}
+                    std = self._std_in_si(found[1], value)
+                    result[name]["si"] = {"value": si[0], "std": std, "unit": si[1]}
         noise = self.problem.measured.noise
         return {
             "recording": self.problem.measured.recording.name,
