@@ -49,7 +49,7 @@ def card(found: Changed) -> str:
 
 
 def size_of(one: Change) -> float:
-    """Return the difference in percent, that of a zero in its unit."""
+    """Return the difference in percent, or where that says nothing in its unit."""
     return one.after - one.before if one.percent is None else one.percent
 
 
@@ -58,7 +58,7 @@ def ends_of(one: Change) -> str:
 
 
 def drawn(every: list[Change], labels: list[str]) -> str:
-    """Return the intervals as inline SVG, a row each; percent share a scale, a zero has its own."""
+    """Return the intervals as inline SVG, a row each; percent share a scale, each other has its own."""
     percents = max((one.within for one in every if one.percent is not None), default=1.0)
     nothing, height = WORDS + WIDTH / 2, max(ROW * len(every), 1)
     lines = [f'<path d="M{nothing} 0V{height}" stroke="currentColor" opacity="0.4"/>']
@@ -89,6 +89,7 @@ def columns(found: Changed) -> dict[str, list[Any]]:
         "before": [one.before for one in every],
         "after": [one.after for one in every],
         "std": [one.std for one in every],
+        "unit": [one.unit for one in every],
         "p": [one.p for one in every],
     }
 

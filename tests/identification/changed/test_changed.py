@@ -39,7 +39,7 @@ def simulated(like: Recording, law: ContactModel, seed: int) -> Recording:
     """Return what ``law`` presses with in the motions of another recording, with noise of 10 mN."""
     t, depth = like.t, like.columns["displacement"]
     episodes = (like.episode == number for number in np.unique(like.episode))
-    force = np.concatenate([law.simulate(t[rows], depth[rows]).normal_force for rows in episodes])
+    force = np.concatenate([law.simulate(t[rows], depth[rows]).sensed_force for rows in episodes])
     noise = 0.01 * np.random.default_rng(seed).standard_normal(t.size)
     return replace(like, columns={"displacement": depth, "normal_force": force + noise})
 
@@ -146,11 +146,31 @@ def test_an_amount_that_one_recording_lacks_is_compared_both_ways_and_one_that_b
     for found in (lost, gained):
         assert (found.verdict, names(found)) == ("named", ["pull"])
         assert min(found.changes[0].before, found.changes[0].after) == pytest.approx(0.0, abs=1e-3)
-        assert max(found.changes[0].before, found.changes[0].after) == pytest.approx(0.04, abs=2e-3)
+        largest = max(found.changes[0].before, found.changes[0].after)
+        assert largest == pytest.approx(0.04 * 1.287, abs=3e-3)
+        assert found.changes[0].unit == "N"
         assert {one.name for one in found.unchanged} >= {"K", "p", "c1", "nu1", "gain_normal_force"}
+    assert gained.changes[0].percent is None
+    assert "pull of adhesion +51 mN (+5" in gained.sentence  # of nothing it is no percentage
     least, most = lost.changes[0].interval
     assert least == -100.0 < most < -95.0  # [%]: no less than nothing, and no interval of nothing
     assert any("not compared" in said and "pull" in said for said in changed(gone, none, law).remarks)
+
+
+def test_an_amount_of_either_sign_that_was_not_told_from_nothing_changes_by_newtons_per_metre() -> None:
+    law = sample_law().with_effect(effect("approach_tilt"))
+    none, tilted = (
+        simulated(without_slips(sample()), law.with_value("b_h", slope), seed)
+        for seed, slope in enumerate((1e-6, 0.05))
+    )
+    found = changed(none, tilted, law)
+    assert [said.split(":")[0] for said in found.doubts] == [
+        "the first",
+        "the second",
+    ]  # not twice their name
+    (change,) = found.changes
+    assert (change.name, change.percent, change.unit) == ("b_h", None, "N/m")
+    assert change.interval[0] < 0.05 * 1.287 / law.reference_depth < change.interval[1]
 
 
 def test_recordings_that_do_not_overlap_are_refused_with_what_each_shows() -> None:

@@ -34,6 +34,7 @@ from vegrip.types import Floats
 
 MIN_WARMER_K = 1.0  # [K] from which a difference of the temperatures is reported
 OUTERMOST = 0.05  # of the rows, or of the greatest value, which does not count for what was shown
+WHICH = ("the first", "the second")  # recordings: both may have one name
 EXPLAINED = ("named", "ambiguous")  # verdicts of a diagnosis
 
 
@@ -81,7 +82,7 @@ def changed(
         return diagnose(both[which], a.problem.model, noise=noises[which], report=report)
 
     a, b = fitted(model or base_model(first))
-    doubts = [*_doubts(a.problem), *_doubts(b.problem)]
+    doubts = [text for which, one in zip(WHICH, (a, b), strict=True) for text in _doubts(which, one.problem)]
     overlap = _overlap(a, b)
     if _lacks(a.problem, a.optimum.u) and (found := diagnosed(0)).verdict in EXPLAINED:
         a, b = fitted(found.model)
@@ -143,7 +144,7 @@ def _shown(one: Fit, name: str) -> list[float]:
     return [float(end) for end in np.quantile(inner, (OUTERMOST, 1.0 - OUTERMOST))]
 
 
-def _doubts(problem: Problem) -> list[str]:
+def _doubts(which: str, problem: Problem) -> list[str]:
     """Return what is wrong with a recording by itself.
 
     Raises:
@@ -152,16 +153,15 @@ def _doubts(problem: Problem) -> list[str]:
     """
     recording = problem.measured.recording
     refuse_unusable(recording, problem.measured)
-    return [f"{recording.name}: {doubt.text}" for doubt in check_before_search(problem)]
+    return [f"{which}: {doubt.text}" for doubt in check_before_search(problem)]
 
 
 def _differences(pair: Pair) -> Iterator[str]:
     """Yield what else may look like a change."""
     first, second = (problem.measured.recording for problem, _ in pair.sides(pair.w))
-    for problem, u in pair.sides(pair.w):
-        if (error := overall_error(problem, u)) > MISFIT:
-            name = problem.measured.recording.name
-            yield f"{name}: the model leaves {error:.2f} times the noise, which widens the intervals"
+    for which, side in zip(WHICH, pair.sides(pair.w), strict=True):
+        if (error := overall_error(*side)) > MISFIT:
+            yield f"{which}: the model leaves {error:.2f} times the noise, which widens the intervals"
     if not first.is_material and first.fingertip.radius != second.fingertip.radius:
         yield f"the stated radii differ; {1e3 * pair.first.model.tip_radius:.3g} mm is taken for both"
     if "temperature" in first.columns.keys() & second.columns.keys():

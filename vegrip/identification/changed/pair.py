@@ -21,7 +21,7 @@ from vegrip.identification.diagnosis.thresholds import AT_BOUND_STD
 from vegrip.identification.fit.problem import AT, Problem, Unknowns
 from vegrip.identification.fit.result import Fit
 from vegrip.model import ContactModel
-from vegrip.parameters import SCALES
+from vegrip.parameters import SCALES, in_si
 from vegrip.types import Floats
 
 GAINS = ("gain_normal_force", "gain_tangential_force", "gain_torque_z", "gain_contact_radius", "tip_radius")
@@ -194,10 +194,17 @@ class Pair:
         variance: Floats = np.diag(np.linalg.inv(self.G[np.ix_(at, at)]))[self.free.size :]
         return np.sqrt(variance)
 
-    def in_si(self, name: str, coordinates: Floats) -> Floats:
-        """Return values in SI; of a gain, over that of the first."""
-        problem = self.first
-        units = {"zero_displacement": problem.depth, "zero_normal_force": problem.load}
-        unit = (units | {"tip_radius": problem.model.tip_radius}).get(name, 1.0)
-        is_log = name in GAINS or self.unknowns.log[self.names.index(name)]
-        return unit * (np.exp(coordinates) if is_log else coordinates)
+    def is_log(self, name: str) -> bool:
+        """Whether its coordinate is a logarithm, and each value a multiple of another."""
+        return name in GAINS or bool(self.unknowns.log[self.names.index(name)])
+
+    def in_si(self, name: str, coordinates: Floats) -> tuple[Floats, str]:
+        """Return values in SI, and their unit; a gain is over that of the first."""
+        problem, model = self.first, self.model
+        units = {"zero_displacement": (problem.depth, "m"), "zero_normal_force": (problem.load, "N")}
+        units["tip_radius"] = model.tip_radius, "m"
+        if name in model.parameters:
+            _, p = model.parameters[name]
+            units[name] = in_si(p, 1.0, problem.K, model.reference_depth) or (1.0, p.unit)
+        scale, unit = units.get(name, (1.0, "1"))
+        return scale * (np.exp(coordinates) if self.is_log(name) else coordinates), unit

@@ -12,7 +12,7 @@ from vegrip.displayed import Result
 from vegrip.effects import effect
 from vegrip.identification.changed.choice import Choice, Set, chance
 from vegrip.identification.changed.pair import Pair
-from vegrip.identification.compare.where import format_quantity
+from vegrip.identification.compare.where import format_amount
 from vegrip.model import ContactModel
 
 SIDE_95 = 1.96  # standard errors to either side of an interval of 95 %
@@ -59,9 +59,12 @@ class Change:
     name: str  # of a parameter of the model, or zero_CHANNEL, gain_CHANNEL, tip_radius
     before: float
     after: float
-    std: float  # of the difference, in the same unit
-    percent: float | None  # of the value before; None of a zero
-    interval: tuple[float, float]  # of the difference with 95 %, in percent, or of a zero in its unit
+    std: float  # of the difference
+    unit: str  # of these, SI
+    percent: float | None  # of the value before; None of a zero, and of what was not told from nothing before
+    interval: tuple[
+        float, float
+    ]  # of the difference with 95 %, in percent, or where that is None in the unit
     p: float  # chance that noise alone gives so much to any of all that could have changed
 
     @property
@@ -83,9 +86,9 @@ class Change:
         return described if self.name == "K" else f"{label} {described}"
 
     def amount(self, value: float) -> str:
-        """Return a difference of a zero in its unit, others in percent."""
-        is_zero = self.percent is None
-        return format_quantity(self.name.removeprefix("zero_"), value) if is_zero else f"{value:.2g} %"
+        """Return a difference in percent, or where that says nothing in its unit."""
+        unit = self.unit if self.unit != "1" else ""
+        return format_amount(value, unit) if self.percent is None else f"{value:.2g} %"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -137,15 +140,16 @@ class Changed(Result):
         gain = pair.cost([one for one in among if one != name]) - cost
         u, d = pair.origin[j] + w[j], w[len(pair.names) + j]
         side = SIDE_95 * pair.std(among)[among.index(name)]
-        before, after, *ends = pair.in_si(name, u + np.array([0.0, d, d - side, d + side])).tolist()
+        values, unit = pair.in_si(name, u + np.array([0.0, d, d - side, d + side]))
+        before, after, *ends = values.tolist()
         std = (ends[1] - ends[0]) / (2.0 * SIDE_95)
-        is_nothing = not before or (np.isfinite(pair.least[j]) and before < SIDE_95 * std)
-        is_zero = name.startswith("zero_") or is_nothing
-        scale = 1.0 if is_zero else 100.0 / abs(before)
+        is_relative = pair.is_log(name) or not (name.startswith("zero_") or abs(before) < SIDE_95 * std)
+        scale = 100.0 / abs(before) if is_relative else 1.0
         possible = np.clip(u + np.array([d - side, d + side]), pair.least[j], pair.most[j])
-        low, high = (scale * (end - before) for end in pair.in_si(name, possible).tolist())
-        percent = None if is_zero else scale * (after - before)
-        return Change(name, before, after, std, percent, (low, high), chance(gain, 1, len(pair.questions)))
+        low, high = (scale * (end - before) for end in pair.in_si(name, possible)[0].tolist())
+        percent = scale * (after - before) if is_relative else None
+        p = chance(gain, 1, len(pair.questions))
+        return Change(name, before, after, std, unit, percent, (low, high), p)
 
     @property
     def indistinguishable(self) -> list[list[str]]:

@@ -175,9 +175,13 @@ def _since(t: Floats, touching: NDArray[np.bool_], first: Floats) -> Floats:
 
 
 def format_quantity(name: str, value: float) -> str:
-    """Return ``value`` with its unit, two digits."""
-    unit = SPOKEN_UNITS.get(name, "")
-    if unit in ("", "degC", "s", "Hz") or value == 0.0:
+    """Return ``value`` of a channel or variable with its unit, two digits."""
+    return format_amount(value, SPOKEN_UNITS.get(name, ""))
+
+
+def format_amount(value: float, unit: str) -> str:
+    """Return ``value`` with its unit, and a prefix where that has one; two digits."""
+    if unit in ("", "degC", "s", "Hz", "K", "kg", "rad") or unit.startswith("1/") or value == 0.0:
         return f"{value:.0f} {unit}".strip() if abs(value) >= 100.0 else f"{value:.2g} {unit}".strip()
     power = min(max(math.floor(math.log10(abs(value)) / 3.0), -3), 1)
     if unit.startswith("m") and power == 1:
