@@ -35,7 +35,11 @@ MODULE = re.compile(r"python -m ((?:vegrip|validation|benchmarks|tools)(?:\.\w+)
 CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?)\]_")
 HEADING = re.compile(r"^#+ +(.*)$", re.MULTILINE)
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-RUN_AS_THEY_STAND = ("docs/measured.md", "docs/changed.md")  # pages whose commands are run
+RUN_AS_THEY_STAND = (  # pages whose commands are run
+    "docs/measured.md",
+    "docs/changed.md",
+    "docs/tutorials/missing-effect.md",
+)
 RUN_IN_ORDER = ("docs/python.md",)  # pages whose Python blocks go on from each other, and print what follows
 NUMBER = re.compile(r"-?\d[\d.]*(?:e-?\d+)?")
 
@@ -153,11 +157,15 @@ def _failing_in_order(page: Path, text: str) -> Iterator[str]:
 
 
 def failing_commands(page: Path, text: str) -> Iterator[str]:
-    """Commands of the pages RUN_AS_THEY_STAND that fail, or do not print what stands behind their #."""
+    """Commands of the pages RUN_AS_THEY_STAND that fail, or do not print what stands behind their #.
+
+    And lines of their ``text`` blocks that no command prints.
+    """
     if str(page.relative_to(ROOT)) not in RUN_AS_THEY_STAND:
         return
+    printed, fences = "", list(FENCE.finditer(text))
     with tempfile.TemporaryDirectory() as folder:
-        for fence in FENCE.finditer(text):
+        for fence in fences:
             for line in fence[2].splitlines() if fence[1] == "sh" else ():
                 command, _, told = line.partition("#")
                 done = subprocess.run(
@@ -168,9 +176,15 @@ def failing_commands(page: Path, text: str) -> Iterator[str]:
                     text=True,
                     check=False,
                 )
-                if done.returncode or told.strip() not in " ".join(done.stdout.split()):
+                out = " ".join(done.stdout.split())
+                printed += f"{out} "
+                if done.returncode or told.strip() not in out:
                     place = f"{page.relative_to(ROOT)}:{line_of(text, fence.start())}"
                     yield f"{place}: {command.strip()}: exit code {done.returncode}, {done.stdout[:200]!r}"
+    for fence in fences:
+        for line in fence[2].splitlines() if fence[1] == "text" else ():
+            if line != "..." and " ".join(line.split()) not in printed:
+                yield f"{page.relative_to(ROOT)}:{line_of(text, fence.start())}: not printed: {line}"
 
 
 def english_of_page(page: Path, text: str) -> Iterator[str]:
