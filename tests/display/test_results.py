@@ -78,6 +78,14 @@ def test_what_is_printed_is_at_most_fifteen_lines_and_its_name_one(results, name
     assert len(repr(one)) < 250
 
 
+def test_what_a_fit_prints_has_units_and_says_nothing_of_what_was_not_tested(results):
+    lines = [line.split() for line in str(results["fit"]).splitlines()]
+    K, pull = (next(line for line in lines if line[0] == name) for name in ("K", "tangential_force"))
+    assert K[3:5] == ["%", "N"]
+    assert pull[3] == "N"
+    assert "nan" not in str(results["fit"])  # of a pull whiteness is not tested
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_a_card_is_whole_has_a_drawing_and_asks_for_nothing(results, name):
     page = Page(results[name]._repr_html_())

@@ -1,6 +1,7 @@
 """A comparison of a model with a recording."""
 
 from dataclasses import asdict
+from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
@@ -10,6 +11,7 @@ from vegrip.display.text import Part, plain, table_of
 from vegrip.displayed import one_of
 from vegrip.identification.compare import Comparison
 from vegrip.identification.compare.plot import channel_figure, curves
+from vegrip.identification.compare.where import SPOKEN_UNITS
 from vegrip.identification.diagnosis.data_checks import check_before_search
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.result import MISFIT
@@ -47,13 +49,20 @@ def text(one: Comparison, most: int | None = None) -> str:
 
 
 def channel_table(channels_of: dict[str, Any]) -> Part:
-    head = ("channel", "rmse", "noise", "ratio", "white (p)", "in 95 % band")
+    head = ("channel", "rmse", "noise", "unit", "ratio", "white (p)", "in 95 % band")
     rows = [
-        (name, f"{one['rmse']:.3g}", f"{one['noise']:.3g}", f"{one['ratio']:.3f}",
-         f"{one['whiteness_p']:.2g}", f"{100.0 * one['coverage95']:.1f} %")
+        (
+            name,
+            f"{one['rmse']:.3g}",
+            f"{one['noise']:.3g}",
+            SPOKEN_UNITS[name],
+            f"{one['ratio']:.3f}",
+            "-" if isnan(one["whiteness_p"]) else f"{one['whiteness_p']:.2g}",
+            f"{100.0 * one['coverage95']:.1f} %",
+        )
         for name, one in channels_of.items()
-    ]  # fmt: skip
-    return table_of(head, rows, left=("channel",))
+    ]
+    return table_of(head, rows, left=("channel", "unit"))
 
 
 def card(one: Comparison) -> str:

@@ -43,7 +43,7 @@ def _rows(answer: dict[str, Any]) -> dict[str, tuple[str, ...]]:
         name: (
             name,
             f"{one['value']:.5g}",
-            f"{100.0 * one['std'] / one['value']:.2g} %" if one["scale"] == "log" else f"{one['std']:.2g}",
+            spread(one, "std"),
             one["unit"],
             f"{one['si']['value']:.3g} {one['si']['unit']}" if "si" in one else "",
             one["effect"],
