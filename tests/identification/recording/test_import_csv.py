@@ -285,6 +285,13 @@ def test_a_speed_is_taken_in_the_unit_behind_its_name(unit: str, factor: float, 
     assert ("--unit slip_speed=mm/s" in told) == (factor != 1.0)
 
 
+@pytest.mark.parametrize(("name", "is_force"), [("force_N", True), ("F [mN]", True), ("gap_mm", False)])
+def test_a_force_that_was_not_read_is_pointed_out(name: str, is_force: bool, tmp_path: Path) -> None:
+    told = import_csv(table(tmp_path, f"t,displacement,{name}\n0,1e-4,2\n0.5,2e-4,3\n")).report.summary()
+    assert ("import with --map " in told) is is_force
+    assert (f"normal_force={name}" in told) is is_force
+
+
 def test_columns_that_are_not_used_are_named_in_one_line_and_are_no_warning(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

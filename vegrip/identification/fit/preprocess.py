@@ -148,7 +148,8 @@ def preprocess(recording: Recording, noise: Noise) -> Measured:
     for channel in ("displacement", "normal_force"):
         if channel not in recording.columns:
             raise RecordingError(
-                f"{recording.name} has no {channel}; a fit compares normal force and displacement"
+                f"{recording.name} has no {channel}, and a fit compares normal force and displacement; "
+                f"import it with --map {channel}=COLUMN"
             )
     if lacking := lacking_rows(recording):
         raise RecordingError(lacking)

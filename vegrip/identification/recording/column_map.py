@@ -29,6 +29,7 @@ In the map of a rosbag a column is ``/topic:field.of.the.message``, and ``[bag]`
 import contextlib
 import dataclasses
 import re
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
@@ -285,6 +286,16 @@ def _named_units(base: ColumnMap, *patterns: re.Pattern[str]) -> Iterator[tuple[
             unit = _spoken(match[1], name)
             with contextlib.suppress(RecordingError):  # a remark
                 yield name, unit, to_si(unit, _si(name), name) != (1.0, 0.0)
+
+
+def unread_force(base: ColumnMap, unused: Sequence[str]) -> str:
+    """Return a sentence for the first unused column in a unit of force, where there is no normal force."""
+    units = ((name, pattern.search(name)) for name in unused for pattern in (IN_BRACKETS, AT_END))
+    forces = [name for name, unit in units if unit and _is_unit(unit[1], "normal_force")]
+    if not forces or "displacement" not in base.channels or "normal_force" in base.channels:
+        return ""
+    option = shlex.quote(f"normal_force={forces[0]}")
+    return f"no column is normal_force; if it is {forces[0]!r}, import with --map {option}"
 
 
 def _is_called(base: ColumnMap, name: str) -> bool:

@@ -30,6 +30,7 @@ from vegrip.identification.recording.column_map import (
     row_units,
     step_columns,
     suspect_units,
+    unread_force,
 )
 from vegrip.identification.recording.data import MATERIAL, STRETCH, Columns, Recording, join_recordings
 from vegrip.identification.recording.mended_times import mended
@@ -200,6 +201,8 @@ def import_csv(
     used = {"", *numbers, *words, SECTION_COLUMN if layout.section else ""}
     if unused := [name for name in header if name not in used]:
         report.add(Kind.COLUMN, ", ".join(unused))
+    if sentence := unread_force(chart, unused):
+        report.add(Kind.SUSPECT, sentence)
     table = read_table(path, list(dict.fromkeys(numbers)), words, layout, report, progress)
     return recording_of(path, table, chart, report, radius)
 
