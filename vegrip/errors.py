@@ -78,6 +78,16 @@ def is_missing_from_installation(error: BaseException) -> TypeGuard[FileNotFound
 MANY = 12  # names; more are not listed beside a near one
 
 
+def listed(names: Iterable[str]) -> str:
+    """Return ``names`` as a sentence has them, in quotes where a comma would be taken for the next.
+
+    >>> listed(["t", "Fz, gf"])
+    "t, 'Fz, gf'"
+
+    """
+    return ", ".join(repr(name) if "," in name else name for name in names)
+
+
 def suggestion(name: object, known: Iterable[str], there: str = "there are") -> str:
     """Return the end of a sentence about the unknown ``name``.
 
@@ -90,8 +100,8 @@ def suggestion(name: object, known: Iterable[str], there: str = "there are") -> 
     known = list(known)
     near = get_close_matches(str(name), known, n=1, cutoff=0.7)
     near = near or [one for one in known if one.rpartition(".")[2] == str(name)]
-    listed = f"{there} {', '.join(known) or 'none'}"
+    sentence = f"{there} {listed(known) or 'none'}"
     if not near:
-        return listed
+        return sentence
     asked = f"did you mean {near[0]}?"
-    return asked if len(known) > MANY else f"{listed}; {asked}"
+    return asked if len(known) > MANY else f"{sentence}; {asked}"

@@ -1,5 +1,6 @@
 """``vegrip simulate``: a recording as a model would give it."""
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -83,7 +84,7 @@ def simulate(
             made = simulate_model(truth, what, sensors=sensors, rate=rate, seed=seed, temperature=temperature)
             outputs.write(plot, partial(draw_simulation, what, {model.stem: truth}))
         with replaced(output):
-            write_recording(made, output)
+            write_recording(replace(made, name=output.resolve().name), output)
         made = read_recording(output)
         if as_json:
             print_json({"recording": str(output), **describe(made)})

@@ -9,6 +9,7 @@ import pytest
 
 from vegrip.cli import main
 from vegrip.errors import RecordingError, UsageError
+from vegrip.identification import samples
 from vegrip.identification.recording import Kind, Recording, read_recording
 from vegrip.identification.recording.column_map import ColumnMap, read_column_map, with_columns
 from vegrip.identification.recording.import_csv import baseline_noise, first_touch, import_csv
@@ -290,6 +291,29 @@ def test_a_force_that_was_not_read_is_pointed_out(name: str, is_force: bool, tmp
     told = import_csv(table(tmp_path, f"t,displacement,{name}\n0,1e-4,2\n0.5,2e-4,3\n")).report.summary()
     assert ("import with --map " in told) is is_force
     assert (f"normal_force={name}" in told) is is_force
+
+
+def test_names_of_columns_with_a_comma_are_told_apart(tmp_path: Path) -> None:
+    path = table(tmp_path, '"Time, s","Fz, gf"\n0,1\n1,2\n')
+    with pytest.raises(RecordingError, match="none of the columns 'Time, s', 'Fz, gf' is called like"):
+        import_csv(path)
+    with pytest.raises(RecordingError, match="there are 'Time, s', 'Fz, gf'"):
+        import_csv(path, with_columns(ColumnMap(), ["normal_force=Fz, gf"], []))
+
+
+def test_a_doubt_of_the_import_is_said_once_when_the_recording_is_read(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    press = samples.recording()
+    columns = (press.t, press.episode, -press.columns["displacement"], press.columns["normal_force"])
+    rows = "".join(",".join(map(str, row)) + "\n" for row in zip(*columns, strict=True))
+    path = table(tmp_path, f"t,episode,displacement,force_mN\n{rows}")
+    given = ["--map", "normal_force=force_mN", "--radius", "8 mm"]
+    assert main(["import", str(path), "-o", str(tmp_path / "r"), *given]) == 0
+    caplog.clear()
+    read_recording(tmp_path / "r")
+    said = [one.getMessage() for one in caplog.records]
+    assert [sum(words in one for one in said) for words in ("ends like a unit", "wrong sign")] == [1, 1]
 
 
 def test_columns_that_are_not_used_are_named_in_one_line_and_are_no_warning(

@@ -151,6 +151,7 @@ def test_the_command_writes_a_recording_that_reads_back(tmp_path, capsys) -> Non
     told = json.loads(capsys.readouterr().out)
     assert told["rows"] == 480
     assert set(told["columns"]) == set(read_recording(folder).columns)
+    assert told["name"] == "rec"  # as what is fitted to it is called in all that is printed
     assert (tmp_path / "p.png").stat().st_size > 5000
     assert (
         main(["simulate", model, "-o", str(tmp_path / "again"), "--like", folder, "--with", "adhesion"]) == 0

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.clock import NS
-from vegrip.errors import RecordingError, suggestion
+from vegrip.errors import RecordingError, listed, suggestion
 from vegrip.identification.recording.channels import (
     IMPORTED,
     RECORDED,
@@ -200,7 +200,7 @@ def import_csv(
     words = [chart.episode.column] if chart.episode.column else []
     used = {"", *numbers, *words, SECTION_COLUMN if layout.section else ""}
     if unused := [name for name in header if name not in used]:
-        report.add(Kind.COLUMN, ", ".join(unused))
+        report.add(Kind.COLUMN, listed(unused))
     if sentence := unread_force(chart, unused):
         report.add(Kind.SUSPECT, sentence)
     table = read_table(path, list(dict.fromkeys(numbers)), words, layout, report, progress)
@@ -432,7 +432,7 @@ def _check_mapped(path: Path, chart: ColumnMap, header: list[str]) -> None:
         )
     if not chart.channels:
         raise RecordingError(
-            f"{path}: none of the columns {', '.join(header)} is called like a channel; "
+            f"{path}: none of the columns {listed(header)} is called like a channel; "
             "say what they are with --map normal_force=COLUMN or --map-file"
         )
     if chart.time.column not in header:
