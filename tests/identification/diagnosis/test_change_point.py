@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from validation.diagnosis_trials import Case, make_recording
-from vegrip.identification.diagnosis import change_point, diagnose
+from vegrip.identification.diagnosis import change_point, diagnose, discrepancy
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit, evaluate_candidate, held_out_groups
 from vegrip.identification.diagnosis.change_point import Change, Changed, find_change, relaxed
 from vegrip.identification.diagnosis.discrepancy import find_discrepancy
@@ -104,6 +104,11 @@ def test_in_use_a_tear_is_a_sudden_change_and_no_slip_is(seed, hidden) -> None:
     )
     assert found.change.interval[0] <= t[row] <= found.change.interval[1] < t[row] + 0.05
     assert found.change.change == pytest.approx(-0.05, abs=0.002)
+
+
+def test_of_a_model_that_diverges_no_curve_is_drawn(tip, monkeypatch) -> None:
+    monkeypatch.setattr(discrepancy, "_whitened", lambda _, B, *__: np.full_like(B, np.nan))
+    assert find_discrepancy(fitted(tip(13, kinds=TOUCHES, pull=0.1))) is None
 
 
 TOUCHES = ("hold", "ramp")

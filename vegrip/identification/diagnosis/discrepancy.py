@@ -127,6 +127,8 @@ def find_discrepancy(fitted: CandidateFit, *, with_changes: bool = False) -> Dis
                 if times and name not in SLOW_VARIABLES:
                     continue
                 B = _whitened(problem, _tents(values, knots) * scale[:, None], channel, rows)
+                if not np.isfinite(B).all():  # the model diverges, as where its branches relax more than all
+                    continue
                 gain, share, curve = _curve(w, J[block], refit, B, knots)
                 at, value = knots.tolist(), curve.tolist()
                 found.append(Discrepancy(name, channel, gain, share, at, value, times, {}))
