@@ -270,7 +270,7 @@ def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":
 
     for folder, recording in found.items():
         doubts = list(dict.fromkeys([*recording.report.warnings(), *recording.report.doubts]))
-        source = {**recording.source, **({DOUBTS: doubts} if doubts else {})}
+        source = {**recording.source, **({DOUBTS: "; ".join(doubts)} if doubts else {})}
         with replaced(folder):
             write_recording(dataclasses.replace(recording, source=source), folder)
     return found

@@ -75,7 +75,8 @@ def read_recording(
     if isinstance(missing, int) and missing > 0:
         report.add(Kind.NOTE, describe_missing(missing))
     if announce:
-        for doubt in dict.fromkeys([*_kept_doubts(source), *report.doubts]):
+        kept = _kept_doubts(source)  # of the import, in one text
+        for doubt in [*kept, *(one for one in report.doubts if not any(one in text for text in kept))]:
             log.warning("%s: %s", folder, doubt)
         if report.rows_lost:
             log.warning("%s: %s", folder, report.summary())
