@@ -7,6 +7,7 @@ from scipy.optimize import brentq
 from scipy.stats import norm
 
 from vegrip.grip.force_release import (
+    LOOK,
     PAUSE,
     begin_release,
     cost_of_noticed,
@@ -201,6 +202,16 @@ def test_a_load_that_falls_with_the_force_may_be_a_slide_until_a_channel_is_prov
             decide(g, i, 0.002, 0.15, True, changed)
     assert g.release.shift[0] == 0.0
     assert (believed_mean(g, 0) > before + 0.01) is teaches
+
+
+def test_while_a_load_steps_its_mean_follows_whatever_is_noticed_on_the_way() -> None:
+    """What is steady begins anew with each change, and the mean that it is compared with does not."""
+    g, changes = grasp(), 0
+    watch_quiet(g, 0, 0.002, 1.0, 0.01, True)
+    for k in range(1, 51):
+        changes += watch_quiet(g, 0, 0.002, 2.0, 0.01, True)
+        assert g.release.smooth[0] == pytest.approx(2.0 - math.exp(-0.002 * k / LOOK), rel=1e-12)
+    assert changes > 1
 
 
 def test_a_slide_costs_as_much_as_the_object_slides_until_the_drive_answers() -> None:

@@ -107,7 +107,7 @@ def test_a_depth_without_a_force_excludes_zeros_that_are_poorly_known(kernels, m
 
 
 @pytest.mark.parametrize(
-    ("excess", "depth", "moves"), [(-1.0, 2e-3, True), (1.0, 2e-3, False), (-1.0, 1e-5, False)]
+    ("excess", "depth", "moves"), [(-1.0, 2e-3, True), (0.1, 2e-3, False), (-1.0, 1e-5, False)]
 )
 def test_the_free_depth_is_where_the_tip_was_without_a_force(kernels, m, P, excess, depth, moves) -> None:
     j = kernels.OFFSET
