@@ -232,3 +232,24 @@ def test_a_tangential_force_is_polar_or_cartesian_and_never_both(tmp_path, besid
     assert polar != PLAIN_MAP
     with pytest.raises(ConfigError, match="tangential_magnitude"):
         open_plan(written(tmp_path, PLAIN_DBC, polar))
+
+
+POLAR_MAP = PLAIN_MAP.replace("tangential_force_x", "tangential_magnitude").replace(
+    '[fingers.thumb.tangential_force_y]\nsignal = "Tip1.Fy"',
+    '[fingers.thumb.tangential_direction]\nsignal = "Tip1.Fy"\nunit = "rad"',
+)
+
+
+def test_a_polar_force_measures_two_components(tmp_path):
+    (finger,) = open_plan(written(tmp_path, PLAIN_DBC, POLAR_MAP)).fingers
+    forces = {"normal_force", "tangential_force_x", "tangential_force_y"}
+    assert finger.measured == forces | {"displacement", "torque_z"}
+
+
+def test_a_polar_force_is_turned_like_its_components(tmp_path):
+    turned = f"{POLAR_MAP}\n[fingers.thumb]\nrotation = [[0, 1, 0], [0, 0, 1], [1, 0, 0]]\n"
+    hand = MappedCodec(open_plan(written(tmp_path, PLAIN_DBC, turned)))
+    (state,) = hand.decode_all(tip(1, Fz=3.0, Fx=2.0, Fy=0.5))
+    assert state.normal_force == pytest.approx(2.0 * math.cos(0.5))
+    assert state.tangential_force_x == pytest.approx(2.0 * math.sin(0.5))
+    assert state.tangential_force_y == pytest.approx(3.0)
