@@ -12,7 +12,7 @@ from vegrip.grip import grasp_friction
 from vegrip.grip.controller import GripController
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.grasp_friction import GraspFriction
-from vegrip.grip.grasp_memory import BELIEF_ROW
+from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.node import GraspForce
 from vegrip.grip.settings import ControlSettings
@@ -115,6 +115,18 @@ def test_a_slide_of_one_finger_lowers_the_bounds_of_all_and_reaches_their_estima
         stated = bench.hand.contact(name).friction_coefficient
         assert stated.value < believed + stated.std
         assert own < 0.5
+
+
+@pytest.mark.parametrize("finger", NAMES)
+@pytest.mark.parametrize(("channel", "first"), [("slip", 0), ("slip_speed", BELIEF_MOST)])
+def test_a_channel_that_is_surely_not_sound_is_named_at_its_finger_alone(
+    finger: str, channel: str, first: int
+) -> None:
+    learned = controller().friction
+    assert {learned.doubted_channel(name) for name in NAMES} == {""}
+    learned.memory.slip.sound[first + NAMES.index(finger)] = 0.0
+    expected = {name: channel if name == finger else "" for name in NAMES}
+    assert {name: learned.doubted_channel(name) for name in NAMES} == expected
 
 
 def test_fingers_that_do_not_share_learn_alone() -> None:

@@ -40,6 +40,8 @@ def changed(folder, grip=GRIP, force=FORCE, command=COMMAND):
         ({"grip": 'SG_ Grip : 0|7@1+ (0.1,0) [0|0] "N" Hand'}, 12.7),
         # a larger force counts as a fault of the sensor
         ({"grip": 'SG_ Grip : 0|16@1+ (0.01,0) [0|200] "N" Hand'}, 60.0),
+        # a sensor that is declared to feel pull alone says nothing of how hard we may press
+        ({"force": 'SG_ Fz : 0|16@1- (0.01,0) [-30|0] "N" X'}, 50.0),
         # a position says nothing of force, the sensor does
         (
             {

@@ -99,6 +99,18 @@ def test_a_pdo_without_an_identifier_of_its_own_has_that_of_the_predefined_conne
     assert {name: one.identifier for name, one in found.items() if "PDO" in name} == usual
 
 
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_a_pdo_has_as_many_objects_as_sub_index_0_says_whatever_stands_behind(tmp_path, count):
+    head, section, rest = EDS.read_text().partition("[1A00sub0]")
+    (tmp_path / "their.eds").write_text(
+        head + section + rest.replace("DefaultValue=0x4\n", f"DefaultValue={count}\n", 1)
+    )
+    found = read_eds(tmp_path / "their.eds", {"thumb": 32}).messages["thumb_TPDO1"]
+    every = re.findall(r"(?ms)^\[1A00sub[1-4]\].*?^DefaultValue=0x\w{6}(\w\w)$", rest)
+    assert [signal.length for signal in found.signals.values()] == [int(one, 16) for one in every[:count]]
+    assert len(every) == 4
+
+
 def test_a_pdo_that_is_switched_off_or_empty_is_named_by_its_identifier(tmp_path):
     """Of each node, whatever else stands in the COB-ID; what else it sends is read."""
     text = EDS.read_text().replace("$NODEID+0x40000180", "$NODEID+0xC0000180")
