@@ -8,7 +8,7 @@ import pytest
 from vegrip.effects.contract import Effect, hook
 from vegrip.errors import ModelError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
-from vegrip.estimator.friction_prior import COULOMB
+from vegrip.estimator.friction_prior import COULOMB, FrictionPrior, prior_belief
 from vegrip.estimator.layout import friction_symbol, layout_of
 from vegrip.grip.parameters import TipParameters, _model
 from vegrip.model import ContactModel, paper_model, write_model
@@ -57,6 +57,13 @@ def test_a_friction_that_is_not_to_be_learned_stays_as_it_is_told(press, run) ->
     margin = estimator.slip_margin()
     assert margin.margin.valid
     assert math.isfinite(margin.lower_bound)
+
+
+@pytest.mark.parametrize("exponent_std", [0.0, 0.12])
+def test_a_friction_without_a_spread_is_believed_at_every_load(exponent_std: float) -> None:
+    known = paper_model(R).with_value("mu", 0.5, std=0.0, learn=False)
+    prior = FrictionPrior(load_exponent=0.15, load_exponent_std=exponent_std, tangential_gain_std=0.1)
+    assert prior_belief(known, "mu", prior) == (math.log(0.5), 0.0, 0.0, 0.0)
 
 
 @pytest.mark.other_model

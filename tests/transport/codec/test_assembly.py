@@ -66,6 +66,20 @@ def test_a_missing_part_costs_one_state_and_no_more(missing: int) -> None:
     assert receiver.lost == 1
 
 
+@pytest.mark.parametrize("is_reset", [False, True])
+def test_a_part_of_a_message_that_was_never_begun_is_incomplete_whatever_its_counter(is_reset: bool) -> None:
+    """No counter stands for a message that has been."""
+    sender = CanCodec(FINGERS, fd=False)
+    for seq in range(15):
+        receiver = CanCodec(FINGERS, fd=False)
+        if is_reset:
+            for frame in cycle(sender, seq):
+                receiver.decode(frame)
+            receiver.reset()
+        assert [receiver.decode(frame) for frame in cycle(sender, seq)[1:]] == [None, None]
+        assert receiver.rejected == {"incomplete": 2}
+
+
 @pytest.mark.parametrize("finger", FINGERS)
 def test_interleaved_fingers_do_not_disturb_each_other(finger: str) -> None:
     sender, receiver = (CanCodec(FINGERS, fd=False) for _ in range(2))

@@ -7,6 +7,7 @@ import pytest
 
 from vegrip.messages import Message
 from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
+from vegrip.transport.codec.protection import P04, P04_HEADER
 
 FINGERS = ("thumb", "index")
 
@@ -62,6 +63,17 @@ def test_payloads_carry_length_and_crc_of_profile_4(examples: list[Message]) -> 
         assert int.from_bytes(payload[:2], "big") == len(payload)
         assert int.from_bytes(payload[2:4], "big") == message.seq
         assert int.from_bytes(payload[8:12], "big") == crc32_of_profile_4(payload)
+
+
+def test_a_header_alone_is_checked_and_what_is_shorter_is_none() -> None:
+    """An empty payload is one that profile 4 protects, too."""
+    header = bytearray(P04_HEADER)
+    P04.protect(header, 0x00A0_0B0C)
+    assert int.from_bytes(header[8:12], "big") == crc32_of_profile_4(bytes(header))
+    assert P04.check(bytes(header), 0x00A0_0B0C)
+    assert not P04.check(bytes(header), 0x00A0_0B0D)
+    for length in range(P04_HEADER):
+        assert not P04.check(bytes(header[:length]), 0x00A0_0B0C)
 
 
 def test_the_counter_on_the_wire_is_the_sequence_number(examples: list[Message]) -> None:

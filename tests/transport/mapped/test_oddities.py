@@ -192,6 +192,16 @@ def test_taxels_give_force_and_torque_about_the_centre_of_pressure(codec):
     assert d.slip == 1.0
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_zero_of_each_taxel_is_a_force_in_their_unit_and_taken_off_after_the_scale(tmp_path, sign):
+    text = MAP.replace("scale = 10.0", f"scale = 10.0\nzero = 30.0\nsign = {sign}")
+    hand = MappedCodec(open_plan(written(tmp_path, DBC, text)))
+    hand.decode_all(frame("PadShear", X0=1, Y0=1))
+    (d,) = hand.decode_all(frame("Pad", T0=5, T1=7, T2=11, T3=13))
+    assert d.normal_force == pytest.approx(sign * sum(10.0 * t - 30.0 for t in (5, 7, 11, 13)) * 1e-3)
+    assert d.tangential_force_x == pytest.approx(0.01)  # a shear has none
+
+
 def command(finger, force, seq=0):
     return ForceCommand(seq * MS, finger, seq, force, 0.0, Reason.HOLD, (seq + 100) * MS)
 
