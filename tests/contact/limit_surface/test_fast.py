@@ -146,6 +146,16 @@ def test_radius_gradient_is_the_slope_of_the_radius(k: float, psi: float) -> Non
         assert slope == pytest.approx(_difference(fast.radius, (k, psi), i), abs=2e-7)
 
 
+@pytest.mark.parametrize("k", [1.0, 1.3, 2.0, 5.0, 49.0])
+def test_the_gradient_of_the_torsion_limit_is_its_slope_from_the_least_exponent_on(k: float) -> None:
+    """By the reference, forwards to second order, as no smaller exponent than 1 has a limit."""
+    h = 1e-4 * k
+    here, near, far = (float(reference.torsion_limit(k + n * h)) for n in range(3))
+    value, slope = fast.torsion_gradient(k)
+    assert value == pytest.approx(here, rel=2e-11)
+    assert slope == pytest.approx((4.0 * near - 3.0 * here - far) / (2.0 * h), rel=1e-6)
+
+
 @settings(max_examples=100, deadline=None)
 @given(k=exponents, v=st.floats(0.01, 2.0), omega=st.floats(0.01, 2.0))
 def test_load_of_a_slip_is_the_slope_of_the_support(k: float, v: float, omega: float) -> None:
