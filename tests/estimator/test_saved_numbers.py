@@ -8,6 +8,7 @@ import pytest
 
 from vegrip.errors import InputError
 from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.estimator.layout import FRICTION
 from vegrip.estimator.saved_numbers import SavedNumbers
 from vegrip.export import Request
 from vegrip.export.estimator import simulated
@@ -68,6 +69,17 @@ def test_no_number_that_is_saved_may_be_none(value: float) -> None:
         refused += not saved.are_legal(wrong)
     endless = {math.inf: 4, -math.inf: 1}.get(value, 0)  # ages, an unconfirmed slip; the deepest free depth
     assert refused == len(numbers) - endless
+
+
+@pytest.mark.parametrize("ln_u", [-2.0, -0.1, 0.9, math.inf])
+def test_a_slip_that_waits_for_another_like_it_is_saved_whatever_friction_it_showed(ln_u: float) -> None:
+    estimator = ContactEstimator(MODEL, SensorNoise())
+    saved = SavedNumbers(MODEL, estimator.layout)
+    place = estimator.layout.places()["FRICTION"][0] + FRICTION.index("UNCONFIRMED")
+    assert place in saved.places
+    memory = estimator.memory.copy()
+    memory[place] = ln_u
+    assert saved.are_legal(memory[saved.places])
 
 
 def test_numbers_of_another_size_are_refused() -> None:

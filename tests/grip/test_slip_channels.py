@@ -22,6 +22,7 @@ from vegrip.grip.slip_channels import (
     FALSE,
     LOOK,
     RARE,
+    SCATTER,
     SURE,
     UNSURE,
     USUAL,
@@ -175,6 +176,30 @@ def test_faces_that_go_on_getting_wet_are_believed_again_a_moment_later() -> Non
     assert noticed(g) > SURE
     assert sound_channel(g, 0) > EVEN
     assert math.exp(g.belief.mean[0]) < 0.33
+
+
+@pytest.mark.parametrize(
+    ("unsure", "top", "teaches"),
+    [
+        (0.0, -0.9, True),
+        (SCATTER, -0.9, True),
+        (math.nextafter(SCATTER, 1.0), -0.9, False),
+        (0.0, -math.inf, False),
+    ],
+    ids=["known load", "just so", "load in noise", "no load seen"],
+)
+def test_a_slide_teaches_once_and_only_where_its_load_is_known(
+    unsure: float, top: float, *, teaches: bool
+) -> None:
+    """As much as one slide of that utilisation, whose variance is that of slides and of the load."""
+    g, told = grasp(), grasp()
+    g.slip.slides[0], g.slip.top[0], g.slip.silence[0] = SURE, top, 0.0
+    if teaches:
+        absorb_slide(told, 0, top, SCATTER**2 + unsure**2)
+    for _ in range(2):
+        note_slide(g, 0, unsure)
+        assert list(g.belief.mean) == pytest.approx(list(told.belief.mean), rel=1e-12)
+        assert list(g.belief.p) == pytest.approx(list(told.belief.p), rel=1e-12)
 
 
 @pytest.mark.parametrize("share", [0.02, 0.3])

@@ -148,6 +148,8 @@ def test_impossible_shapes_are_refused() -> None:
         lambda: elliptical_map((1.0, 1.0), k=0.5),
         lambda: polygon_map([[0, 0], [1, 1]]),
         lambda: taxel_map([[0, 0]], [1, 2], 0.1),
+        lambda: taxel_map([[0, 0, 0]], [1], 0.1),
+        lambda: taxel_map([[0], [0]], [1, 1], 0.1),
         lambda: taxel_map([[0, 0]], [1], 0.0),
     ):
         with pytest.raises(DomainError):
