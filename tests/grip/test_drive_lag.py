@@ -157,6 +157,26 @@ def test_other_parameters_do_not_make_it_forget_a_lag() -> None:
     assert friction.drive_lag("thumb") == known
 
 
+@pytest.mark.parametrize(
+    ("grip", "leads"),
+    [
+        (None, False),  # nothing is set yet
+        (GripSettings(), False),
+        (GripSettings(drive_lag=1e-3), True),
+        (GripSettings(measure_lag=True), True),
+    ],
+)
+def test_a_finger_leads_once_the_lag_of_its_drive_is_stated_or_measured(
+    grip: GripSettings | None, *, leads: bool
+) -> None:
+    friction = GraspFriction({"thumb": object()}, ControlSettings())
+    told: dict[str, float] = {}
+    if grip is not None:
+        friction.set_lead(grip)
+    friction.write_to(told, "thumb")
+    assert told["SETUP_LEADS"] == leads
+
+
 def test_what_a_slow_drive_costs_is_said() -> None:
     grip = GripSettings(drive_lag=0.01, measure_lag=True, burst_rate=20.0)
     assert describe_lag(0.033, grip) == (
