@@ -71,6 +71,18 @@ def slope(kernels, m, j):
     return (ends[0] - ends[1]) / (2.0 * h)
 
 
+def test_a_speed_that_is_surely_zero_moves_no_memory_of_which_nothing_is_known(kernels, m, P) -> None:
+    speed = kernels.SPEED
+    m[kernels.Y0 + speed] = 0.0
+    P[speed, :] = P[:, speed] = 0.0
+    kernels.set_unknown_history(m, 1.0, m[kernels.Y0 + kernels.OFFSET] + 8e-4)
+    slopes = m[kernels.F0 : kernels.F0 + kernels.N**2].reshape(kernels.N, kernels.N)[: kernels.NS]
+    assert_allclose(slopes[:, speed], 0.0)
+    assert np.abs(slopes[:, kernels.DELTA]).max() > 0.0
+    assert np.isfinite(P).all()
+    assert not P[speed].any()
+
+
 def test_a_belief_that_was_put_aside_comes_back_whole(kernels, m) -> None:
     before = m.copy()
     kernels.keep_belief(m)
