@@ -133,6 +133,13 @@ def test_another_version_number_or_size_of_rows_is_named_even_though_the_checksu
     assert codec.rejected == {why: 1}
 
 
+@pytest.mark.parametrize("rows", [0, 1, len(FINGERS)])
+def test_a_batch_has_as_many_rows_as_went_in_and_one_without_any_is_whole(rows: int) -> None:
+    other = BatchCodec(FINGERS)
+    assert other.rows_in(packed(BatchCodec(FINGERS), states()[:rows]), FingertipState) == rows
+    assert not other.rejected
+
+
 def test_a_batch_of_states_is_none_of_commands_and_none_of_another_hand() -> None:
     payload = packed(BatchCodec(FINGERS, "left"), states())
     assert BatchCodec(FINGERS, "left").rows_in(payload, FingertipState) == len(FINGERS)
