@@ -8,7 +8,7 @@ import pytest
 
 from vegrip.errors import InputError
 from vegrip.estimator import ContactEstimator, SensorNoise
-from vegrip.estimator.layout import FRICTION
+from vegrip.estimator.layout import FRICTION, MODE, REGIMES
 from vegrip.estimator.saved_numbers import SavedNumbers
 from vegrip.export import Request
 from vegrip.export.estimator import simulated
@@ -80,6 +80,17 @@ def test_a_slip_that_waits_for_another_like_it_is_saved_whatever_friction_it_sho
     memory = estimator.memory.copy()
     memory[place] = ln_u
     assert saved.are_legal(memory[saved.places])
+
+
+@pytest.mark.parametrize("name", ["REGIME", "CELL"])
+def test_a_motion_that_is_saved_is_one_that_there_is(name: str) -> None:
+    """It is the place of a row in a table."""
+    estimator = ContactEstimator(MODEL, SensorNoise())
+    saved = SavedNumbers(MODEL, estimator.layout)
+    memory = estimator.memory.copy()
+    for value in range(-2, len(REGIMES) + 3):
+        memory[estimator.layout.places()["MODE"][0] + MODE.index(name)] = value
+        assert saved.are_legal(memory[saved.places]) == (value in range(len(REGIMES)))
 
 
 def test_numbers_of_another_size_are_refused() -> None:

@@ -49,6 +49,12 @@ def test_a_stated_load_gives_a_margin_and_says_that_it_is_for_that_load(tmp_path
     assert "tangential_force_x is stated as 1.5 N, not measured" in told
 
 
+def test_a_sensor_whose_steps_hide_its_noise_may_stand_still_for_half_an_hour(tmp_path):
+    text = PLAIN_MAP.replace('"Tip1.Fz"', '"Tip1.Fz"\nnoise = 0.002')  # a step has 0.01 N
+    asked = settings(open_plan(written(tmp_path, PLAIN_DBC, text)))
+    assert asked["watchdog"]["force_frozen_after"] == 1800.0
+
+
 def test_a_slow_hand_has_a_longer_time_out_and_its_noise(tmp_path):
     text = PLAIN_MAP.replace("rate = 200.0", "rate = 40.0").replace('"Tip1.Fz"', '"Tip1.Fz"\nnoise = 0.03')
     assert "states come at 40 Hz" in said(tmp_path, text)
