@@ -380,3 +380,11 @@ def test_a_silence_in_which_the_tip_moved_proves_nothing() -> None:
 )
 def test_what_a_live_coarse_sensor_shows_is_not_frozen(force, travel) -> None:
     assert presses(6.0, force, travel).condition <= Condition.DEGRADED
+
+
+@pytest.mark.parametrize(("part", "condition"), [(0.95, Condition.OK), (1.05, Condition.FROZEN)])
+def test_a_tip_in_steady_motion_is_as_far_from_its_average_as_it_goes_in_half_a_second(
+    part: float, condition: Condition
+) -> None:
+    speed = part * COARSE.stuck_travel / 0.5  # [m/s]
+    assert presses(4.0, lambda _: 2.0, lambda t: 1e-3 + speed * t).condition == condition
