@@ -85,3 +85,18 @@ def test_stamps_beyond_all_clocks_do_no_harm(estimator, stamp):
     for step in (0, 1, 0, -1, 5, 2**70):
         estimator.update(FingertipState(stamp + step, "thumb", 0, 1.0, displacement=1e-3))
     assert math.isfinite(estimator.update(at(5)).normal_force.value)
+
+
+@pytest.mark.parametrize(
+    ("stamp", "told"),
+    [
+        (2**63 - 2, 2**63 - 2),
+        (2**63 - 1, 2**63 - 1),
+        (2**80, 2**63 - 1),
+        (2 - 2**63, 2 - 2**63),
+        (1 - 2**63, 1 - 2**63),
+        (-(2**80), 1 - 2**63),
+    ],
+)
+def test_a_stamp_is_told_as_it_came_or_as_the_farthest_that_has_an_opposite(estimator, stamp, told):
+    assert estimator.update(FingertipState(stamp, "thumb", 0, 1.0, displacement=1e-3)).stamp == told
