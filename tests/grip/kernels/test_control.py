@@ -309,6 +309,27 @@ def test_a_share_is_commanded_at_most_at_the_rate_of_a_living_command(kernels, f
     assert not kernels.is_renewal_due(t, 9000 * MS)
 
 
+@pytest.mark.parametrize(
+    ("changed", "pressed"),
+    [
+        ({}, 5.0),
+        ({"SETUP_FINGER": 1}, math.nan),  # no thumb
+        ({"SETUP_THUMB": -1}, math.nan),
+        ({"CHOICE_SHARE": 1}, math.nan),  # Python shares the grasp
+        ({"SETUP_FINGERS": 21}, math.nan),
+        ({"SETUP_FINGERS": 1}, math.nan),
+    ],
+)
+def test_against_a_thumb_presses_what_the_other_fingers_are_commanded_that_have_a_need(
+    kernels, t, changed, pressed
+) -> None:
+    g = np.zeros(kernels.BALANCE_PRESSED + kernels.BELIEF_MOST)
+    g[:4] = 1.0, 1.0, 1.0, math.nan
+    g[kernels.BALANCE_PRESSED : kernels.BALANCE_PRESSED + 4] = 7.0, 2.0, 3.0, 4.0
+    put(kernels, g, t, **{"SETUP_THUMB": 0, "SETUP_FINGER": 0, "SETUP_FINGERS": 4, **changed})
+    assert kernels.pressed_by_others(t, g) == pytest.approx(pressed, nan_ok=True)
+
+
 def test_a_fault_holds_then_ramps_to_the_safe_force_and_lets_go_of_nothing(kernels, f, t) -> None:
     put(kernels, f, t, GRIP_REQUIRED=2.0, GRIP_HELD=2.5, **RULES)
     kernels.end_fault(f)
