@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.estimator.memory import FingerMemory
 from vegrip.grip.layout import FingerLayout
 from vegrip.messages import FingertipState
@@ -61,3 +61,17 @@ def test_what_it_knows_moves_with_it_and_is_reset_where_it_lies(estimator, memor
     assert memory.section("ESTIMATOR").tobytes() != before
     assert memory["SAMPLE_SEQ"] == 0
     assert memory["CLOCK_RECOVERY"] == estimator.settings.recovery
+
+
+def test_zeros_walk_in_a_moment_as_far_as_disturbances_of_their_spread_and_time_constant():
+    """The variance that a stationary disturbance changes by within dt is 2 s^2 (1 - exp(-dt / tau))."""
+    noise = SensorNoise(normal_force=0.02, displacement=1e-5)
+    times = {"displacement_drift_time": 4.0, "force_drift_time": 7.0}
+    settings = EstimatorSettings(displacement_drift=0.3, force_drift=0.2, **times)
+    estimator = ContactEstimator(paper_model(8e-3), noise, settings)
+    first, last = estimator.layout.places()["DRIFT"]
+    walks = estimator.memory[first:last].tolist()[-2:]
+    for rate, spread, time in zip(walks, (0.3 * 1e-5, 0.2 * 0.02), times.values(), strict=True):
+        moment = 1e-6 * time
+        grown = -2.0 * spread**2 * math.expm1(-moment / time)
+        assert rate * moment == pytest.approx(grown, rel=1e-5, abs=0.0)
