@@ -160,14 +160,15 @@ def related(path: str) -> dict[str, int]:
     """Return the files of tests that may notice a change of a file, the nearest first, and how far they are.
 
     They are the file's own tests and those of what it declares (0), others that import it (1), those of its
-    folder (2), of what imports it (3), and those that name its folder (4); among each of these, first stand
-    those with most of its names.
+    folder (2), of what imports it (3), as all in the folder of a text that does, and those that name its
+    folder (4); among each of these, first stand those with most of its names.
     """
     package, top = ".".join(Path(path).parts[:-1]), ROOT / "tests" / Path(path).parts[1]
     body = ast.parse((ROOT / path).read_text()).body
     names = {one.name for one in body if isinstance(one, ast.FunctionDef | ast.ClassDef)}
     helper = HELPERS.get(str(Path(path).parent), "no helper")
     users, declares = users_of(path), DECLARES.search((ROOT / path).read_text()) is not None
+    beside = {_mirror(user) for user in users if str(Path(user).parent) in HELPERS}
 
     def distance(file: str) -> tuple[int, int]:
         shared = len(names & set(re.findall(r"\w+", texts("tests")[file])))
@@ -177,7 +178,9 @@ def related(path: str) -> dict[str, int]:
             return 1, -shared
         if (ROOT / file).parent == _mirror(path):
             return 2, -shared
-        if any(_is_named_after(file, user) or _imports(user).search(texts("tests")[file]) for user in users):
+        if (ROOT / file).parent in beside or any(
+            _is_named_after(file, user) or _imports(user).search(texts("tests")[file]) for user in users
+        ):
             return 3, -shared
         return 4 if (ROOT / file).is_relative_to(top) or package in texts("tests")[file] else FAR, -shared
 

@@ -95,6 +95,7 @@ def test_the_nearest_tests_come_first() -> None:
     assert [far[file] for file in near] == [0, 1, 2, 4]
     assert list(far.values()) == sorted(far.values())
     assert mutants.related("vegrip/grip/kernels/choice.py")["tests/grip/policies/test_baselines.py"] == 1
+    assert mutants.related("vegrip/estimator/kernels/sense.py")["tests/grip/kernels/test_control.py"] == 3
 
 
 def test_each_mutant_that_is_left_out_exists_and_has_a_reason() -> None:
