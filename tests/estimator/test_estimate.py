@@ -158,6 +158,18 @@ def test_health_says_that_a_contact_is_beyond_what_the_model_was_fitted_over(
     assert (health.channel, health.regime) == (channel, BEYOND_FIT if channel else "")
 
 
+@pytest.mark.parametrize(
+    ("depths", "channel"), [([-2e-3, -2e-3, -1e-3], ""), ([-1e-4, -1e-4, 9e-4], "displacement")]
+)
+def test_how_fast_a_tip_moves_is_beyond_what_was_fitted_only_while_it_touches(
+    model: ContactModel, press: Record, run: Run, depths: list[float], channel: str
+) -> None:
+    """At 2 mm/s, fitted up to 0.1 mm/s."""
+    estimator = ContactEstimator(dataclasses.replace(model, shown=Shown(speed=1e-4)), SensorNoise())
+    run(estimator, press(model, [0.0, 0.3, 0.8], depths))
+    assert estimator.health().channel == channel
+
+
 def test_health_names_the_channel_that_does_not_fit(
     estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
 ) -> None:
