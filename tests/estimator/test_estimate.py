@@ -11,6 +11,7 @@ import pytest
 from vegrip.contact.limit_surface import reference
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.estimator.compiled import module_for
+from vegrip.estimator.estimator import LOST
 from vegrip.estimator.friction_prior import COULOMB
 from vegrip.estimator.health import HealthHysteresis
 from vegrip.messages import BEYOND_FIT, NAN, Channel, ContactEstimate, FingertipState
@@ -168,6 +169,18 @@ def test_how_fast_a_tip_moves_is_beyond_what_was_fitted_only_while_it_touches(
     estimator = ContactEstimator(dataclasses.replace(model, shown=Shown(speed=1e-4)), SensorNoise())
     run(estimator, press(model, [0.0, 0.3, 0.8], depths))
     assert estimator.health().channel == channel
+
+
+@pytest.mark.parametrize(
+    ("refused", "channel"), [(0, "normal_force"), (1, "displacement"), (7, "displacement")]
+)
+def test_an_estimate_that_is_lost_is_so_by_the_displacement_where_its_last_one_was_refused(
+    estimator: ContactEstimator, model: ContactModel, press: Record, run: Run, refused: int, channel: str
+) -> None:
+    run(estimator, press(model, KNOTS, DEPTHS))
+    estimator.named["MODE_LOST"], estimator.named["DISPLACEMENT_STREAK"] = 0.2, float(refused)
+    health = estimator.health()
+    assert (health.channel, health.regime) == (channel, LOST)
 
 
 def test_health_names_the_channel_that_does_not_fit(
