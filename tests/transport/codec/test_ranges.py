@@ -15,6 +15,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.transport.codec import CanCodec, MsgpackCodec
+from vegrip.transport.codec.signals import Scaled
 
 FINGERS = ("thumb",)
 
@@ -72,6 +73,15 @@ def test_a_finger_that_is_not_configured_is_not_sent() -> None:
 def test_a_lower_bound_is_never_rounded_up(bound: float) -> None:
     received, _ = through(SlipMargin(0, "thumb", 0, lower_bound=bound), fd=False)
     assert bound - 0.0101 <= received.lower_bound <= bound + 1e-9  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("scale", [1e-3, 0.01, 1.0, 50.0])
+def test_a_bound_from_below_that_is_beyond_its_range_is_the_end_of_it_and_one_without_end_is_not(
+    scale: float,
+) -> None:
+    bound = Scaled(scale, -100, 100, {127: math.nan, 126: math.inf}, rounds_down=True)
+    assert [bound.clip(scale * steps) for steps in (100.5, 101.0, 1e6)] == [100, 100, 100]
+    assert bound.clip(-101.0 * scale) == bound.clip(math.inf) == 127  # it would promise too much
 
 
 @pytest.mark.parametrize("time", [0.0, 0.019, 0.02, 1.234, 5.06, 5.07, 3600.0])
