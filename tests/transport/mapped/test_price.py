@@ -1,8 +1,12 @@
 """Laws of what is said, and set, for what a hand does not tell."""
 
+import math
+
 import pytest
+from scipy.stats import norm
 
 from tests.transport.maps.hands import PLAIN_DBC, PLAIN_MAP, written
+from vegrip.grip.safety import WatchdogSettings
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.price import price, settings
 
@@ -53,6 +57,31 @@ def test_a_sensor_whose_steps_hide_its_noise_may_stand_still_for_half_an_hour(tm
     text = PLAIN_MAP.replace('"Tip1.Fz"', '"Tip1.Fz"\nnoise = 0.002')  # a step has 0.01 N
     asked = settings(open_plan(written(tmp_path, PLAIN_DBC, text)))
     assert asked["watchdog"]["force_frozen_after"] == 1800.0
+
+
+COARSE = {  # signal -> its step and the noise that is measured in front of it, in SI
+    "Tip1.Fz": (0.01, 0.004), "Tip1.Fx": (0.01, 0.0035), "Tip1.Fy": (0.01, 0.0032),
+    "Pos1.Depth": (1e-6, 3.5e-7), "Pos1.Tz": (1e-4, 3.3e-5),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("rate", "counted"), [(200.0, ("Tip1",)), (41.0, ("Tip1",)), (39.0, ("Tip1", "Pos1"))]
+)
+def test_what_is_held_between_two_of_its_messages_says_nothing_of_a_sensor_that_stands_still(
+    tmp_path, rate, counted
+):
+    """Where more than four states may be of the age of one message; the others all repeat themselves."""
+    text = PLAIN_MAP.replace("rate = 200.0", f"rate = {rate}")
+    chance = 1.0
+    for signal, (step, noise) in COARSE.items():
+        text = text.replace(f'"{signal}"', f'"{signal}"\nnoise = {noise}')
+        if signal.startswith(counted):
+            chance *= 1.0 - 2.0 * norm.sf(0.5 * step, scale=math.sqrt(noise**2 - step**2 / 12.0))
+    told = settings(open_plan(written(tmp_path, PLAIN_DBC, text)))["watchdog"]["frozen_after"]
+    assert told == pytest.approx(
+        math.log(WatchdogSettings().frozen_chance) / math.log(chance) / rate, abs=1e-3
+    )
 
 
 def test_a_slow_hand_has_a_longer_time_out_and_its_noise(tmp_path):
