@@ -85,6 +85,11 @@ BAD = {
         "[fingers.thumb]\nnormal_force = 3",
         "it must be a table",
     ),
+    "no taxel": (
+        "[fingers.thumb.normal_force]\n" + FZ,
+        "[fingers.thumb.taxels]\nnormal = []",
+        "'normal' names no taxel",
+    ),
 }
 
 

@@ -378,6 +378,8 @@ def _are_numbers(row: Any, count: int) -> bool:
 
 def _check_taxels(taxels: TaxelMap, channels: Mapping[str, SourceMap], where: str) -> None:
     count = len(expanded(taxels.normal))
+    if count == 0:
+        raise ConfigError(f"{where}.taxels: 'normal' names no taxel")
     for key in ("x", "y", "positions"):
         given = getattr(taxels, key)
         number = len(expanded(given)) if key != "positions" else len(given)
