@@ -63,9 +63,9 @@ def test_the_file_is_what_is_written_from_the_declarations(name):
 
 def test_a_parameter_keeps_its_index_when_others_come_and_go():
     first = {variable.entry.name: variable.index for variable in _parameters({})}
-    others = {name: index for name, index in first.items() if name != "grip.slip_growth"}
+    others = {name: index for name, index in first.items() if name != "grip.drive_lag"}
     later = {variable.entry.name: variable.index for variable in _parameters(others | {"gone": 0x3100})}
-    assert later.pop("grip.slip_growth") == 0x3101
+    assert later.pop("grip.drive_lag") == 0x3101
     assert later == others
 
 

@@ -22,7 +22,7 @@ from vegrip.transport.mapped.price import settings
 
 LAUNCH = Path(__file__).parents[2] / "launch"
 BRACES = '[[node]]\nprogram = "grasp_force"\nparameters = { thumb = "thumb" }\n'
-LEARNED = {"shared": True, "probing": True, "slip_threshold": 1.5e-4, "slip_delay": 0.02}
+LEARNED = {"learning": True, "slip_threshold": 1.5e-4, "slip_delay": 0.02}
 DBC = """VERSION ""
 BU_: Hand PC
 BO_ 5 Tip: 8 Hand
@@ -79,7 +79,7 @@ def test_a_log_with_slides_tells_how_slip_is_felt_and_switches_learning_on(capsy
     friction = hand["friction"]
     assert friction["slip_delay"] == pytest.approx(0.03, abs=0.006)
     assert friction["slip_threshold"] == pytest.approx(1e-4, rel=0.01)
-    assert friction["shared"] is friction["probing"] is True
+    assert friction["learning"] is True
     assert not any("friction is not learned" in line for line in told["open"])
     assert settings(open_plan("h.toml"))["friction"] == friction
 
@@ -116,7 +116,7 @@ def test_a_launch_file_gets_what_was_measured_and_keeps_every_other_line(folder,
     grasp_before.setdefault("parameters", {}).pop("friction", None)
     assert after == before
     assert set(text.split("\n")) - set(changed.split("\n")) <= {
-        line for line in text.split("\n") if "friction.shared" in line or "friction.probing" in line
+        line for line in text.split("\n") if "friction.learning" in line
     }
 
 

@@ -32,7 +32,7 @@ def test_the_sequence_has_frames_ticks_broken_ones_and_faults() -> None:
 
 
 def test_a_finger_alone_learns_friction_by_itself_whatever_the_hand_shares() -> None:
-    friction = FrictionSettings(shared=True, probing=True)
+    friction = FrictionSettings(learning=True)
     control = ControlSettings(friction=friction)
     alone, plain = (
         record(Request(paper_model(8e-3), frames=60, entry="finger", control=one))

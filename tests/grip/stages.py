@@ -118,8 +118,10 @@ class Policy(Stage):
         return float(force), Reason(int(reason))
 
 
-def margin_grip(settings: GripSettings) -> Policy:
-    return Policy("margin", grip=settings)
+def margin_grip(settings: GripSettings, *, learning: bool = False) -> Policy:
+    made = Policy("margin", grip=settings)
+    made.memory["SETUP_SHARES"] = learning
+    return made
 
 
 class FailSafe(Stage):

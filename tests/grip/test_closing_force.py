@@ -104,7 +104,7 @@ def test_an_object_that_is_gone_and_comes_again_stands_again(model: ContactModel
 
 def test_a_grip_that_learns_by_lowering_force_keeps_nothing(model: ContactModel) -> None:
     settings = ControlSettings()
-    learning = replace(settings, friction=replace(settings.friction, shared=True, probing=True))
+    learning = replace(settings, friction=replace(settings.friction, learning=True))
     assert at(course(model, obeyed(), lifted(9.0), learning, seconds=2.0), 1.99) < 0.5 * CLOSED_N
 
 

@@ -240,7 +240,9 @@ FIXED = {
     "thumb": {"thumb": ""},
     "policy": {"policy": "cone"},
     "contacts": {"contacts": {"thumb": {}, "index": {"normal": [0.0, 0.0, -1.0]}}},
-    "friction.coefficient, friction.shared": {"friction": FrictionSettings(coefficient=0.25, shared=True)},
+    "friction.coefficient, friction.learning": {
+        "friction": FrictionSettings(coefficient=0.25, learning=True)
+    },
 }
 
 
@@ -260,7 +262,7 @@ def test_a_hand_that_is_reset_to_settings_is_a_new_one_with_them(named: str, mod
         reset.step(states, states[0].stamp)
     reset.reset(settings)
     assert reset.settings is settings
-    assert reset.friction.active == settings.friction.shared
+    assert reset.friction.active == settings.friction.learning
     for states in held(model, 0.3):
         now = states[0].stamp
         assert reset.step(states, now) == new.step(states, now)

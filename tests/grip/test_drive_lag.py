@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.grip.drive_lag import (
     begin_drives,
     follow_drive,
@@ -16,10 +17,12 @@ from vegrip.grip.drive_lag import (
     watch_rate,
 )
 from vegrip.grip.drive_log import DriveLog, describe_lag
+from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.grasp_friction import GraspFriction
 from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.settings import ControlSettings
+from vegrip.model import paper_model
 from vegrip.types import Floats
 
 DT, NOISE, FINGER = 0.002, 0.01, 3
@@ -145,7 +148,7 @@ def test_a_node_logs_the_lag_of_a_drive_once_it_is_known(caplog: pytest.LogCaptu
     assert friction.drive_lag("thumb") == pytest.approx(0.0143, rel=0.2)
     stated = [record.getMessage() for record in caplog.records]
     assert len(stated) == 1
-    assert re.fullmatch("drive of thumb: lag 1[3-7] ms, configured 10 ms", stated[0])
+    assert re.fullmatch("drive of thumb: lag 1[3-7] ms, configured 10 ms(; 15 ms of it are led)?", stated[0])
 
 
 def test_other_parameters_do_not_make_it_forget_a_lag() -> None:
@@ -153,32 +156,26 @@ def test_other_parameters_do_not_make_it_forget_a_lag() -> None:
     for command, force in forces(grips(20.0), 0.0133):
         follow_drive(friction.memory, 0, DT, command, force)
     known = friction.drive_lag("thumb")
-    friction.set_lead(GripSettings(measure_lag=True))
+    friction.set_lead(GripSettings())
     assert friction.drive_lag("thumb") == known
 
 
-@pytest.mark.parametrize(
-    ("grip", "leads"),
-    [
-        (None, False),  # nothing is set yet
-        (GripSettings(), False),
-        (GripSettings(drive_lag=1e-3), True),
-        (GripSettings(measure_lag=True), True),
-    ],
-)
-def test_a_finger_leads_once_the_lag_of_its_drive_is_stated_or_measured(
-    grip: GripSettings | None, *, leads: bool
+@pytest.mark.parametrize("lag", [0.0, 1e-3])
+@pytest.mark.parametrize("learning", [False, True])
+def test_a_finger_leads_its_load_where_the_lag_of_its_drive_is_stated_or_friction_is_learned(
+    lag: float, *, learning: bool
 ) -> None:
-    friction = GraspFriction({"thumb": object()}, ControlSettings())
+    grip, friction = GripSettings(drive_lag=lag), FrictionSettings(learning=learning)
+    settings = ControlSettings(grip=grip, friction=friction)
+    estimator = ContactEstimator(paper_model(tip_radius=9e-3), SensorNoise())
+    shared = GraspFriction({"thumb": estimator}, settings)
     told: dict[str, float] = {}
-    if grip is not None:
-        friction.set_lead(grip)
-    friction.write_to(told, "thumb")
-    assert told["SETUP_LEADS"] == leads
+    shared.write_to(told, "thumb")
+    assert told["SETUP_LEADS"] == (learning or lag > 0.0)
 
 
 def test_what_a_slow_drive_costs_is_said() -> None:
-    grip = GripSettings(drive_lag=0.01, measure_lag=True, burst_rate=20.0)
+    grip = GripSettings(drive_lag=0.01, burst_rate=20.0)
     assert describe_lag(0.033, grip) == (
         "lag 33 ms, configured 10 ms; 15 ms of it are led, for the rest 15 % more is held, "
         "which a quicker drive would not need"

@@ -20,7 +20,7 @@ from vegrip.grip.slip_channels import SCATTER
 from vegrip.messages import KNOWN, PROBED, FingertipState
 
 NAMES = ("thumb", "index")
-LEARNING = FrictionSettings(shared=True, probing=True)
+LEARNING = FrictionSettings(learning=True)
 PERIOD = NS // 500
 
 
@@ -190,7 +190,7 @@ def test_a_bogus_slip_at_light_touch_changes_nothing() -> None:
         (LEARNING, math.nan, "thumb does not feel slip"),
         (replace(LEARNING, slip_threshold=5e-4), 0.0, "slip is felt from 0.0005 m/s on"),
         (replace(LEARNING, slip_delay=0.04), 0.0, "slip is felt 0.04 s late"),
-        (replace(LEARNING, probing=False), 0.0, "probing is switched off"),
+        (replace(LEARNING, learning=False), 0.0, "friction is not learned"),
     ],
     ids=["not proven", "absent", "coarse", "late", "off"],
 )
@@ -283,7 +283,6 @@ COARSE = replace(LEARNING, slip_threshold=5e-4)
         (LEARNING, LOAD, "thumb grips by the friction of its model; to grip less: it must feel slip"),
         (FrictionSettings(), (*LOAD, "slip"), "its own slides teach; to grip less: vegrip calibrate"),
         (COARSE, (*LOAD, "slip"), "slides of all fingers teach; to grip less: slip is felt from"),
-        (replace(LEARNING, probing=False), (*LOAD, "slip"), "to grip less: probing is switched off"),
     ],
 )  # fmt: skip
 def test_a_node_says_of_a_finger_what_it_grips_by_and_what_it_takes_to_grip_less(

@@ -18,7 +18,7 @@ def led(
     """Return what comes ahead of (x, y, torque) by sample; ``measured`` [s] is 0 where no lag is known."""
     q = GraspMemory()
     begin_drives(q, NOISE)
-    set_drives(q, lag, measured=True, burst=5.0)
+    set_drives(q, lag, burst=5.0)
     begin_lead(q, NOISE, TORQUE_NOISE)
     q.drive.lag[1], q.drive.known[1] = measured, float(measured > 0.0)
     return [lead_load(q, 1, DT, *load) for load in loads]
@@ -115,7 +115,7 @@ def test_a_step_is_followed_in_3_and_12_ms_and_two_deviations_of_their_differenc
     begin_lead(q, noise, 0.0)
     lead_load(q, 0, 0.003, 0.0, 0.0, 0.0)
     begin_drives(q, NOISE)
-    set_drives(q, 0.01, measured=False, burst=5.0)
+    set_drives(q, 0.01, burst=5.0)
     ahead, _ = lead_load(q, 0, 0.003, 0.0, sign, 0.0)
     fast, slow = 1.0 - math.exp(-1.0), 1.0 - math.exp(-0.25)
     n = np.arange(2000)

@@ -41,7 +41,7 @@ class Grasp:
         for finger, i in enumerate(places):
             friction_belief.expect_finger(g, i, math.log(0.7 + 0.05 * finger), 0.4 - 0.02 * finger, 0.08)
         drive_lag.begin_drives(g, 0.01)
-        drive_lag.set_drives(g, 0.01, True, 4.0)
+        drive_lag.set_drives(g, 0.01, 4.0)
         load_lead.begin_lead(g, 0.01, 1e-4)
         slip_channels.begin_channels(g, 1e-3, delay)
         slip_witness.begin_witness(g, 0.002)

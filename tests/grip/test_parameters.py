@@ -18,9 +18,7 @@ NUMBERS = {
     GraspParameters: """
         report_period                 0.02    0      10      s
         grip.wanted_margin            0.15    0      0.9     1
-        grip.proven_time              0       0      3600    s
         grip.drive_lag                0       0      0.2     s
-        grip.slip_growth              8       0      100     1/s
         friction.coefficient          0       0      20      1
         friction.coefficient_std      0       0      2       1
         friction.load_exponent        0.15    -0.5   0.9     1
@@ -50,7 +48,6 @@ NUMBERS = {
         estimator.hold_stiffness      1000    0      1e12    N/m
         estimator.agility             3       0.001  1e4     1/s
         estimator.learning_rest       20      0      1e6     s
-        estimator.friction_drift      0.01    0      1       1/sqrt(s)
     """,
     ConstantSettings: """
         force                         5       0      1000    N
@@ -112,8 +109,8 @@ def test_a_number_may_reach_its_bounds_and_no_float_beyond_them(group: type[Any]
 def test_what_is_no_number_begins_so() -> None:
     begins = {name: value for name, value, _ in rows(GraspParameters()) if isinstance(value, (bool, str))}
     assert begins == {
-        "policy": "margin", "thumb": "thumb", "grip.measure_lag": False, "friction.shared": False,
-        "friction.object": "", "friction.probing": False, "tip.model": "", "estimator.hold": "position",
+        "policy": "margin", "thumb": "thumb", "friction.learning": False,
+        "friction.object": "", "tip.model": "", "estimator.hold": "position",
         "suspects": True, "learned": "",
     }  # fmt: skip
 

@@ -152,8 +152,7 @@ def test_a_flag_that_comes_and_goes_without_a_load_tells_nothing():
 
 def test_a_channel_that_is_known_switches_learning_on_with_its_own_figures():
     assert SlipChannel(1.234e-4, 0.0201, 5).settings == {
-        "shared": True,
-        "probing": True,
+        "learning": True,
         "slip_threshold": 1.23e-4,
         "slip_delay": 0.0201,
     }

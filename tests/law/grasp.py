@@ -57,7 +57,6 @@ class Case:
     falls_at: int = -1  # of this finger alone; negative: of all
     rises: int = 8  # sudden loads in a minute
     rise_at: float = 0.0  # [s] of one more; 0 = none
-    learns: bool = True  # as in the demonstration; else without probing and without a slip channel
     exact: bool = False  # a sound channel says 0 and not its noise
     duration: float = 60.0
     rate: int = 200  # [Hz]
@@ -148,7 +147,6 @@ def settings_of(case: Case) -> GraspParameters:
         given.friction,
         slip_threshold=THRESHOLD_M_S,
         slip_delay=DELAY_S,
-        probing=case.learns and given.friction.probing,
     )
     return replace(given, friction=friction, report_period=1.0, health_period=LOOK_S, suspects=False)
 
@@ -485,11 +483,9 @@ def draw_occurrence(rng: np.random.Generator, fingers: int) -> tuple[float, tupl
 
 
 def without_a_channel(case: Case) -> Case:
-    """Return the same without a slip channel and without learning: what there is to fall back to.
+    """Return the same without a slip channel: what there is to fall back to.
 
     Faults of other sensors stay, and what is pressed after the first fault is told of the same time.
     """
     after = case.begins + 5.0 if case.sensor_faults else -1.0
-    return replace(
-        case, fault="absent", start=0.0, which=(), learns=False, also=case.sensor_faults, after=after
-    )
+    return replace(case, fault="absent", start=0.0, which=(), also=case.sensor_faults, after=after)

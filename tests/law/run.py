@@ -73,7 +73,6 @@ def command(case: Case) -> str:
         words.append(f"--gain-from {case.gain_start!r}")
     words += ["--exact"] * case.exact + [f"--falls {case.falls!r}"] * (case.falls > 0.0)
     words += [f"--falls-at {case.falls_at}"] * (case.falls_at >= 0)
-    words += ["--no-learning"] * (not case.learns)
     return "python tests/law/run.py " + " ".join(words)
 
 
@@ -115,7 +114,6 @@ def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     add("--rises", type=int, default=8)
     add("--rise-at", type=float, default=0.0)
     add("--exact", action="store_true", help="a sound channel says exactly 0 where nothing slides")
-    add("--no-learning", action="store_true", help="the grip without probing")
     add("--duration", type=float, default=60.0)
     add("--rate", type=int, default=200)
     add("--objects", action="store_true", help="embedded objects instead of the compiled step")
@@ -137,7 +135,7 @@ def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
 
 
 def cases_of(given: argparse.Namespace) -> list[Case]:
-    how = {"duration": given.duration, "rate": given.rate, "learns": not given.no_learning}
+    how = {"duration": given.duration, "rate": given.rate}
     if given.random or given.pairs or given.all_pairs:
         return [replace(case, **how) for case in drawn(given)]
     cases = []

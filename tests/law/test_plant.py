@@ -148,7 +148,6 @@ def test_the_grip_without_a_channel_has_the_faults_of_the_other_sensors() -> Non
     assert bare.sensor_faults == case.sensor_faults
     assert bare.after == 5.0  # the first fault began at once
     assert without_a_channel(replace(case, start=2.5)).after == 6.0
-    assert not bare.learns
 
 
 def test_all_pairs_are_every_two_of_the_named_faults() -> None:

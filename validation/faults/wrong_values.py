@@ -38,7 +38,6 @@ from validation.faults.sound_node import SoundNode
 from validation.faults.testbed import SAMPLING, STATE_RATE_HZ, Falsify, Scene
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters
-from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.messages import Estimate, FingertipState, Reason
 from vegrip.trials.candidates import KNOBS, demo_parameters, parameters
 from vegrip.types import Floats
@@ -174,10 +173,8 @@ def reference(*, learning: bool = False) -> Reference:
 @cache
 def without_a_channel(end: float) -> Floats:
     """Return the commands [N] until ``end`` [s] of a grasp that learns and in which no slip is felt."""
-    settings = learning_parameters()
-    grip = replace(settings.grip, probability=GripSettings().probability)
-    friction = replace(settings.friction, probing=False)
-    scene = Scene("pinch", parameters=replace(settings, grip=grip, friction=friction))
+    scene = scene_of(learning=True)
+    scene.hand_node.falsify = lambda state: replace(state, slip=math.nan, slip_speed=math.nan)
     scene.run_until(end)
     return np.array(scene.course.command)
 

@@ -19,9 +19,8 @@ from vegrip.runtime import NodeContext
 
 TIPS = {"tip": {"radius": 9e-3}, "tips": {"thumb": {"radius": 13e-3}}}
 LEARNING = {
-    "grip": {"wanted_margin": 0.1, "proven_time": 20.0, "drive_lag": 0.01, "slip_growth": 40.0},
-    "friction": {"shared": True, "probing": True, "slip_threshold": 1e-4, "slip_delay": 0.02},
-    "estimator": {"friction_drift": 0.03},
+    "grip": {"wanted_margin": 0.1, "drive_lag": 0.01},
+    "friction": {"learning": True, "slip_threshold": 1e-4, "slip_delay": 0.02},
 }  # fmt: skip
 PLACES = {
     "thumb": (0.0, 0.0, -0.01), "index": (-0.033, 0.0, 0.01), "middle": (-0.011, 0.0, 0.01),
@@ -63,7 +62,7 @@ class Setting:
 
 SETTINGS: dict[str, Setting] = {
     "default": Setting(),
-    "learning": Setting(LEARNING, {"grip": {"probability": 0.92}}, tape="learning"),
+    "learning": Setting(LEARNING, tape="learning"),
     "elastic": Setting({"policy": "elastic", "policy_settings": {"friction": 0.35}}),
     "cone": Setting({"policy": "cone", "policy_settings": {"safety": 1.5}}),
     "constant": Setting({"policy": "constant", "policy_settings": {"force": 4.0}}),

@@ -25,14 +25,12 @@ CHANNELS = 9
 """Places in a state of a finger, and how many channels it has."""
 
 
-def controller(*, feels_slip: bool, probes: bool = False) -> GripController:
+def controller(*, feels_slip: bool) -> GripController:
     """Return a controller with the default settings, told of the slip channel where there is one."""
     plain = ControlSettings()
     friction = plain.friction
     if feels_slip:
-        friction = replace(
-            friction, shared=True, slip_threshold=THRESHOLD, slip_delay=DELAY_SAMPLES / RATE, probing=probes
-        )
+        friction = replace(friction, learning=True, slip_threshold=THRESHOLD, slip_delay=DELAY_SAMPLES / RATE)
     settings = replace(plain, friction=friction, limits=replace(plain.limits, max_force=STRONGEST))
     return GripController(FINGERS, model=vegrip.paper_model(TIP_RADIUS), settings=settings)
 

@@ -32,8 +32,8 @@ class Played:
 
 
 @cache
-def _controller(*, feels_slip: bool, probes: bool) -> GripController:
-    return controller(feels_slip=feels_slip, probes=probes)
+def _controller(*, feels_slip: bool) -> GripController:
+    return controller(feels_slip=feels_slip)
 
 
 def play_grasp(world: str, given: tuple[int, bool]) -> Played:
@@ -42,15 +42,13 @@ def play_grasp(world: str, given: tuple[int, bool]) -> Played:
     grasp = draw_grasp(world, number)
     looks = {
         channel: play(
-            _controller(feels_slip=channel != WITHOUT, probes=False), grasp,
+            _controller(feels_slip=channel != WITHOUT), grasp,
             feels_slip=channel != WITHOUT, taught=channel == TAUGHT,
         )
         for channel in CHANNELS
     }  # fmt: skip
     held = {
-        channel: hold(
-            _controller(feels_slip=channel == WITH, probes=channel == WITH), grasp, feels_slip=channel == WITH
-        )
+        channel: hold(_controller(feels_slip=channel == WITH), grasp, feels_slip=channel == WITH)
         for channel in ((WITHOUT, WITH) if is_held else ())
     }
     return Played(grasp, looks, held)

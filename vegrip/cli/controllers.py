@@ -1,7 +1,6 @@
 """``vegrip controllers``: grip controllers against the least possible force, on the same disturbances."""
 
 import math
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -48,9 +47,6 @@ CHANNEL = Annotated[
     str, typer.Option("--slip-channel", help="Of every finger: sound, dead, stuck, noisy or absent.")
 ]
 NO_CHANNEL = Annotated[bool, typer.Option("--no-slip-channel", help="The same as --slip-channel absent.")]
-LAG = Annotated[
-    bool, typer.Option("--measure-lag", help="Controllers that lead the load measure the drives' lag.")
-]
 WORLD = Annotated[
     str,
     typer.Option(
@@ -80,7 +76,6 @@ def controllers(
     slip_delay: DELAY = None,
     slip_channel: CHANNEL = "sound",
     no_slip_channel: NO_CHANNEL = False,
-    measure_lag: LAG = False,
     world: WORLD = BOTH,
     plant: PLANT = "ours",
     jobs: JOBS = 1,
@@ -115,9 +110,7 @@ def controllers(
         seen = range(first_seed, first_seed + seeds)
         summaries = {}
         for here in worlds:
-            trials = fronts.trials_of(
-                knobs, seen, duration, grasp, around, measures_lag=measure_lag, world=here, plant=hands
-            )
+            trials = fronts.trials_of(knobs, seen, duration, grasp, around, world=here, plant=hands)
             summaries[here] = fronts.summaries_of(_run(trials, jobs, here), grasp)
         outputs.write(output, lambda path: fronts.draw_fronts(summaries, grasp, path))
         said: dict[str, Any] = {
@@ -132,7 +125,7 @@ def controllers(
 
             said["creep"] = simulator_creep()
         figures = {"controllers": summaries[worlds[0]], "worlds": summaries}
-        answer(said | figures, lambda: _print(summaries, measure_lag), as_json=as_json)
+        answer(said | figures, lambda: _print(summaries, drive_bandwidth is not None), as_json=as_json)
         if not as_json:
             _print_creep(said.get("creep", []))
 
@@ -272,5 +265,5 @@ def _print_lags(summaries: dict[str, Any], where: str) -> None:
 
     for name, one in summaries.items():
         if math.isfinite(one["drive_lag"]):
-            grip = replace(parameters(name, one["knob"]).grip, measure_lag=True)
+            grip = parameters(name, one["knob"]).grip
             typer.echo(f"drives of {name}{where}: {describe_lag(one['drive_lag'], grip)}")

@@ -24,8 +24,7 @@ from vegrip.transport.maps.map_text import Setting, changed_text, key_line
 from vegrip.transport.maps.schema import parse_map
 
 FRICTION_NOTES = {
-    "shared": "learned by all fingers of a grasp together",
-    "probing": "less is held until it is known",
+    "learning": "less is held once it is known",
     "slip_threshold": "[m/s] the slowest slide of the traffic that was felt",
     "slip_delay": "[s] from the fall of the load to the slip flag",
 }

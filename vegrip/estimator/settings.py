@@ -91,9 +91,7 @@ class EstimatorSettings:
     friction_scatter: float = constant(
         0.06, unit="1", doc="of ln mu from one slip to the next, about its mean"
     )
-    friction_drift: float = parameter(
-        0.01, unit="1/sqrt(s)", low=0.0, high=1.0, doc="forgetting: random walk of ln mu"
-    )
+    friction_drift: float = constant(0.03, unit="1/sqrt(s)", doc="forgetting: random walk of ln mu")
     regrasp: float = constant(0.05, unit="1", doc="change of ln mu with a new contact")
     friction: FrictionPrior = constant(
         FrictionPrior(),

@@ -39,8 +39,6 @@ PREFIX = re.compile(r"[a-z][a-z0-9]{0,19}(_[a-z0-9]+)*")
 FRAMES = 500
 MOST_FINGERS = 8
 """That the identifiers of a hand's frames distinguish."""
-ABSENT = ("drive_lag", "measure_lag")
-"""Settings of the grip for which a finger needs more of its grasp than an exported one knows."""
 MARGIN = 0.2
 """For which the self-test asks the least force."""
 
@@ -66,8 +64,8 @@ class Request:
 
     @property
     def alone(self) -> ControlSettings:
-        """How a finger by itself is controlled: it neither shares friction nor probes for it."""
-        friction = replace(self.control.friction, shared=False, probing=False)
+        """How a finger by itself is controlled: it does not learn friction with others."""
+        friction = replace(self.control.friction, learning=False)
         return replace(self.control, friction=friction)
 
     def __post_init__(self) -> None:
@@ -81,9 +79,8 @@ class Request:
                 f"--fingers {','.join(self.fingers)!r}: give 1 to {MOST_FINGERS} names, each once, with "
                 "commas between them, as in thumb,index"
             )
-        for name in ABSENT if self.entry == "finger" else ():
-            if getattr(self.control.grip, name) > 0.0:
-                raise InputError(f"[grip] {name}: an exported finger cannot do this; leave it at its default")
+        if self.entry == "finger" and self.control.grip.drive_lag > 0.0:
+            raise InputError("[grip] drive_lag: an exported finger does not lead its load; leave it at 0")
 
 
 CORTEX_M7 = {

@@ -151,7 +151,7 @@ class GripController:
     def drive_lag(self, finger: str) -> float:
         """Return the measured lag [s] of the force of ``finger`` behind what it needs; NaN: not known.
 
-        It is measured where ``grip.drive_lag`` or ``grip.measure_lag`` are set; errors as of :meth:`contact`.
+        It is measured where it is stated or friction is learned; errors as of :meth:`contact`.
         """
         return self.friction.drive_lag(self._finger_called(finger).name)
 

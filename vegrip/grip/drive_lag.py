@@ -48,17 +48,16 @@ DRIVE_EXPLAINED = 2.0  # times the noise of the force: a mean innovation beyond 
 DRIVE_MEMORY = 0.3  # [s] of that mean
 
 
-def set_drives(g: GraspMemory, stated: float, measured: bool, burst: float) -> None:
+def set_drives(g: GraspMemory, stated: float, burst: float) -> None:
     """Set what is stated of the drives; what was measured stays.
 
     Args:
         g: what the grasp shares.
-        stated: their lag [s]; 0 where it is not stated.
-        measured: whether the measured lag counts once it is known.
+        stated: their lag [s] until it is measured.
         burst: relative growth of a load that comes in a burst [1/s].
 
     """
-    g.drive.stated, g.drive.is_measured, g.drive.burst = stated, 1.0 if measured else 0.0, burst
+    g.drive.stated, g.drive.burst = stated, burst
 
 
 def begin_drives(g: GraspMemory, noise: float) -> None:

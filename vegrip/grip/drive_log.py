@@ -17,7 +17,7 @@ def describe_lag(lag: float, grip: GripSettings) -> str:
     if grip.drive_lag > 0.0:
         said += f", configured {1e3 * grip.drive_lag:.0f} ms"
     more = 100.0 * (reserve_for(lag, grip.burst_rate) - 1.0)
-    if not grip.measure_lag or lag <= LEAD_MOST:
+    if lag <= LEAD_MOST:
         return said
     saved = f", for the rest {more:.0f} % more is held, which a quicker drive would not need"
     return f"{said}; {1e3 * LEAD_MOST:.0f} ms of it are led" + (saved if more >= 0.5 else "")

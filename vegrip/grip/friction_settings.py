@@ -1,4 +1,4 @@
-"""How friction is learned by all fingers of a grasp."""
+"""What is believed of friction at first, and how it is learned."""
 
 from dataclasses import dataclass
 
@@ -33,7 +33,10 @@ class FrictionSettings:
     load_exponent_std: float = fixed_parameter(
         PUBLISHED.load_exponent_std, unit="1", low=0.0, high=1.0, doc="std of that"
     )
-    shared: bool = fixed_parameter(False, doc="what one finger learns of the object counts for all")
+    learning: bool = fixed_parameter(
+        False,
+        doc="all fingers learn it together: force is lowered slowly where slip is felt early enough",
+    )
     object: str = fixed_parameter(
         "",
         doc="of what is held: its friction is kept in the folder 'learned' for the next grasp; empty = none",
@@ -49,7 +52,6 @@ class FrictionSettings:
         1e-3, unit="m/s", low=0.0, high=10.0,
         doc="slip speed from which a tip slides, whatever its flag says; 0 = none",
     )  # fmt: skip
-    probing: bool = fixed_parameter(False, doc="lower the force slowly until friction is known")
 
     def prior_of(
         self, gain: float = PUBLISHED.tangential_gain, gain_std: float = PUBLISHED.tangential_gain_std

@@ -46,15 +46,15 @@ class GraspFriction:
         able = {name: e for name, e in fingers.items() if isinstance(e, ContactEstimator)}
         self._settings = settings.friction
         self._noise = next((e.noise for e in fingers.values() if hasattr(e, "noise")), SensorNoise())
-        self.active = self._settings.shared and len(able) == len(fingers) <= BELIEF_MOST
+        self.active = self._settings.learning and len(able) == len(fingers) <= BELIEF_MOST
         self._places = {name: i for i, name in enumerate(fingers)}
         self.memory = GraspMemory(len(fingers))
         """All that the fingers of the grasp share; their steps write here."""
-        self._is_leading = False
         begin_drives(self.memory, self._noise.normal_force)
         if self.active:
             self._begin(able, known)
-            self.set_risk(settings.grip)
+        self.set_risk(settings.grip)
+        self.set_lead(settings.grip)
 
     def _begin(self, able: Mapping[str, ContactEstimator], known: ObjectFriction | None) -> None:
         s, g = self._settings, self.memory
@@ -76,13 +76,13 @@ class GraspFriction:
     def set_risk(self, grip: GripSettings) -> None:
         """Set what the grip risks."""
         if self.active:
-            is_fine = self._settings.probing and not self._settings.why_too_coarse
+            is_fine = not self._settings.why_too_coarse
             set_risk(self.memory, 1.0 - grip.probability, 1.0 - grip.known_probability, is_fine)
 
     def set_lead(self, grip: GripSettings) -> None:
         """Set what is stated of the drives; what was measured stays."""
-        self._is_leading = grip.drive_lag > 0.0 or grip.measure_lag
-        set_drives(self.memory, grip.drive_lag, grip.measure_lag, grip.burst_rate)
+        self._is_leading = self.active or grip.drive_lag > 0.0
+        set_drives(self.memory, grip.drive_lag, grip.burst_rate)
         begin_lead(self.memory, self._noise.tangential_force, self._noise.torque_z)
 
     def drive_lag(self, finger: str) -> float:
@@ -100,8 +100,8 @@ class GraspFriction:
     @property
     def why_not_probing(self) -> str:
         """Why force is not lowered to learn friction; empty while it is."""
-        if not self.active or not self._settings.probing:
-            return "probing is switched off"
+        if not self.active:
+            return "friction is not learned"
         if self._settings.why_too_coarse:
             return self._settings.why_too_coarse
         return next(filter(None, map(self._why_not_received, self._places)), "")

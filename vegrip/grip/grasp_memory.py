@@ -53,8 +53,7 @@ class Belief:
 class Drive:
     """The lag of the drives (:mod:`vegrip.grip.drive_lag`)."""
 
-    stated: float  # [s] lag of all drives; 0 = not stated
-    is_measured: float  # 1 = the measured lag counts instead, once it is known
+    stated: float  # [s] lag of all drives until it is measured
     burst: float  # [1/s] relative growth of a load that comes in a burst
     noise: float  # [N] std of a normal force
     lag: Each  # [s] measured behind a need

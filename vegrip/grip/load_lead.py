@@ -82,7 +82,7 @@ def reserve_for(lag: float, burst: float) -> float:
 
 def counts_measured(g: GraspMemory, i: int) -> bool:
     """Return whether the measured lag of finger ``i`` counts."""
-    return g.drive.is_measured > 0.0 and g.drive.known[i] > 0.0
+    return g.drive.known[i] > 0.0
 
 
 def lead_component(

@@ -435,7 +435,7 @@ class GraspForce(NodeBase):
     def _log_probing(self, controller: GripController) -> None:
         """Log why friction is not probed, where that is asked for, and whenever it changes."""
         friction = controller.friction
-        if not friction.active or not self.parameters.friction.probing:
+        if not friction.active:
             return
         why = friction.why_not_probing
         if why != self._why_not_probing:

@@ -66,7 +66,6 @@ class Grip:
     elapsed: float  # [s] since a fault began; -inf: there is none
     adjustment: float  # [N] change of the force by the last command, for balance
     proven: float  # [N] lowest median of late
-    proven_time: float  # [s] for which that counts
     kept: float  # [N] that the margin grip does not lower before a load is felt
     closed: float  # [N] largest force since the start, until a load or its fall ended the takeover
 

@@ -85,7 +85,7 @@ class SlipChannel:
         if self.lacking:
             return {}
         found = {"slip_threshold": self.threshold, "slip_delay": self.delay}
-        return {"shared": True, "probing": True, **{name: float(f"{v:.3g}") for name, v in found.items()}}
+        return {"learning": True, **{name: float(f"{v:.3g}") for name, v in found.items()}}
 
 
 def slip_channel(slides: Sequence[Slide]) -> SlipChannel:

@@ -6,7 +6,6 @@ from dataclasses import replace
 from vegrip.estimator import EstimatorSettings
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters, TipParameters, estimator_factory
-from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.virtual import HandSettings
 from vegrip.virtual.settings import SensorSettings
 
@@ -22,7 +21,7 @@ KNOBS = {
     },
     "pinch": {
         "vegrip": 0.15,
-        "learning": 0.1,
+        "learning": 0.05,
         "known": 0.1,
         "ellipse": 0.15,
         "constant": 8.0,
@@ -36,9 +35,6 @@ Wanted margin [-] of vegrip, of learning, of one that knows the truth of frictio
 (the bound of what any of them can reach), and of the ellipse. Force [N], safety [-] and friction
 coefficient [-] set by hand of the others: tuned for each grasp.
 """
-
-LEARNING_PROBABILITY = 0.92
-"""``grip.probability`` of learning with a slip channel that is fine enough to probe with."""
 
 DEMONSTRATED = "learning"
 """What the demonstration shows as vegrip: the parameters that suit a hand that feels slip at once."""
@@ -84,34 +80,19 @@ def parameters(name: str, knob: float, friction: float = math.nan) -> GraspParam
 
 
 def learning_parameters(base: GraspParameters) -> GraspParameters:
-    """Return ``base`` with one belief of friction for all fingers, probing, and a quick release.
+    """Return ``base`` with friction learned by all fingers together.
 
-    It knows how coarse and how late the slip channel of the virtual hand is.
+    It knows the lag of the drives of the virtual hand, and how coarse and how late its slip channel is.
     """
-    learning = replace(
-        base,
-        friction=replace(base.friction, shared=True, probing=True),
-        grip=replace(
-            base.grip, release_time=0.3, settle_time=0.1, slip_growth=40.0, proven_time=20.0, drive_lag=0.01
-        ),
-        estimator=replace(base.estimator, friction_drift=0.03),
-    )
+    grip = replace(base.grip, drive_lag=0.01)
+    learning = replace(base, friction=replace(base.friction, learning=True), grip=grip)
     return with_slip_channel(learning, HandSettings().sensor)
 
 
 def with_slip_channel(settings: GraspParameters, sensor: SensorSettings) -> GraspParameters:
-    """Return ``settings`` with how slip is felt.
-
-    One that learns assumes more of what is not known yet where its channel is fine enough to probe with:
-    the slip that this may cost is felt.
-    """
+    """Return ``settings`` with how slip is felt."""
     friction = replace(settings.friction, slip_threshold=sensor.slip_threshold, slip_delay=sensor.slip_delay)
-    informed = replace(settings, friction=friction)
-    if not friction.probing:
-        return informed
-    is_felt = sensor.slip_sensor and not friction.why_too_coarse
-    probability = LEARNING_PROBABILITY if is_felt else GripSettings().probability
-    return replace(informed, grip=replace(informed.grip, probability=probability))
+    return replace(settings, friction=friction)
 
 
 def demonstrated_parameters(grasp: str) -> GraspParameters:

@@ -268,7 +268,6 @@ class QualityTrial:
     knob: float
     grasp: str
     surroundings: Surroundings = Surroundings()
-    measures_lag: bool = False  # of the drives, instead of being stated
     world: str = "old"  # one of WORLDS
     plant: PlantMake = OURS
 
@@ -281,8 +280,6 @@ def run_quality_trial(trial: QualityTrial) -> Course:
     scenario = trial.scenario
     hand = trial.surroundings.applied(scenario.settings)
     settings = with_slip_channel(parameters(trial.name, trial.knob, hand.tip.friction), hand.sensor)
-    grip = replace(settings.grip, measure_lag=trial.measures_lag and settings.grip.drive_lag > 0.0)
-    settings = replace(settings, grip=grip)
     return run_grip(
         trial.plant.make(hand, trial.seed, scenario.events), settings, trial.duration,
         knows=trial.name == BOUND, spoil=wrong_slip(trial.surroundings.slip_channel, trial.seed),
@@ -302,13 +299,12 @@ def trials_of(
     grasp: str,
     surroundings: Surroundings,
     *,
-    measures_lag: bool = False,
     world: str = "old",
     plant: PlantMake = OURS,
 ) -> list[QualityTrial]:
-    """Return every controller with every knob on every seed; those that lead the load may measure the lag."""
+    """Return every controller with every knob on every seed."""
     return [
-        QualityTrial(name, seed, duration, knob, grasp, surroundings, measures_lag, world, plant)
+        QualityTrial(name, seed, duration, knob, grasp, surroundings, world, plant)
         for name, values in knobs.items()
         for knob in values
         for seed in seeds

@@ -156,13 +156,11 @@ def test_going_to_and_fro_changes_nothing_where_friction_is_shared(
 @pytest.mark.parametrize(
     ("friction", "grip"),
     [
-        ({"shared": True}, {}),
-        ({"probing": True}, {}),
-        ({"shared": True, "probing": True, "slip_delay": 0.05}, {}),
-        ({"shared": True, "sliding_speed": 0.0}, {}),
+        ({"learning": True}, {}),
+        ({"learning": True, "slip_delay": 0.05}, {}),
+        ({"learning": True, "sliding_speed": 0.0}, {}),
         ({}, {"drive_lag": 0.02}),
-        ({}, {"measure_lag": True}),
-        ({}, {"proven_time": 3.0, "usual_time": 0.5}),
+        ({"learning": True}, {"proven_time": 3.0, "usual_time": 0.5}),
     ],
     ids=str,
 )

@@ -394,17 +394,14 @@ def test_the_usual_need_is_the_median_of_the_largest_of_each_slot(kernels, f, t)
 
 
 def test_a_need_that_was_once_enough_rises_slowly_to_the_usual_one(kernels, f, t) -> None:
-    put(kernels, f, t, GRIP_SLOT=0.1, GRIP_PROVEN_TIME=2.0, GRIP_PROVEN=1.0, GRIP_MEDIAN=3.0)
+    put(kernels, f, t, GRIP_SLOT=0.1, RULE_PROVEN_TIME=2.0, GRIP_PROVEN=1.0, GRIP_MEDIAN=3.0)
     for k in range(1, 30):
         kernels.prove_need(f)
         assert f[kernels.GRIP_PROVEN] == pytest.approx(3.0 - 2.0 * 0.95**k)
     put(kernels, f, t, GRIP_MEDIAN=0.5)
     kernels.prove_need(f)
     assert f[kernels.GRIP_PROVEN] == 0.5  # down at once
-    put(kernels, f, t, GRIP_MEDIAN=1.5, GRIP_PROVEN_TIME=0.01)
-    kernels.prove_need(f)
-    assert f[kernels.GRIP_PROVEN] == 1.5
-    put(kernels, f, t, GRIP_MEDIAN=9.0, GRIP_PROVEN_TIME=0.0)
+    put(kernels, f, t, GRIP_MEDIAN=1.5, RULE_PROVEN_TIME=0.01)
     kernels.prove_need(f)
     assert f[kernels.GRIP_PROVEN] == 1.5
 

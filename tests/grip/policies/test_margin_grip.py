@@ -127,20 +127,20 @@ def test_a_need_that_has_fallen_for_good_is_followed() -> None:
 
 
 def test_a_need_that_was_usual_before_is_gone_back_to_at_once() -> None:
-    """After a burst of 2 s the grip goes back to the need of before; without ``proven_time`` it waits."""
+    """After a burst of 2 s the grip goes back to the need of before; where no slide is noticed it waits."""
     held_after = {}
-    for proven in (0.0, 20.0):
-        grip = margin_grip(replace(SETTINGS, usual_time=2.5, proven_time=proven, release_time=0.1))
+    for learning in (False, True):
+        grip = margin_grip(replace(SETTINGS, usual_time=2.5, release_time=0.1), learning=learning)
         held, _ = run(grip, need(2.0), 2.0, 4.0)
         held, _ = run(grip, need(5.0), held, 2.0)
-        held_after[proven], _ = run(grip, need(2.0), held, 0.8)
-    assert held_after[20.0] < 2.5
-    assert held_after[0.0] == pytest.approx(5.0, rel=0.06)
+        held_after[learning], _ = run(grip, need(2.0), held, 0.8)
+    assert held_after[True] < 2.5
+    assert held_after[False] == pytest.approx(5.0, rel=0.06)
 
 
 def test_a_need_lower_than_any_before_still_has_to_last() -> None:
     """A sensor that says there is no load for a second does not let the grip down."""
-    grip = margin_grip(replace(SETTINGS, usual_time=2.5, proven_time=20.0, release_time=0.1))
+    grip = margin_grip(replace(SETTINGS, usual_time=2.5, release_time=0.1), learning=True)
     held, _ = run(grip, need(2.0), 2.0, 5.0)
     held, _ = run(grip, need(0.1), held, 1.0)
     assert held >= 0.99 * 2.0

@@ -136,13 +136,3 @@ def test_the_command_prints_the_figures_of_every_case(capsys: pytest.CaptureFixt
     with pytest.raises(SystemExit) as left:
         main(["--seeds", "0"])
     assert left.value.code == 2
-
-
-def test_learning_counts_on_more_only_where_slip_is_felt_well_enough_to_probe() -> None:
-    def probability(name: str, case: str) -> float:
-        return settings_of(RobustnessTrial(name, CASES[case], 3), CASES[case].settings(3)).grip.probability
-
-    usual = probability("vegrip", "hand")
-    assert probability("learning", "hand") < usual
-    assert probability("learning", "hand, slip from 0.5 mm/s, 10 ms late") == usual
-    assert probability("learning", "hand, slip not felt") == usual

@@ -40,7 +40,8 @@ def follow_need(f: Floats, t: Wholes, held: float, need: float, dt: float) -> fl
 def grow_against_slip(f: Floats, t: Wholes, held: float, dt: float) -> float:
     """Lift the envelope for as long as slip is felt."""
     need = f.demand.least if t.need.trusted == 1 else 0.0
-    f.grip.envelope = max(held * (1.0 + f.rule.slip_growth * dt), need)
+    growth = f.rule.slide_growth if t.setup.shares == 1 else f.rule.slip_growth
+    f.grip.envelope = max(held * (1.0 + growth * dt), need)
     f.grip.quiet = 0.0
     return f.grip.envelope
 
@@ -61,7 +62,7 @@ def forget_usual(f: Floats, t: Wholes) -> None:
     f.grip.slot = f.rule.usual_time / float(USUAL_SLOTS)
     f.grip.present = f.grip.median = -math.inf
     f.grip.filled = 0.0
-    f.grip.proven, f.grip.proven_time = math.inf, f.rule.proven_time
+    f.grip.proven = math.inf
     t.turn.slots = t.turn.next_slot = 0
 
 
@@ -77,7 +78,7 @@ def add_need(f: Floats, t: Wholes, need: float, dt: float) -> float:
         t.turn.slots = min(t.turn.slots + 1, USUAL_SLOTS)
         f.grip.present, f.grip.filled = -math.inf, 0.0
         f.grip.median = median_of_slots(f, t)
-        if t.turn.slots > USUAL_SLOTS // 2:
+        if t.turn.slots > USUAL_SLOTS // 2 and t.setup.shares == 1:
             prove_need(f)
     if t.turn.slots <= USUAL_SLOTS // 2:
         return max(f.grip.median, need)
@@ -86,11 +87,9 @@ def add_need(f: Floats, t: Wholes, need: float, dt: float) -> float:
 
 def prove_need(f: Floats) -> None:
     """Keep the lowest median, and let it rise to the present one."""
-    if f.grip.proven_time > 0.0:
-        part = min(f.grip.slot / f.grip.proven_time, 1.0)
-        usual, proven = f.grip.median, f.grip.proven
-        rise = part * (usual - proven) if proven < usual else 0.0
-        f.grip.proven = min(usual, proven + rise)
+    usual, proven = f.grip.median, f.grip.proven
+    rise = min(f.grip.slot / f.rule.proven_time, 1.0) * (usual - proven) if proven < usual else 0.0
+    f.grip.proven = min(usual, proven + rise)
 
 
 def median_of_slots(f: Floats, t: Wholes) -> float:

@@ -9,8 +9,8 @@ Let ``L`` be the least normal force for the wanted margin over the horizon, at t
 
    and no release at all within ``settle_time`` of the last rise: loads come in bursts. U is the median of
    the last ``usual_time``: a sensor that errs for less than half of it can neither let the
-   grip down nor keep it up. A need that was usual before, within ``proven_time``, is gone back to without
-   that wait: U is the lower of the two.
+   grip down nor keep it up. Where friction is learned, so that a slide would be noticed, a need that was
+   usual within ``proven_time`` is gone back to without that wait: U is the lower of the two.
 2. Felt slip lifts the envelope by ``slip_growth`` per second as long as it lasts, from wherever the command
    is: the model has just been proven wrong, so its answer is not the only one asked.
 3. A play of relative width ``dead_band`` (a backlash operator) between envelope and command: noise smaller
@@ -50,14 +50,16 @@ class GripSettings:
     usual_time: float = constant(
         2.5, unit="s", low=0.0, high=3600.0, doc="the need is not believed to have fallen for half of it"
     )
-    proven_time: float = parameter(
-        0.0, unit="s", low=0.0, high=3600.0,
-        doc="a need that was usual in the last so many seconds is gone back to at once; 0 = none is",
+    proven_time: float = constant(
+        20.0, unit="s", low=1e-3, high=3600.0,
+        doc="where friction is learned, a need that was usual in the last so many seconds is gone back to"
+        " at once",
     )  # fmt: skip
     drive_lag: float = parameter(
-        0.0, unit="s", low=0.0, high=0.2, doc="of the force behind its command, by which the load is led",
+        0.0, unit="s", low=0.0, high=0.2,
+        doc="of the force behind its command, until it is measured; 0 = not known, measured where friction is"
+        " learned",
     )  # fmt: skip
-    measure_lag: bool = parameter(False, doc="lead by the lag that is measured of each drive, once known")
     burst_rate: float = constant(
         20.0,
         unit="1/s",
@@ -65,8 +67,9 @@ class GripSettings:
         high=1e4,
         doc="relative growth of sudden loads, held beforehand for what of a measured lag cannot be led",
     )
-    slip_growth: float = parameter(
-        8.0, unit="1/s", low=0.0, high=100.0, doc="growth of grip while slip is felt"
+    slip_growth: float = constant(8.0, unit="1/s", doc="growth of grip while slip is felt")
+    slide_growth: float = constant(
+        40.0, unit="1/s", doc="the same where friction is learned, so that a flag is weighed before it counts"
     )
 
 
