@@ -46,7 +46,7 @@ class Channel(IntFlag):
 
 
 class Condition(IntEnum):
-    """What is wrong with a finger's input; the worst one found is reported."""
+    """What is wrong with a finger's input; of several the one with the largest number is reported."""
 
     OK = 0
     DEGRADED = 1  # some channel missing, the rest is good
@@ -250,7 +250,7 @@ class NodeStatus:
     lateness_max: float = NAN  # [us] the loop behind its schedule, worst of the last period
     deadline_misses: int = 0
     dropped: int = 0  # telemetry dropped by the bounded queue
-    rejected: Mapping[str, int] = field(default_factory=dict)  # named decoding failures
+    rejected: Mapping[str, int] = field(default_factory=dict)  # what was refused, lost, not sent
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from validation.slip_bound.forced import STATED
 from validation.slip_bound.picture import draw
-from validation.slip_bound.run import TAUGHT, WITH, WITHOUT, play_world, sum_up
+from validation.slip_bound.run import INFORMED, TAUGHT, WITH, WITHOUT, play_world, sum_up
 from validation.slip_bound.shares import missed_goal
 from validation.slip_bound.worlds import WORLDS
 from vegrip.cli import run
@@ -91,7 +91,7 @@ def parts(told: dict[str, Any]) -> dict[str, dict[str, Any]]:
 def _print(worlds: dict[str, dict[str, Any]]) -> None:
     console = printer()
     for name, told in worlds.items():
-        for channel, part in parts(told).items():
+        for channel, part in {**parts(told), INFORMED: told["informed"]}.items():
             console.print(f"{name} world, {channel}: grasps [%] whose true margin lies below the bound")
             console.print(_table(part))
             if part.get("grasps_under_grip"):

@@ -30,6 +30,7 @@ class Look:
     bounds: dict[float, float]  # by confidence; NaN: none is stated
     earliest_slip: float  # [s] at the stated confidence; NaN: none is stated
     slides: bool  # the object slides
+    finger: int = 0  # which one that is
 
 
 def set_force(grasp: Grasp, t: float, *, taught: bool) -> float:
@@ -67,7 +68,7 @@ def look(grip: GripController, pinch: Pinch, force: float, now: int) -> Look:
     finger = FINGERS[least]
     bounds = {confidence: stated_bound(grip, finger, confidence, now) for confidence in CONFIDENCES}
     earliest = grip.margin(finger).earliest_slip if not math.isnan(bounds[STATED]) else math.nan
-    return Look(margins[least], bounds, earliest, min(pinch.slips) > 0.0)
+    return Look(margins[least], bounds, earliest, min(pinch.slips) > 0.0, least)
 
 
 def stated_bound(grip: GripController, name: str, confidence: float, now: int) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 
 from validation.slip_bound.forced import Look, play
 from validation.slip_bound.hand import controller
+from validation.slip_bound.informed import informed
 from validation.slip_bound.shares import figures
 from validation.slip_bound.under_grip import Held, hold
 from validation.slip_bound.worlds import Grasp, draw_grasp, friction_class, load_class
@@ -19,6 +20,7 @@ from vegrip import GripController
 
 WITHOUT, WITH, TAUGHT = "no slip channel", "slip channel", "slip channel, after a slide"
 CHANNELS: Final = (WITHOUT, WITH, TAUGHT)
+INFORMED: Final = "no slip channel, by one who knows the world"
 EXTREME: Final = "extreme friction"
 
 
@@ -47,6 +49,7 @@ def play_grasp(world: str, given: tuple[int, bool]) -> Played:
         )
         for channel in CHANNELS
     }  # fmt: skip
+    looks[INFORMED] = [informed(world, grasp, look) for look in looks[WITHOUT]]
     held = {
         channel: hold(_controller(feels_slip=channel == WITH), grasp, feels_slip=channel == WITH)
         for channel in ((WITHOUT, WITH) if is_held else ())
@@ -77,11 +80,12 @@ def _counted(results: Iterable[Played], report: Callable[[int], None]) -> list[P
 
 def sum_up(world: str, played: Sequence[Played]) -> dict[str, Any]:
     """Return the figures of a world: without a slip channel, and with one beside it."""
-    of = {channel: _by_class(world, played, channel) for channel in CHANNELS}
+    of = {channel: _by_class(world, played, channel) for channel in (*CHANNELS, INFORMED)}
     return {
         **of[WITHOUT], **_under_grip(played, WITHOUT),
         "with_slip_channel": {**of[WITH], **_under_grip(played, WITH)},
         "after_a_slide": of[TAUGHT],
+        "informed": of[INFORMED],
     }  # fmt: skip
 
 

@@ -25,6 +25,7 @@ from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger, Wanted
 from vegrip.grip.finger_step import Place
 from vegrip.grip.force_limit import ForceLimit, against_thumb
+from vegrip.grip.force_parts import ForceParts, force_parts
 from vegrip.grip.grasp_friction import GraspFriction
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.safety import USUAL_LIMITS, limit_not_stated
@@ -147,6 +148,12 @@ class GripController:
         """
         health = self.friction.name_suspect(self._finger_called(finger).reports.health(self._time.now))
         return replace(health, limit=self.force_limit.state(finger))
+
+    def explain(self, finger: str) -> ForceParts:
+        """Return what the last command of ``finger`` is made of, to print; errors as of :meth:`contact`."""
+        one = self._finger_called(finger)
+        needs = {name: other.need for name, other in self.fingers.items() if other.started}
+        return force_parts(one, self._shares(needs).get(finger, math.nan))
 
     def drive_lag(self, finger: str) -> float:
         """Return the measured lag [s] of the force of ``finger`` behind what it needs; NaN: not known.

@@ -1,7 +1,11 @@
 """The step of a finger as a whole, in plain Python: frames, messages and parts agree, and ticks renew."""
 
 import math
+import re
+import sys
 from collections.abc import Iterator
+from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -97,6 +101,31 @@ def singles(one: FingertipState) -> FingertipState:
         name: float(np.float32(getattr(one, name)))
         for name in ("normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "displacement")
     })  # fmt: skip
+
+
+def test_the_steps_of_a_sample_stand_in_the_page_as_they_are_taken() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "architecture.md").read_text(encoding="utf-8")
+    said = [
+        name
+        for names in re.findall(r"`vegrip/(?:grip|estimator)/kernels/\w+\.py`: ((?:`\w+`(?:, )?)+)", page)
+        for name in re.findall(r"\w+", names)
+    ]
+    one, taken = Finger(), []
+    for k in range(8):
+        one.step(state(k))
+
+    def note(frame: FrameType, event: str, _: object) -> None:
+        if event == "call" and frame.f_code.co_name not in taken:
+            taken.append(frame.f_code.co_name)
+
+    sys.setprofile(note)
+    one.step(state(8))
+    sys.setprofile(None)
+    others = {"asked_force", "hold_then_ramp"}  # of another policy, after a fault
+    assert len(said) > 12
+    assert [name for name in said if name not in others] == [
+        name for name in taken if name in said and name not in others
+    ]
 
 
 def test_a_message_is_answered_as_its_frame(stepped: Finger) -> None:

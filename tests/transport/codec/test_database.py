@@ -9,6 +9,7 @@ import pytest
 from cantools.database.can import Message as DbcMessage
 
 from vegrip import messages
+from vegrip.effects import BUILT_IN
 from vegrip.errors import ConfigError
 from vegrip.estimator.layout import CHANNELS, REGIMES
 from vegrip.messages import UNKNOWN, Condition, Lifecycle, Reason
@@ -152,7 +153,7 @@ def test_the_channels_of_health_are_the_quantities_of_a_state() -> None:
 
 def test_what_the_estimator_names_has_a_code() -> None:
     health = database().get_message_by_name("ModelHealthFd")
-    for signal, names in (("channel", CHANNELS), ("regime", REGIMES)):
+    for signal, names in (("channel", CHANNELS), ("regime", REGIMES), ("suspect", BUILT_IN)):
         words = {str(label) for label in (health.get_signal_by_name(signal).choices or {}).values()}
         assert set(names) <= words
 

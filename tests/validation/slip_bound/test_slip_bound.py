@@ -12,6 +12,7 @@ from scipy.stats import norm
 from validation.slip_bound.__main__ import missed, slip_bound
 from validation.slip_bound.forced import LOOKS, Look, play, set_force, stated_bound
 from validation.slip_bound.hand import CONFIDENCES, controller
+from validation.slip_bound.informed import informed
 from validation.slip_bound.pinch import CREEP, Pinch
 from validation.slip_bound.run import TAUGHT, WITH, WITHOUT
 from validation.slip_bound.shares import figures, missed_goal, most_allowed
@@ -225,6 +226,31 @@ def test_the_grip_holds_by_its_own_force_what_a_force_that_is_set_lets_slide(gri
     assert held.force_over_least > 1.0
 
 
+@pytest.mark.parametrize("world", list(WORLDS))
+def test_who_knows_the_world_is_missed_as_often_as_stated(world: str) -> None:
+    grasps = [draw_grasp(world, seed) for seed in range(2000)]
+    seen = Look(0.25, {}, math.inf, slides=False)
+    told = figures([[informed(world, one, seen)] for one in grasps])
+    for confidence in CONFIDENCES:
+        share = told["margin_below_bound"][str(confidence)]
+        std = math.sqrt(confidence * (1.0 - confidence) * (1.0 / 2000 + 1.0 / 10_000))
+        assert abs(share - (1.0 - confidence)) < 3.0 * std
+
+
+def test_who_knows_the_world_says_of_two_objects_that_measure_alike_the_same() -> None:
+    slippery, sticky = replace(EVEN, mu=(0.3, 0.3)), replace(EVEN, mu=(0.6, 0.6))
+    force = 10.0  # the margins are those of a finger that pulls 2 N
+    looks = [
+        informed(
+            "published", replace(one, force_ratio=force / one.least_force),
+            Look(1.0 - 2.0 / one.limits(force)[0], {}, math.inf, slides=False),
+        )
+        for one in (slippery, sticky)
+    ]  # fmt: skip
+    assert looks[0].bounds == pytest.approx(looks[1].bounds)
+    assert looks[0].margin < looks[1].margin
+
+
 # the program
 
 
@@ -245,6 +271,7 @@ def test_the_program_prints_the_figures_of_each_world(
         assert told["grasps"] == 2
         assert set(told["margin_below_bound"]) == {str(one) for one in CONFIDENCES}
         assert {"mean_slack", "slides_per_100", "drops_per_100", "force_over_least", "by_class"} <= set(told)
+        assert told["informed"]["grasps"] == 2
     assert picture.stat().st_size > 10_000
 
 
