@@ -239,7 +239,7 @@ class FingerStep:
 
     def _rows(self, start: int, end: int) -> KeptStates:
         rows = self._history
-        order = np.arange(start, end) % max(len(rows), 1)
+        order = np.arange(start, end) % len(rows)
         return KeptStates(self.name, self._stamps[order], self._numbers[order], rows[order])
 
     # frames in
