@@ -134,7 +134,9 @@ def test_the_stamp_is_that_of_the_first_part() -> None:
     assert [m.stamp for m in map(receiver.decode, frames) if m] == [100]
 
 
-@pytest.mark.parametrize(("late", "whole"), [(4_900_000, True), (7_500_000, False)])
+@pytest.mark.parametrize(
+    ("late", "whole"), [(4_900_000, True), (5_000_000, True), (5_000_001, False), (7_500_000, False)]
+)
 def test_a_part_may_be_late_but_not_by_the_fifteen_cycles_of_a_counter_at_2_khz(
     late: int, whole: bool
 ) -> None:

@@ -114,7 +114,10 @@ def test_a_contact_by_channels_that_have_no_name_is_not_sent_and_counted(
     assert sender.clipped == {"channels": 1}
 
 
-@pytest.mark.parametrize("value", [0.0, -1.5, 2.0**127, math.nan])
+LARGEST = (2.0 - 2.0**-23) * 2.0**127  # of single precision
+
+
+@pytest.mark.parametrize("value", [0.0, -1.5, 2.0**127, LARGEST, -LARGEST, math.nan])
 def test_a_real_travels_as_it_is_and_one_beyond_single_precision_does_not(value: float) -> None:
     real = Real()
     assert repr(real.read(real.write(value))) == repr(value)
