@@ -146,3 +146,8 @@ def test_the_bytes_of_a_finger_are_told_unless_more_than_the_bytes_matters() -> 
     assert CanCodec(("thumb",), fd=True).line("index") is None
     assert CanCodec(("thumb",), fd=True, hand_clock=lambda _, received: received).line("thumb") is None
     assert CanCodec(("thumb",), fd=True, reach=3).line("thumb") is None
+
+
+def test_a_stamp_that_comes_as_a_float_is_sent_as_a_whole_number() -> None:
+    state = FingertipState(5e6, "ring", 7, 1.5)  # type: ignore[arg-type]
+    assert repr(through_msgpack(state)) == repr(FingertipState(5_000_000, "ring", 7, 1.5))

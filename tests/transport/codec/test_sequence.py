@@ -148,6 +148,12 @@ def test_what_was_overtaken_by_few_enough_is_taken_once_under_its_own_number(
     assert stream.lost == last + 1 - len(taken)
 
 
+def test_the_first_message_is_not_taken_a_second_time_behind_later_ones() -> None:
+    stream = Sequence(2**32, reach=2)
+    assert [stream.advance(counter, 0) for counter in (3, 4, 3, 5, 3)] == [3, 4, None, 5, None]
+    assert stream.lost == 0
+
+
 @pytest.mark.parametrize("modulus", MODULI)
 def test_without_a_reach_what_was_overtaken_stays_lost(modulus: int) -> None:
     stream = Sequence(modulus)
