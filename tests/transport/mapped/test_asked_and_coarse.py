@@ -168,9 +168,9 @@ def test_a_sensor_stands_still_once_chance_repeats_it_less_than_once_in_ten_mill
         )
 
 
-@pytest.mark.parametrize(("step", "travel"), [(0.1, None), (0.5, 1.5e-3)])
+@pytest.mark.parametrize(("step", "travel"), [(0.1, None), (0.5, 1.5e-3), (0.4567, 1.37e-3)])
 def test_steps_that_a_press_may_stay_within_ask_for_a_longer_press(tmp_path, step, travel):
-    """Three steps on a soft tip of 1 N/mm."""
+    """Three steps on a soft tip of 1 N/mm, to a micrometre."""
     found = settings(Bus(tmp_path, step, step / math.sqrt(12.0)).plan)["watchdog"]
     assert found.get("stuck_travel") == travel
 

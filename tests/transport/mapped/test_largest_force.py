@@ -42,6 +42,8 @@ def changed(folder, grip=GRIP, force=FORCE, command=COMMAND):
         ({"grip": 'SG_ Grip : 0|16@1+ (0.01,0) [0|200] "N" Hand'}, 60.0),
         # a sensor that is declared to feel pull alone says nothing of how hard we may press
         ({"force": 'SG_ Fz : 0|16@1- (0.01,0) [-30|0] "N" X'}, 50.0),
+        # nor does one whose bits hold pull alone
+        ({"force": 'SG_ Fz : 0|16@1+ (-0.01,0) [0|0] "N" X'}, 50.0),
         # a range of one value is none
         ({"force": 'SG_ Fz : 0|16@1- (0.01,0) [7|7] "N" X'}, 50.0),
         # a position says nothing of force, the sensor does
