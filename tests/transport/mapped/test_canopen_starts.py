@@ -82,3 +82,9 @@ def test_a_node_that_stays_away_is_named_once(nodes):
     nodes.receive(Frame(0x1A1, bytes(8)))
     starts(nodes, 5.0, 5.0)
     assert nodes.rejected["away_thumb"] == 2
+
+
+def test_a_node_that_is_heard_is_not_away_however_late_it_is(nodes):
+    heartbeat(nodes, 5)
+    starts(nodes, 1e5, 5.0, 5, period=1.9)
+    assert nodes.rejected["away_thumb"] == 0

@@ -221,6 +221,15 @@ def test_bounds_of_a_signal_that_are_both_zero_are_none_and_a_command_passes_the
     assert load(unbounded).decode_message(512, frame.data)["Grip"] == pytest.approx(12.34)
 
 
+def test_a_force_in_a_float_with_scale_and_offset_is_what_cantools_reads(tmp_path):
+    real = PLAIN_DBC.replace('0|16@1+ (0.01,0) [0|50] "N"', '0|32@1- (0.5,-1) [0|50] "N"')
+    real = real.replace("Enable : 16|", "Enable : 32|")
+    real += "SIG_VALTYPE_ 512 Grip : 1;\n"
+    hand = MappedCodec(open_plan(written(tmp_path, real, PLAIN_MAP)))
+    (frame,) = hand.encode(command(12.3))
+    assert load(real).decode_message(512, frame.data)["Grip"] == pytest.approx(12.3)
+
+
 @pytest.mark.parametrize("besides", ["tangential_force_x", "tangential_force_y"])
 def test_a_tangential_force_is_polar_or_cartesian_and_never_both(tmp_path, besides):
     other = {"tangential_force_x": "tangential_force_y", "tangential_force_y": "tangential_force_x"}[besides]

@@ -202,6 +202,13 @@ def test_the_zero_of_each_taxel_is_a_force_in_their_unit_and_taken_off_after_the
     assert d.tangential_force_x == pytest.approx(0.01)  # a shear has none
 
 
+def test_a_single_taxel_without_a_stated_unit_has_that_of_its_signal(tmp_path):
+    text = MAP.partition("[fingers.d]")[0] + '[fingers.d.taxels]\nnormal = ["Real.F"]\n'
+    hand = MappedCodec(open_plan(written(tmp_path, DBC, text)))
+    (d,) = hand.decode_all(frame("Real", F=0.25))
+    assert d.normal_force == pytest.approx(0.25)
+
+
 def command(finger, force, seq=0):
     return ForceCommand(seq * MS, finger, seq, force, 0.0, Reason.HOLD, (seq + 100) * MS)
 

@@ -107,7 +107,9 @@ def test_a_pdo_has_as_many_objects_as_sub_index_0_says_whatever_stands_behind(tm
     )
     found = read_eds(tmp_path / "their.eds", {"thumb": 32}).messages["thumb_TPDO1"]
     every = re.findall(r"(?ms)^\[1A00sub[1-4]\].*?^DefaultValue=0x\w{6}(\w\w)$", rest)
-    assert [signal.length for signal in found.signals.values()] == [int(one, 16) for one in every[:count]]
+    bits = [int(one, 16) for one in every[:count]]
+    assert [signal.length for signal in found.signals.values()] == bits
+    assert found.length == math.ceil(sum(bits) / 8)
     assert len(every) == 4
 
 
