@@ -4,17 +4,19 @@ import dataclasses
 import logging
 import math
 from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from vegrip.nodes.grasp_force import build
 
 from tests.grip.conftest import ConeEstimator
 from vegrip.grip.controller import GripController
-from vegrip.grip.force_limit import against_thumb
+from vegrip.grip.force_limit import ForceLimit, against_thumb
 from vegrip.grip.node import GraspForce
 from vegrip.grip.safety import LimitSettings
 from vegrip.grip.settings import ControlSettings
-from vegrip.messages import FingertipState, ForceCommand, ModelHealth, Reason
+from vegrip.messages import Condition, FingertipState, ForceCommand, ModelHealth, Reason
 from vegrip.runtime import NodeContext
 
 MakeNode = Callable[..., GraspForce]
@@ -125,6 +127,28 @@ def test_a_finger_in_the_air_or_unheard_says_nothing(play: Play) -> None:
     assert play.run(1.0, steady(0.0), touches=False)[-1].limit == ""
     play.run(1.0, steady(9.0))
     assert play.run(3.0, steady(9.0), touches=False)[-1].limit == ""
+
+
+@pytest.mark.parametrize(
+    ("condition", "is_trusted", "said"),
+    [
+        (Condition.OK, True, "near"),
+        (Condition.DEGRADED, True, "near"),
+        (Condition.OK, False, ""),
+        (Condition.STALE, True, ""),
+    ],
+)
+def test_a_need_counts_of_a_finger_that_is_heard_and_whose_estimate_is_trusted(
+    condition: Condition, is_trusted: bool, said: str
+) -> None:
+    held = SimpleNamespace(reason=Reason.HOLD)
+    memory = {"NEED_TRUSTED": is_trusted, "NEED_IN_CONTACT": 0, "DEMAND_LEAST": 20.0}
+    finger: Any = SimpleNamespace(
+        condition=condition, started=True, memory=memory, command=lambda: held, standing_command=lambda: held
+    )
+    limit = ForceLimit(lambda needs: needs)
+    limit.look({"index": finger}, 10.0, 0)
+    assert limit.state("index") == said
 
 
 def test_letting_go_on_purpose_is_no_limit_of_the_grip(play: Play, caplog: pytest.LogCaptureFixture) -> None:

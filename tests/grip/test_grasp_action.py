@@ -287,3 +287,11 @@ def test_a_phase_is_told_at_once_and_then_every_second():
             told.append((ms, status.seq, status.phase, status.reason))
     closing = GraspPhase.CLOSING, "0 fingers touch"
     assert told == [(0, 1, *closing), (1000, 2, *closing), (2000, 3, *closing)]
+
+
+def test_the_limits_may_be_others_after_each_look_that_was_due_and_not_between_two():
+    hand = {name: finger(0.0, 0.0, False, math.nan) for name in "ab"}
+    action = GraspAction("node", ("a", "b"))
+    assert not action.look(hand, 0)
+    action.grasp(GraspGoal())
+    assert [ms for ms in range(0, 61, 5) if action.look(hand, ms * 1_000_000)] == [0, 20, 40, 60]
