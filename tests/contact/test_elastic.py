@@ -71,7 +71,10 @@ def test_a_pull_is_refused(law: ElasticLaw) -> None:
         law.indentation(np.nan)
 
 
-@pytest.mark.parametrize(("m", "b"), [(0.0, 1.0), (-1.0, 1.0), (1.0, -0.5), (np.nan, 0.0), (1.0, np.inf)])
+@pytest.mark.parametrize(
+    ("m", "b"),
+    [(0.0, 1.0), (-1.0, 1.0), (1.0, -0.5), (np.nan, 0.0), (np.inf, 0.0), (1.0, np.inf)],
+)
 def test_parameters_without_meaning_are_refused(m: float, b: float) -> None:
     for law in (ExponentialStiffness, PowerStiffness):
         with pytest.raises(DomainError):

@@ -146,6 +146,7 @@ def content(model, **changes):
         (lambda model: content(model.with_effect(effect("adhesion"))), "another model"),
         (lambda model: content(model, parameters={"K": {"value": -1.0, "std": 0.1}}), "not within"),
         (lambda model: content(model, parameters={"K": {"value": 1.0, "std": math.nan}}), "not within"),
+        (lambda model: content(model, parameters={"K": {"value": 1.0, "std": 0.0}}), r"\+- 0, not within"),
         (lambda model: content(model, parameters={"K": {"value": 1.0}}), "lacks"),
     ],
 )
