@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from vegrip.clock import NS
-from vegrip.estimator import EstimatorSettings, SensorNoise
+from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.estimator.compiled import Kernels, module_for
 from vegrip.estimator.health import NO_CELL, HealthHysteresis, Look
 from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import CHANNELS, MODE, PER_CELL, PER_CHANNEL, REGIMES, layout_of
+from vegrip.messages import FingertipState
 from vegrip.model import paper_model
 from vegrip.types import Floats
 
@@ -138,3 +139,15 @@ def test_a_force_that_is_followed_for_want_of_a_displacement_is_no_misfit_where_
     assert look(module, memory).misfit < 0.01
     cells[CHANNELS.index("normal_force"), REGIMES.index("late hold")] = 500.0, 0.0, 2.0 * MOST
     assert look(module, memory).misfit == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("weights", [(), (150.0,), (500.0,), (500.0, 500.0)])
+def test_a_model_that_agrees_wherever_it_is_judged_is_consistent(weights: tuple[float, ...]) -> None:
+    """Of one regime or of several, but not before enough was seen of any."""
+    estimator = ContactEstimator(MODEL, SensorNoise(), EstimatorSettings())
+    estimator.assimilate(FingertipState(NS, "tip", 1, 0.0, 0.0, 0.0, 0.0, -1e-3))
+    cells = estimator.named.section("HEALTH").reshape(SHAPE)
+    cells[:] = 0.0
+    for regime, weight in enumerate(weights):
+        cells[0, regime] = weight, 0.0, 1.0
+    assert estimator.health().consistent == (max(weights, default=0.0) > 200.0)

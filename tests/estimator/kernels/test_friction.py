@@ -104,6 +104,17 @@ def test_what_was_learned_at_one_load_is_known_less_well_at_another(kernels, f) 
     assert spread[2] == pytest.approx(EXPONENT_VAR * 1.6**2 + SCATTER, rel=0.15)
 
 
+@pytest.mark.parametrize("exponent_var", [0.0, EXPONENT_VAR, 1.0])
+def test_the_variance_at_a_load_is_that_of_the_line(kernels, f, exponent_var) -> None:
+    cov = -0.5 * math.sqrt(VAR * exponent_var)
+    put(kernels, f, var=VAR, exponent_var=exponent_var, cov=cov)
+    put(kernels, f, base_var=VAR, base_exponent_var=exponent_var, base_cov=cov)
+    h = np.array([1.0, -LOAD])
+    expected = h @ np.array([[VAR, cov], [cov, exponent_var]]) @ h
+    assert kernels.friction_variance(f, LOAD) == pytest.approx(expected)
+    assert kernels.base_variance(f, LOAD) == pytest.approx(expected)
+
+
 def test_taking_the_evidence_of_a_loading_off_gives_the_belief_before_it(kernels, f) -> None:
     mean, p, h = of_load(kernels, f)
     precision, weighted = 40.0, -30.0

@@ -188,3 +188,17 @@ def test_the_spread_that_does_not_come_from_the_force_is_the_rest_or_that_of_fri
     assert kernels.variance_without_force(m, 2.0) == pytest.approx(rest)
     m[kernels.REP_FORCE] = 0.0
     assert kernels.variance_without_force(m, 2.0) == pytest.approx(friction)
+
+
+def test_friction_may_be_another_in_each_new_contact_and_not_in_the_air(kernels, m) -> None:
+    m[kernels.SET_MU_DRIFT], m[kernels.SET_REGRASP], m[kernels.SET_MU_PRIOR_VAR] = 0.0, 0.1, 0.16
+    m[kernels.FRI_VAR] = m[kernels.FRI_BASE_VAR] = 1e-3
+    m[kernels.FRI_SCATTER_VAR] = m[kernels.SET_SCATTER] ** 2
+    zero, begin = m[kernels.Y0 + kernels.BIAS], m[kernels.Y0 + kernels.OFFSET]
+    seen = []
+    for force, depth in ((0.0, -1e-3), (1.0, 9e-4), (0.0, -1e-3), (1.0, 9e-4)):
+        for _ in range(200):
+            kernels.update(m, 0.002, zero + force, begin + depth, math.nan, 0.0, 0.0, math.nan)
+        seen.append((m[kernels.REP_CONTACT], m[kernels.FRI_VAR]))
+    assert [contact for contact, _ in seen] == [0.0, 1.0, 0.0, 1.0]
+    assert [var for _, var in seen] == pytest.approx([0.001, 0.011, 0.011, 0.021])
