@@ -59,6 +59,14 @@ def test_a_contact_that_begins_under_a_force_has_its_memory_in_the_middle_of_wha
     assert_allclose(P[:, z], P[z], atol=1e-15)
 
 
+@pytest.mark.parametrize("force", [0.05, 0.6, 3.0])
+def test_a_contact_that_begins_without_a_displacement_is_as_deep_as_its_force_says(kernels, m, force) -> None:
+    begun, d = m.copy(), kernels.DELTA
+    kernels.set_unknown_history(m, force, math.nan)
+    begun[kernels.Y0 + d] = m[kernels.Y0 + d]
+    assert kernels.contact(begun, kernels.Y0)[3] == pytest.approx(force, rel=1e-6)
+
+
 def slope(kernels, m, j):
     """Return how the middle of the first memory moves with coordinate ``j``."""
     at, h = kernels.Y0 + j, 1e-5 * max(abs(m[kernels.Y0 + j]), 1e-3)

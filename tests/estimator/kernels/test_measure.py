@@ -204,18 +204,19 @@ def test_slopes_are_averaged_where_the_tip_rests_and_nowhere_else(kernels, calm,
     d, near = kernels.DELTA, math.sqrt(calm[kernels.SET_R_DISPLACEMENT])
     calm[kernels.MODE_REGIME], calm[kernels.MODE_PERIOD] = kernels.REGIME_HOLD, 2e-3
     calm[kernels.RATIO_COUNT], calm[kernels.RATIO_PLACE] = 0.0, -1.0
-    place, some = calm[kernels.Y0 + d], slice(kernels.EFFECTS, kernels.M)
+    place, some, places = calm[kernels.Y0 + d], slice(kernels.EFFECTS, kernels.M), []
     H = section(kernels, calm, "H")
     given = rng.standard_normal((30, kernels.N)) + 5.0
     for k, h in enumerate(given):
         H[:] = h
-        calm[kernels.Y0 + d] = place + 0.5 * near * (-1) ** k
+        places.append(place + 0.5 * near * (-1) ** k)
+        calm[kernels.Y0 + d] = places[-1]
         spread = kernels.spread_of(calm)
         gained = kernels.smooth_slopes(calm)
         assert gained == pytest.approx(H @ P @ H - spread)
         mean = np.mean(given[: k + 1, some] / given[: k + 1, d : d + 1], axis=0)
         assert_allclose(H[some], h[d] * mean, rtol=1e-9)
-    assert calm[kernels.RATIO_PLACE] == pytest.approx(place, abs=0.5 * near)
+        assert calm[kernels.RATIO_PLACE] == pytest.approx(np.mean(places), rel=1e-12)
     calm[kernels.RATIO_COUNT] = 1e9
     kernels.smooth_slopes(calm)
     assert calm[kernels.RATIO_COUNT] == pytest.approx(500.0)  # a second of samples
@@ -265,6 +266,15 @@ def test_slopes_of_force_and_radius_are_the_derivatives(kernels, m, P, blind, mo
     assert channel == kernels.CHANNEL_RADIUS
     assert innovation == pytest.approx(5e-3 - radius_at(y))
     assert variance == pytest.approx(m[kernels.SET_R_RADIUS] + by_radius @ P @ by_radius)
+
+
+def test_a_radius_that_is_measured_in_the_air_says_nothing(kernels, m, monkeypatch) -> None:
+    noted = []
+    monkeypatch.setattr(kernels, "apply_measurement", lambda *given: noted.append(given))
+    for depth in (-1e-4, 0.0):
+        m[kernels.Y0 + kernels.DELTA] = depth
+        kernels.measure_radius(m, 5e-3)
+    assert noted == []
 
 
 @pytest.mark.parametrize("share", [0.3, 1.7])

@@ -101,6 +101,20 @@ def test_gauge_and_limit_radius_have_the_spread_of_the_limit_surface(kernels, m,
     assert m[kernels.REP_LIMIT_RADIUS_STD] == pytest.approx(math.hypot(std, by_psi * swing), rel=1e-3)
 
 
+def test_what_the_force_explains_of_the_gauge_includes_a_friction_that_changes_with_it(kernels, m) -> None:
+    at, D = reported(kernels, m)
+    N, _, _, mu = at
+    D[3] = -0.3 * mu / N * D[0]  # as of a friction that goes with N^-0.3
+    m[kernels.D_FRICTION0 : kernels.D_FRICTION0 + D.shape[1]] = D[3]
+    kernels.report_along_load(m, 0.4, 1e-3, *at)
+
+    def gauge(N, a, k, mu):
+        return fast.gauge(k, 0.4 / (mu * N), 1e-3 / (mu * N * a))
+
+    by_force = std_with_force(gauge, at, D) / gauge(*at)
+    assert m[kernels.REP_GAUGE_BY_FORCE] == pytest.approx(by_force, rel=1e-2)
+
+
 def test_the_utilisation_does_not_depend_on_what_is_believed_of_friction(kernels, m) -> None:
     reported(kernels, m)
     u, relative = kernels.utilisation(m)

@@ -1,0 +1,24 @@
+"""When a part of the load that was gone at once is doubted no more."""
+
+import pytest
+
+LASTING = 1.1  # [s]
+
+
+@pytest.fixture
+def doubted(kernels, m):
+    """Return the memory of a contact that held a torque of 1 mN m, which has just gone."""
+    at = kernels.PART0 + kernels.PART_SIZE * kernels.PART_OF_TORQUE
+    for name in ("AVERAGE", "LEAST", "BEFORE", "LAST"):
+        m[at + getattr(kernels, f"PART_{name}")] = 1e-3
+    m[at + kernels.PART_LOST] = kernels.LASTING
+    return m
+
+
+def test_a_doubt_is_over_at_the_moment_at_which_its_time_is(kernels, doubted) -> None:
+    at = kernels.PART0 + kernels.PART_SIZE * kernels.PART_OF_TORQUE
+    kernels.wait_for_part(doubted, at, 0.5 * LASTING, 0.0)
+    assert kernels.is_load_doubted(doubted)
+    kernels.wait_for_part(doubted, at, 0.5 * LASTING, 0.0)
+    assert not kernels.is_load_doubted(doubted)
+    assert not doubted[at : at + kernels.PART_SIZE].any()  # nothing is known of it
