@@ -146,6 +146,7 @@ def test_pressure_nearer_to_the_centre_holds_less() -> None:
         (np.ones_like, (0.1, 1)),
         (np.ones_like, (0, 0.7, 0.3, 1)),
         (np.ones_like, (0, 0.5, 0.5, 1)),
+        (lambda r: np.full_like(r, np.inf), (0, 1)),
     ],
 )
 def test_unusable_profile_is_refused(profile, knots) -> None:  # type: ignore[no-untyped-def]

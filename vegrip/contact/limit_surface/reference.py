@@ -198,7 +198,7 @@ class AxisymmetricSurface:
         self._knots = tuple(knots)
         parts = [integrate(self._per_radius, np.array(low), np.array(high)) for low, high in pairwise(knots)]
         self._force = float(sum(parts))
-        if not 0.0 < self._force < np.inf:
+        if not self._force > 0.0:
             raise DomainError("the pressure profile carries no normal force")
 
     def point(self, d: ArrayLike) -> tuple[Floats, Floats]:
