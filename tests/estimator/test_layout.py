@@ -3,6 +3,7 @@
 import ast
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from vegrip.effects import effect
 from vegrip.estimator import ContactEstimator, SensorNoise, kernels
 from vegrip.estimator.compiled import node_text_of
-from vegrip.estimator.layout import layout_of
+from vegrip.estimator.layout import layout_of, state_names
 from vegrip.messages import FingertipState
 from vegrip.model import ContactModel, paper_model
 
@@ -21,6 +22,20 @@ def test_every_model_has_the_same_names() -> None:
     base = paper_model(8e-3)
     richer = base.with_effect(effect("mullins_softening")).with_effect(effect("second_relaxation"))
     assert layout_of(base).names().keys() == layout_of(richer).names().keys()
+
+
+@pytest.mark.parametrize(
+    ("name", "own"),
+    [("mullins_softening", {"x_max"}), ("adhesion", {"sticking"}), ("second_relaxation", set())],
+)
+def test_measurements_correct_all_of_the_state_but_what_remembers_an_extreme(
+    name: str, own: set[str]
+) -> None:
+    model = paper_model(8e-3).with_effect(effect(name))
+    layout = layout_of(model)
+    kept: Any = layout.names()["KEPT"]
+    names = state_names(model, layout)
+    assert {state for state, is_kept in zip(names, kept, strict=True) if is_kept} == own | {"largest_force"}
 
 
 def test_every_constant_is_used_by_a_kernel() -> None:

@@ -126,6 +126,18 @@ def test_the_utilisation_does_not_depend_on_what_is_believed_of_friction(kernels
     assert m[kernels.REP_GAUGE_REL] > 1.5 * known
 
 
+@pytest.mark.parametrize(
+    ("gauge", "contact", "known"),
+    [(0.4, 1.0, True), (0.4, 0.0, False), (0.0, 1.0, False), (math.nan, 1.0, False)],
+)
+def test_the_utilisation_is_that_of_a_load_on_a_contact(kernels, m, gauge, contact, known) -> None:
+    m[kernels.REP_GAUGE], m[kernels.REP_GAUGE_REL], m[kernels.REP_GAUGE_ABS] = gauge, 0.3, 0.04
+    m[kernels.REP_CONTACT], m[kernels.CONSIDER0 + kernels.CONSIDERED_MU] = contact, 0.0
+    m[kernels.FRI_LN_MU], m[kernels.FRI_EXPONENT], m[kernels.FRI_LOAD] = math.log(0.5), 0.2, 0.7
+    expected = (0.4 * 0.5 * math.exp(-0.14), math.hypot(0.3, 0.1)) if known else (math.nan, math.inf)
+    assert kernels.utilisation(m) == pytest.approx(expected, nan_ok=True)
+
+
 def test_an_upper_bound_is_lognormal_in_what_is_estimated_and_normal_in_the_load(kernels) -> None:
     assert kernels.upper_gauge(0.5, 0.0, 0.0, 1.6) == 0.5
     assert kernels.upper_gauge(0.5, 0.2, 0.0, 1.6) == pytest.approx(0.5 * math.exp(0.32))
