@@ -15,6 +15,7 @@ from drives import PATIENCE, command, press, until
 from vegrip.clock import NS
 from vegrip.config import read_toml
 from vegrip.errors import ConfigError, DeviceError
+from vegrip.messages import ForceCommand, Reason
 from vegrip.runtime.launch_file import read_launch_file
 from vegrip.transport.byte_link import remedy
 from vegrip.transport.codec import Frame
@@ -90,6 +91,22 @@ def sent(codec, forces):
         (outgoing,) = codec.encoder.wanted()
         found.append(outgoing.message(time.monotonic_ns())[0].data)
     return found
+
+
+def test_a_command_whose_time_is_over_is_repeated_and_counted_once_it_was_sent(tmp_path):
+    """To a hand of which is not known what it does when commands stop."""
+    (tmp_path / "own.toml").write_text('like = "robotiq-2f85"\n[command]\nsilence = "unknown"\n')
+    codec = MappedCodec(open_plan(tmp_path / "own.toml"))
+    codec.encode(ForceCommand(0, "jaw", 0, 30.0, 0.0, Reason.HOLD, NS))
+    (outgoing,) = codec.encoder.wanted()
+    codec.encoder.due(2 * NS)
+    assert codec.encoder.held == 0
+    outgoing.message(3 * NS)
+    for late in (4, 5):
+        outgoing.is_wanted = False
+        assert codec.encoder.due(late * NS) == []
+        assert codec.encoder.wanted() == [outgoing]
+    assert codec.encoder.held == 2
 
 
 def test_each_new_force_goes_with_a_new_motion_and_the_same_force_without():

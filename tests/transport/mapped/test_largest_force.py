@@ -38,6 +38,8 @@ def changed(folder, grip=GRIP, force=FORCE, command=COMMAND):
         ({"grip": 'SG_ Grip : 0|16@1- (0.01,0) [-8|0] "N" Hand', "command": f"{COMMAND}\nsign = -1"}, 8.0),
         # seven bits carry 12.7 N, whatever else is declared
         ({"grip": 'SG_ Grip : 0|7@1+ (0.1,0) [0|0] "N" Hand'}, 12.7),
+        # a range in their unit says nothing of a command in counts
+        ({"command": f'{COMMAND}\nraw = true\nunit = "N"'}, 60.0),
         # a larger force counts as a fault of the sensor
         ({"grip": 'SG_ Grip : 0|16@1+ (0.01,0) [0|200] "N" Hand'}, 60.0),
         # a sensor that is declared to feel pull alone says nothing of how hard we may press
