@@ -22,7 +22,9 @@ quarter = st.floats(0.0, np.pi / 2)
 def test_two_independent_quadratures_agree(
     area_integral: Callable[..., tuple[float, float]], k: float, d: float
 ) -> None:
-    assert np.hstack(reference.point(k, d)) == pytest.approx(area_integral(k, d), abs=2e-9)
+    """The other one loses digits where a ray ends on the edge of the contact, near d = 1."""
+    error = 2e-9 if abs(d - 1.0) > 0.05 else 3e-7
+    assert np.hstack(reference.point(k, d)) == pytest.approx(area_integral(k, d), abs=error)
 
 
 @settings(max_examples=60, deadline=None)
