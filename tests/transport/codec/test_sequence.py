@@ -220,3 +220,13 @@ def test_after_a_reset_old_payloads_are_new() -> None:
     assert receiver.decode(*sent, stamp=0) is None
     receiver.reset()
     assert receiver.decode(*sent, stamp=0) is not None
+
+
+def test_after_a_new_begin_nothing_of_before_is_awaited() -> None:
+    """3 is lost, then the stream begins anew; what comes before its first message then is refused."""
+    stream = Sequence(2**32, reach=2)
+    for counter in (1, 2, 4):
+        stream.advance(counter, stamp=0)
+    stream.begin()
+    assert [stream.advance(counter, stamp=0) for counter in (101, 100, 102)] == [101, None, 102]
+    assert stream.lost == 1

@@ -53,7 +53,7 @@ class Assembly:
         self._stamp = self._time = 0
 
     def reset(self) -> None:
-        self.sequence.last = -1
+        self.sequence.begin()
         self._counter, self._expected = -1, 0
 
     @property

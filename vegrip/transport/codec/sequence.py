@@ -42,12 +42,14 @@ class Sequence:
     def __init__(self, modulus: int, reach: int = 0) -> None:
         self.modulus = modulus
         self._reach = reach
-        self._seen = (
-            1 << reach + 1
-        ) - 1  # bit i: last - i has been taken; nothing before the first is awaited
-        self.last = -1  # nothing received yet
         self.stamp = 0
         self.lost = 0
+        self.begin()
+
+    def begin(self) -> None:
+        """Take any message as the first one; what was lost stays counted."""
+        self.last = -1
+        self._seen = (1 << self._reach + 1) - 1  # bit i: last - i has been taken, or is before the first
 
     def write_to(self, memory: NamedNumbers) -> None:
         """Put last number, time and losses into a memory; only of a stream without ``reach``."""
@@ -121,7 +123,7 @@ class Streams:
 
     def reset(self) -> None:
         for stream in (*self._own.values(), *self._strangers.values()):
-            stream.last = -1
+            stream.begin()
 
     def _new_stranger(self) -> Sequence:
         if len(self._strangers) >= MOST_STRANGERS:

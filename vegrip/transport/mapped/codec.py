@@ -142,7 +142,7 @@ class ForeignHand(ABC):
 
     def reset(self) -> None:
         for sequence in self._sequences:
-            sequence.last = -1
+            sequence.begin()
 
     def state_of(self, finger: str) -> tuple[float, float]:
         """Return the last normal force of ``finger`` [N] and its position in the unit of their signal."""

@@ -25,9 +25,26 @@ NAMED: Final[Mapping[str, dict[str, Any]]] = {
 }
 """Checksums with a name of their own -> what they are; the rest of the keys is as given."""
 
+_LEFT: Final = tuple(binascii.crc_hqx(bytes([byte]), 0) for byte in range(256))
+
+
+def weiss_crc(data: Iterable[int]) -> int:
+    """Return the checksum of Weiss Robotics: the table of 0x1021 for bits that go left, used as if right.
+
+    No CRC of a polynomial, but what the maker's sample code computes.
+
+    >>> hex(weiss_crc(bytes.fromhex("AAAAAA 20 0100 00")))
+    '0x838f'
+    """
+    return reduce(lambda value, byte: _LEFT[(value ^ byte) & 0xFF] ^ value >> 8, data, 0xFFFF)
+
+
+OWN: Final[Mapping[str, Callable[[Iterable[int]], int]]] = {"weiss": weiss_crc}
+"""Functions of a maker's own, of 16 bits."""
+
 APPENDED: Final = ("modbus", "dynamixel", "weiss")
 """Those that stand behind a packet, with their low byte first."""
-CHECKSUM_KINDS: Final = ("none", "sum", "xor", "weiss", *WIDTHS, *NAMED, *PROFILES)
+CHECKSUM_KINDS: Final = ("none", "sum", "xor", *OWN, *WIDTHS, *NAMED, *PROFILES)
 
 
 @dataclass(frozen=True)
@@ -85,8 +102,8 @@ def protection(spec: ChecksumMap, message: ForeignMessage, where: str) -> Protec
 def _function(spec: ChecksumMap, bits: int) -> Callable[[Iterable[int]], int]:
     if spec.kind == "sum":
         return lambda data: (sum(data) + spec.start) ^ spec.final
-    if spec.kind == "weiss":
-        return weiss_crc
+    if spec.kind in OWN:
+        return OWN[spec.kind]
     if spec.kind == "xor" and bits == 4:  # of the nibbles
         return lambda data: (folded := reduce(xor, data, spec.start)) ^ folded >> 4 ^ spec.final
     if spec.kind == "xor":
@@ -150,24 +167,10 @@ def table_crc(
     return crc
 
 
-_LEFT: Final = tuple(binascii.crc_hqx(bytes([byte]), 0) for byte in range(256))
-
-
-def weiss_crc(data: Iterable[int]) -> int:
-    """Return the checksum of Weiss Robotics: the table of 0x1021 for bits that go left, used as if right.
-
-    No CRC of a polynomial, but what the maker's sample code computes.
-
-    >>> hex(weiss_crc(bytes.fromhex("AAAAAA 20 0100 00")))
-    '0x838f'
-    """
-    return reduce(lambda value, byte: _LEFT[(value ^ byte) & 0xFF] ^ value >> 8, data, 0xFFFF)
-
-
 def appended(kind: str, data: bytes) -> bytes:
     """Return ``data`` with a checksum of :data:`APPENDED` behind it."""
-    crc = weiss_crc if kind == "weiss" else _function(ChecksumMap(**NAMED[kind]), 16)
-    return data + crc(data).to_bytes(2, "little")
+    function = _function(ChecksumMap(**NAMED.get(kind, {"kind": kind})), 16)
+    return data + function(data).to_bytes(2, "little")
 
 
 def _turned(value: int, width: int) -> int:
