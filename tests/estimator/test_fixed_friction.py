@@ -66,6 +66,16 @@ def test_a_friction_without_a_spread_is_believed_at_every_load(exponent_std: flo
     assert prior_belief(known, "mu", prior) == (math.log(0.5), 0.0, 0.0, 0.0)
 
 
+def test_friction_of_a_fitted_model_is_apparent_so_the_gain_of_the_sensors_leaves_it_as_it_is() -> None:
+    """It was fitted to what these channels show; what is stated of a material is the true one."""
+    fitted = paper_model(R).with_value("mu", 0.5, std=0.1)
+    prior = FrictionPrior(load_exponent=0.15, load_exponent_std=0.12, tangential_gain=0.9)
+    assert prior_belief(fitted, "mu", prior) == pytest.approx((math.log(0.5), 0.1**2, 0.15, 0.12**2))
+    stated = dataclasses.replace(prior, coefficient=0.5, coefficient_std=0.1)
+    believed = prior_belief(fitted, "mu", stated)
+    assert believed[:2] == pytest.approx((math.log(0.45), 0.1**2 + 0.1**2))
+
+
 @pytest.mark.other_model
 def test_the_friction_coefficient_may_have_another_name(monkeypatch) -> None:
     monkeypatch.setenv("VEGRIP_KERNEL", "python")  # nothing is computed

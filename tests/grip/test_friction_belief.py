@@ -187,6 +187,32 @@ def test_a_lie_is_taken_back_for_all_fingers_but_not_what_was_low_before() -> No
     assert (mean(g) == held).all()
 
 
+def test_what_fingers_hold_counts_anew_once_friction_has_changed() -> None:
+    """Dry, finger 1 has held 0.5; then finger 0 slides at 0.15. That finger 1 holds 0.3 now is news."""
+    g, other = belief(), belief()
+    for one in (g, other):
+        absorb_hold(one, 1, math.log(0.5), 0.01)
+    absorb_slide(g, 0, math.log(0.15), 0.01)
+    before = believed_mean(g, 1)
+    absorb_hold(g, 1, math.log(0.3), 0.01)
+    assert believed_mean(g, 1) > before + 0.1
+    before = believed_mean(other, 1)
+    absorb_hold(other, 1, math.log(0.3), 0.01)
+    assert believed_mean(other, 1) == before
+
+
+def test_friction_that_is_stated_stays_as_stated_whatever_time_and_others_teach() -> None:
+    g = belief(drift=1.0)
+    expect_finger(g, 2, LN_MU, 0.0, OWN)
+    for _ in range(20):
+        g.belief.since = 1.0
+        widen_belief(g)
+        absorb_slide(g, 0, math.log(0.2), 0.01)
+    assert believed_mean(g, 2) == LN_MU
+    assert np.allclose(covariance(g)[2], 0.0)
+    assert believed_mean(g, 1) < LN_MU - 0.3
+
+
 def test_hostile_evidence_leaves_a_covariance() -> None:
     g, rng = belief(), np.random.default_rng(1)
     for _ in range(3000):

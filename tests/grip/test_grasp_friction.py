@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import vegrip
@@ -10,6 +11,7 @@ from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.grip import grasp_friction
 from vegrip.grip.controller import GripController
+from vegrip.grip.friction_belief import average_belief, widen_belief
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.grasp_friction import GraspFriction
 from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW
@@ -17,7 +19,7 @@ from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.node import GraspForce
 from vegrip.grip.settings import ControlSettings
 from vegrip.grip.slip_channels import SCATTER
-from vegrip.messages import KNOWN, PROBED, FingertipState
+from vegrip.messages import KNOWN, PROBED, Condition, FingertipState
 
 NAMES = ("thumb", "index")
 LEARNING = FrictionSettings(learning=True)
@@ -298,16 +300,83 @@ def test_a_node_says_of_a_finger_what_it_grips_by_and_what_it_takes_to_grip_less
     assert bool(said) is bool(sentence)
 
 
-def test_what_is_kept_of_an_object_is_the_mean_over_the_fingers_with_its_spread() -> None:
-    """std of (x_1 + x_2) / 2 is sqrt(1' P 1) / 2; what stands behind the fingers does not count."""
+def test_a_state_that_is_refused_says_nothing_of_slip_and_takes_no_time() -> None:
+    """For a second every state has a normal force out of range, and reports slip."""
     bench = Bench(controller())
-    bench.run(0.02, 0.1)
-    friction = bench.hand.friction
+    bench.run(1.0, 0.6)
+    slip = bench.hand.friction.memory.slip
+    slip.sound[0], slip.silent[0] = 0.993, 0.004
+    for _ in range(500):
+        bench.tick += 1
+        now = bench.tick * PERIOD
+        states = [FingertipState(now, name, bench.tick, 1e9, 0.6, slip=1.0) for name in NAMES]
+        bench.hand.step(states, now)
+    assert bench.hand.fingers["thumb"].condition == Condition.OUT_OF_RANGE
+    assert slip.sound[0] == 0.993
+    assert slip.slides[0] == 0.0
+
+
+@pytest.mark.parametrize("felt", ["flag", "speed"])
+def test_a_load_that_held_teaches_whichever_channel_tells_that_it_did(felt: str) -> None:
+    """Without either nobody knows whether it held, and nothing is learned."""
+    settings = replace(LEARNING, slip_threshold=1e-4)
+    bench, blind = Bench(controller(settings)), Bench(controller(settings))
+    flag, speed = (0.0, math.nan) if felt == "flag" else (math.nan, 0.0)
+    before = bench.hand.friction.belief("index")[0]
+    for one, says in ((bench, (flag, speed)), (blind, (math.nan, math.nan))):
+        for _ in range(1500):
+            one.tick += 1
+            now, noise = one.tick * PERIOD, 0.004 * (-1) ** one.tick
+            part = min(1.0, one.tick / 200)
+            states = [
+                FingertipState(
+                    now, name, one.tick, 2.0 * part**1.5 + noise, 0.9 * part**1.5, 0.0, 0.0, 1e-3 * part,
+                    22.0, *says,
+                )
+                for name in NAMES
+            ]  # fmt: skip
+            one.hand.step(states, now)
+    assert bench.hand.friction.memory.belief.site[1] > 0.0
+    assert bench.hand.friction.belief("index")[0] > before
+    assert blind.hand.friction.memory.belief.site[1] == 0.0
+
+
+def test_what_is_kept_of_an_object_is_what_was_believed_at_any_time_of_any_finger() -> None:
+    """A mixture: 3 s of (ln 0.4, ln 0.5) with variances (0.02, 0.04), and 1 s in which all is 0.3 lower."""
+    friction = Bench(controller()).hand.friction
     belief = friction.memory.belief
-    belief.mean[0], belief.mean[1] = math.log(0.4), math.log(0.5)
-    for at in range(3 * BELIEF_ROW):
-        belief.p[at] = 0.3
-    belief.p[0] = belief.p[BELIEF_ROW + 1] = 0.012
-    belief.p[1] = belief.p[BELIEF_ROW] = 0.01
+    assert friction.learned_object is None
+    logs = np.array([math.log(0.4), math.log(0.5)])
+    belief.p[0], belief.p[BELIEF_ROW + 1] = 0.02, 0.04
+    for forces, seconds, lower in (
+        (3.0, 3.0, 0.0),
+        (0.0, 9.0, 2.0),
+        (3.0, 1.0, 0.3),
+    ):  # in between in the air
+        friction.memory.witness.forces[0] = forces
+        belief.mean[0], belief.mean[1] = logs - lower
+        average_belief(friction.memory, seconds)
+    times = np.repeat([0.0, 0.0, 0.0, 0.3], 2)
+    every = np.tile(logs, 4) - times
     found = friction.learned_object
-    assert found == ObjectFriction(pytest.approx(math.log(0.2) / 2.0), pytest.approx(math.sqrt(0.044) / 2.0))
+    std = math.sqrt(np.var(every) + 0.03)
+    assert found == ObjectFriction(pytest.approx(np.mean(every)), pytest.approx(std))
+
+
+def test_what_may_be_a_lie_is_not_kept_of_an_object() -> None:
+    friction = Bench(controller()).hand.friction
+    g = friction.memory
+    g.witness.forces[0], g.belief.doubted[0] = 3.0, 1.0
+    g.belief.since = 1.0
+    widen_belief(g)
+    assert g.belief.lasted == 0.0
+    g.belief.since, g.belief.doubted[0] = 1.0, 0.0
+    widen_belief(g)
+    assert g.belief.lasted == 1.0
+
+
+def test_where_nothing_is_learned_nothing_is_kept() -> None:
+    friction = Bench(controller()).hand.friction
+    friction.memory.witness.forces[0] = 3.0
+    average_belief(friction.memory, 5.0)
+    assert friction.learned_object is None

@@ -17,7 +17,7 @@ from vegrip.grip.grasp_memory import PLACES, GraspMemory
 BLOCKS = [(f"{section}_{name}".upper(), start, max(length, 1)) for section, name, start, length in PLACES]
 DT, STEPS = 0.005, 2400  # [s]
 SCRATCH = {"BELIEF_ALONG"}
-CHANNELS = {f"SLIP_{name}" for name in ("SOUND", "SILENT", "SAYS", "SILENCE", "RATE", "SHOWS")}
+CHANNELS = {f"SLIP_{name}" for name in ("SOUND", "SILENT", "SAYS", "SILENCE", "RATE", "ODDS", "SHOWS")}
 
 
 def test_there_is_one_of_a_thing_for_the_grasp_or_some_for_each_finger() -> None:

@@ -81,6 +81,23 @@ def test_a_slide_was_missed_if_t_comes_back_with_n_and_not_else(comes_back: bool
     assert g.witness.waits == 0.0
 
 
+@pytest.mark.parametrize("moves", ["lets go", "touches"])
+def test_a_finger_that_comes_or_goes_is_no_slide_that_was_missed(moves: str) -> None:
+    """The sums are of other fingers then: T falls as one lets go, and is back when it touches again."""
+    g = grasp()
+    before = list(g.slip.sound[:2])
+    for k in range(400):
+        t = k * DT
+        is_away = 0.1 < t < 0.15 if moves == "lets go" else t < 0.1 or t > 0.3
+        for i in range(2):
+            touches = not (is_away and i == 1)
+            hear_slip(g, i, DT, 0.0, math.nan)
+            follow_forces(g, i, DT, 4.0 * math.exp(-t), 0.5, touches)
+            sees_slide(g, DT, 0.5 if t < 0.2 else 0.0, False)
+    assert g.witness.waits == 0.0
+    assert list(g.slip.sound[:2]) == pytest.approx(before, abs=0.01)
+
+
 def test_noise_that_hides_a_slide_is_known() -> None:
     g = grasp()
     for i in range(2):

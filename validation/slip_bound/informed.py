@@ -1,4 +1,4 @@
-"""The bound of somebody who knows how friction is spread in a world, and of a grasp what is measured.
+"""The best bound that there is without a slip channel: how friction is spread in a world is known.
 
 Without a slip channel a load that is held looks like one that slides, so of friction *f* (gain of the sensors
 included) only its distribution *F* at the force of the grasp is known. With *u* = *T* / *N* as measured the
@@ -6,7 +6,7 @@ bound at the confidence *c* is::
 
     1 - u / F^-1(1 - c)
 
-Nobody without a slip channel, who has to hold at any friction of that world, has a higher one.
+No bound that keeps its confidence at every friction of that world lies higher.
 """
 
 import math

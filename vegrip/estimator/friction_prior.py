@@ -68,9 +68,10 @@ def prior_belief(model: ContactModel, symbol: str, prior: FrictionPrior) -> Fric
         return FrictionBelief(math.log(value), 0.0, 0.0, 0.0)
     has_own_law = any(effect.friction_over_load for effect in model.effects)
     exponent, spread = (0.0, 0.0) if has_own_law else (prior.load_exponent, prior.load_exponent_std)
-    variance = std * std + prior.tangential_gain_std**2
-    gain = 1.0 if is_fitted(model, symbol, prior) else prior.tangential_gain
-    return FrictionBelief(math.log(value * gain), variance, exponent, spread * spread)
+    if is_fitted(model, symbol, prior):
+        return FrictionBelief(math.log(value), std * std, exponent, spread * spread)
+    gain, gain_std = prior.tangential_gain, prior.tangential_gain_std
+    return FrictionBelief(math.log(value * gain), std * std + gain_std * gain_std, exponent, spread * spread)
 
 
 def is_fitted(model: ContactModel, symbol: str, prior: FrictionPrior) -> bool:

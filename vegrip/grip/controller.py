@@ -146,7 +146,7 @@ class GripController:
 
         And whether ``limits.max_force`` suffices for it, or soon may not (``limit``).
         """
-        health = self.friction.name_suspect(self._finger_called(finger).reports.health(self._time.now))
+        health = self.friction.report_unsound(self._finger_called(finger).reports.health(self._time.now))
         return replace(health, limit=self.force_limit.state(finger))
 
     def explain(self, finger: str) -> ForceParts:

@@ -159,6 +159,12 @@ def judge_drive(g: GraspMemory, i: int, dt: float) -> None:
     g.drive.known[i] = 1.0 if sure and g.drive.moved[i] >= DRIVE_PATH and is_explained else 0.0
 
 
+def expected_lag(g: GraspMemory, i: int) -> float:
+    """Return the lag of the drive of finger ``i`` [s]; until it is known no less than what is stated."""
+    lag = g.drive.state[3 * i]
+    return lag if g.drive.known[i] > 0.0 else max(lag, g.drive.stated)
+
+
 def measured_lag(g: GraspMemory, i: int) -> float:
     """Return the lag of the drive of finger ``i`` behind a need [s]; NaN: not known."""
     return g.drive.lag[i] if g.drive.known[i] > 0.0 else math.nan

@@ -30,6 +30,7 @@ Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same 
 import math
 
 from vegrip.estimator.normal_law import inverse_mills, upper_tail
+from vegrip.grip.drive_lag import expected_lag
 from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 from vegrip.grip.slip_witness import *
 
@@ -127,7 +128,7 @@ def take_back(g: GraspMemory, held: bool) -> None:
     """
     for i in range(int(g.belief.fingers)):
         if g.release.shift[i] > RISE and held:
-            ln_u = g.slip.shown[i] - g.belief.mean[int(g.belief.fingers)] * g.belief.load[i]
+            ln_u = g.slip.shown[i] - g.slip.exponent * g.belief.load[i]
             off = ln_u - believed_mean(g, i)
             if abs(off) < CREDIBLE * math.sqrt(believed_variance(g, i)):
                 absorb_hold(g, i, ln_u, SCATTER * SCATTER)
@@ -139,7 +140,7 @@ def let_go(g: GraspMemory, i: int, dt: float, margin: float, touching: bool) -> 
     n, p = int(g.belief.fingers), chance_noticed(g)
     if not (touching and p > UNSURE and g.slip.level[i] > -math.inf and is_quiet(g, n)):
         return
-    ln_u = g.slip.level[i] - g.belief.mean[n] * g.belief.load[i]
+    ln_u = g.slip.level[i] - g.slip.exponent * g.belief.load[i]
     mean, std = believed_mean(g, i), math.sqrt(believed_variance(g, i) + NEARLY_NONE)
     counted = g.release.counted[i]
     most, rate = math.inf, QUICK
@@ -148,7 +149,7 @@ def let_go(g: GraspMemory, i: int, dt: float, margin: float, touching: bool) -> 
         worth = max(math.exp(mean - counted) - 1.0 - WORTH, 0.0)
         most = mean + CREDIBLE * std
         rate = min(worth / (COST * g.belief.fingers) * std / inverse_mills(-z), QUICK)
-    elif p < USUAL - RARE or rise_needed(g, dt) + QUICK * slowest_drive(g) > BLIND or has_liar(g):
+    elif p < USUAL - RARE or rise_needed(g, dt) + QUICK * slowest_drive(g) > BLIND or has_unsound(g):
         return
     most = min(most, ln_u + rate * LEAD) - math.log(1.0 - margin) - counted
     g.release.shift[i] = max(g.release.shift[i], min(g.release.shift[i] + rate * dt, most))
@@ -158,7 +159,7 @@ def slowest_drive(g: GraspMemory) -> float:
     """Return the longest lag of the drives [s]: so long N goes on falling after a slide is seen."""
     slowest = 0.0
     for i in range(int(g.belief.fingers)):
-        slowest = max(slowest, g.drive.state[3 * i])
+        slowest = max(slowest, expected_lag(g, i))
     return slowest
 
 
@@ -174,16 +175,16 @@ def note_slide(g: GraspMemory, i: int, unsure: float) -> None:
         is_over = g.slip.silence[teacher] >= PAUSE
         if is_over and g.slip.sound[teacher] >= SURE:
             g.belief.doubted[i] = 0.0
-        elif is_over or is_named(g, teacher):
+        elif is_over or is_unsound(g, teacher):
             void_slides(g)
     if g.slip.slides[i] < SURE:
         if g.slip.slides[i] < UNSURE:
             g.slip.taught[i] = 0.0
         return
-    if g.slip.taught[i] > 0.0 or unsure > SCATTER or not g.slip.top[i] > -math.inf:
+    if g.slip.taught[i] > 0.0 or not (unsure <= SCATTER and g.slip.top[i] > -math.inf):
         return
     g.slip.taught[i], g.slip.held[i], g.slip.teacher[i] = 1.0, g.slip.top[i], float(teller(g, i))
-    ln_u = g.slip.top[i] - g.belief.mean[int(g.belief.fingers)] * g.belief.load[i]
+    ln_u = g.slip.top[i] - g.slip.exponent * g.belief.load[i]
     absorb_slide(g, i, ln_u, SCATTER * SCATTER + unsure * unsure)
 
 
@@ -192,7 +193,7 @@ def ends_slowly(g: GraspMemory, dt: float) -> bool:
     n, force = int(g.belief.fingers), 0.0
     for i in range(n):
         force += g.witness.forces[i]
-    return force > 0.0 and g.witness.lagging > 0.0 and is_slow(g, dt / float(n), force)
+    return force > 0.0 and g.witness.first > 0.0 and is_slow(g, dt / float(n), force)
 
 
 def decide(g: GraspMemory, i: int, dt: float, margin: float, touching: bool, changed: bool) -> None:

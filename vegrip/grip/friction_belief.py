@@ -85,16 +85,37 @@ def shared_part_of(g: GraspMemory, j: int, i: int, load: float) -> float:
 def widen_belief(g: GraspMemory) -> None:
     """Forget what the time since the last look asks for, never beyond the prior."""
     g.belief.version += 1.0
+    if not is_doubted(g):
+        average_belief(g, g.belief.since)
     grown = g.belief.drift * g.belief.drift * g.belief.since
     g.belief.since = 0.0
     add_common(g, COMMON * grown)
     for i in range(int(g.belief.fingers)):
-        at = i * BELIEF_ROW + i
-        g.belief.p[at] = max(g.belief.p[at], min(g.belief.p[at] + (1.0 - COMMON) * grown, g.belief.prior_var))
+        if g.belief.p[i * BELIEF_ROW + i] > 0.0:
+            add_own(g, i, (1.0 - COMMON) * grown)
+
+
+def average_belief(g: GraspMemory, dt: float) -> None:
+    """Go on with what is believed of a finger at any time of the grasp, after ``dt`` [s] more of it.
+
+    Mean and variance of a mixture over time and fingers: a face that is wet for a while counts for so long.
+    """
+    n, mean, square, pressing = int(g.belief.fingers), 0.0, 0.0, 0.0
+    for i in range(n):
+        mean += g.belief.mean[i] / g.belief.fingers
+        square += (g.belief.mean[i] * g.belief.mean[i] + g.belief.p[i * BELIEF_ROW + i]) / g.belief.fingers
+        pressing += g.witness.forces[i]
+    if pressing > 0.0 and dt > 0.0:
+        g.belief.lasted += dt
+        g.belief.usual += dt / g.belief.lasted * (mean - g.belief.usual)
+        g.belief.usual_square += dt / g.belief.lasted * (square - g.belief.usual_square)
 
 
 def add_common(g: GraspMemory, grown: float) -> None:
-    """Add a variance that all fingers share, as far as the widest of them stays below the prior."""
+    """Add a variance that all fingers share, as far as the widest of them stays below the prior.
+
+    Friction that is stated and not learned has none, and stays so.
+    """
     n = int(g.belief.fingers)
     widest = 0.0
     for i in range(n):
@@ -102,14 +123,20 @@ def add_common(g: GraspMemory, grown: float) -> None:
     room = min(grown, max(g.belief.prior_var - widest, 0.0))
     for i in range(n):
         for j in range(n):
-            g.belief.p[i * BELIEF_ROW + j] += room
+            if g.belief.p[i * BELIEF_ROW + i] > 0.0 and g.belief.p[j * BELIEF_ROW + j] > 0.0:
+                g.belief.p[i * BELIEF_ROW + j] += room
 
 
 def widen_own(g: GraspMemory, i: int, grown: float) -> None:
-    """Add a variance to finger ``i`` alone, as far as the prior: it has let go and touched again."""
+    """Forget what finger ``i`` has for itself by this variance: it has let go and touched again."""
+    add_own(g, i, grown)
+    g.belief.version += 1.0
+
+
+def add_own(g: GraspMemory, i: int, grown: float) -> None:
+    """Add a variance to finger ``i`` alone, as far as the prior."""
     at = i * BELIEF_ROW + i
     g.belief.p[at] = max(g.belief.p[at], min(g.belief.p[at] + grown, g.belief.prior_var))
-    g.belief.version += 1.0
 
 
 def absorb_factor(g: GraspMemory, i: int, load: float, precision: float, weighted: float) -> None:
@@ -165,7 +192,10 @@ def absorb_slide(g: GraspMemory, i: int, ln_u: float, noise: float) -> None:
     g.belief.doubted[i] = 1.0
     remove_hold(g, i)
     off, expected = ln_u - believed_mean(g, i), believed_variance(g, i) + noise
-    add_common(g, CHANGE_STD * CHANGE_STD * chance_of_change(off, expected))
+    changed = chance_of_change(off, expected)
+    add_common(g, CHANGE_STD * CHANGE_STD * changed)
+    if changed >= EVEN:
+        forget_holds(g)
     most = OUTLIER * math.sqrt(believed_variance(g, i) + noise)
     counted = believed_mean(g, i) + min(max(off, -most), most)
     absorb_factor(g, i, g.belief.load[i], 1.0 / noise, counted / noise)
@@ -191,7 +221,7 @@ def keep_safe(g: GraspMemory) -> None:
 
 
 def void_slides(g: GraspMemory) -> None:
-    """Return to what was believed before the first slide in doubt: a channel that has told one lies.
+    """Return to what was believed before the first slide in doubt: a channel that has told one is unsound.
 
     What was held is referred by the exponent of then: to that of now, as all that is seen of utilisations.
     """
@@ -212,9 +242,15 @@ def void_slides(g: GraspMemory) -> None:
 
 
 def clear_doubts(g: GraspMemory) -> None:
-    """Let what slides have said stay: a sound channel has told one, and the object slides as a whole."""
+    """Doubt no slide any more: what is believed now stays."""
     for i in range(BELIEF_MOST):
         g.belief.doubted[i] = 0.0
+
+
+def forget_holds(g: GraspMemory) -> None:
+    """Let what fingers hold from now on count anew: friction is another than what they have held shows."""
+    for i in range(BELIEF_MOST):
+        g.belief.site[i], g.belief.record[i] = 0.0, -math.inf
 
 
 def chance_of_change(off: float, expected: float) -> float:

@@ -5,7 +5,7 @@ Where nothing else is said, a number was set by hand on the cases of ``tests/law
 is not here. One that is used for several things is named for the first.
 """
 
-RARE = 0.02  # probability of what is rare: friction has changed, a channel lies, a sound one misses a slide
+RARE = 0.02  # probability of what is rare: friction changed, a channel is faulty, a sound one misses a slide
 EVEN = 0.5  # probability of what is as likely as not: an unknown channel is dead, a slide is believed or not
 SURE = 0.95  # probability from which on a hypothesis is acted on
 

@@ -14,7 +14,7 @@ from vegrip.estimator.estimator import ContactEstimator
 from vegrip.estimator.settings import SensorNoise
 from vegrip.grip.drive_lag import begin_drives, measured_lag, set_drives
 from vegrip.grip.force_release import *
-from vegrip.grip.grasp_memory import BELIEF_MOST, BELIEF_ROW, GraspMemory
+from vegrip.grip.grasp_memory import BELIEF_MOST, GraspMemory
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.policies.margin_grip import GripSettings
@@ -24,7 +24,7 @@ from vegrip.types import NamedNumbers
 
 CHANNELS_OF_SLIP = ("slip", "slip_speed")
 UNKNOWN_OBJECT = CREDIBLE * SCATTER
-"""Std of ln mu from which on nothing is known of an object: a slide or two would tell as much."""
+"""Std of ln mu below which friction is reported as known: a slide or two would tell as much."""
 
 
 class GraspFriction:
@@ -66,7 +66,8 @@ class GraspFriction:
             if known is not None and known.prior[1] ** 2 < variance:
                 mean, variance = known.prior[0], known.prior[1] ** 2
                 g.belief.version = 1.0
-            expect_exponent(g, exponent, exponent_var)
+            if variance > 0.0:  # else it is stated, and not learned
+                expect_exponent(g, exponent, exponent_var)
             expect_finger(g, i, mean, math.sqrt(max(variance, 0.0)), s.own_spread)
         g.belief.prior_var = widest  # forgetting leads back to what is usual
         begin_channels(g, s.sliding_speed, s.slip_delay)
@@ -126,15 +127,17 @@ class GraspFriction:
     def _doubted(self, finger: str) -> int:
         """Return the place of the channel of ``finger`` that is not sound; -1: there is none."""
         flag = self._places[finger]
-        return next((at for at in (flag, BELIEF_MOST + flag) if is_named(self.memory, at)), -1)
+        return next((at for at in (flag, BELIEF_MOST + flag) if is_unsound(self.memory, at)), -1)
 
     def suspicion(self, finger: str) -> str:
         """Return what is wrong with what ``finger`` feels of slip, in a sentence; empty while all is well."""
         channel = self.doubted_channel(finger)
         if not channel:
             return ""
-        lies = lying(self.memory, self._doubted(finger)) > 0.5
-        wrong = "says slip while its load shows none" if lies else "is silent in a slide that its load shows"
+        is_faulty = faulty(self.memory, self._doubted(finger)) > EVEN
+        wrong = (
+            "says slip while its load shows none" if is_faulty else "is silent in a slide that its load shows"
+        )
         return f"the channel '{channel}' of {finger} {wrong}, and is not used"
 
     def friction_counted_on(self, finger: str) -> str:
@@ -146,7 +149,7 @@ class GraspFriction:
             return PROBED
         return KNOWN if believed_variance(g, i) < UNKNOWN_OBJECT**2 and chance_noticed(g) >= SURE else ""
 
-    def name_suspect(self, health: ModelHealth) -> ModelHealth:
+    def report_unsound(self, health: ModelHealth) -> ModelHealth:
         """Return ``health`` with the channel that is not sound, instead of what the model fails at.
 
         What the grip assumes of friction is in it, too.
@@ -170,15 +173,12 @@ class GraspFriction:
 
     @property
     def learned_object(self) -> ObjectFriction | None:
-        """What this grasp has learned of the object; None while it is unknown."""
-        n, belief = len(self._places), self.memory.belief
-        if not self.active:
+        """What this grasp believes of the object over its time; None: no more than at first."""
+        belief = self.memory.belief
+        variance = belief.usual_square - belief.usual**2
+        if not (self.active and 0.0 < variance < belief.prior_var - NEARLY_NONE):
             return None
-        rows = [belief.p[i * BELIEF_ROW : i * BELIEF_ROW + n] for i in range(n)]
-        std = math.sqrt(max(sum(map(sum, rows)), 0.0)) / n
-        if not 0.0 < std <= UNKNOWN_OBJECT:
-            return None
-        return ObjectFriction(sum(belief.mean[:n]) / n, std)
+        return ObjectFriction(belief.usual, math.sqrt(variance))
 
     def belief(self, finger: str) -> tuple[float, float]:
         """Return mean and std of ln mu of ``finger`` at its present load."""

@@ -32,6 +32,9 @@ class Belief:
     drift: float  # [1/sqrt(s)] random walk of ln mu
     prior_var: float  # of ln mu at the reference load, before anything was felt
     exponent_var: float  # of the exponent, at that time
+    lasted: float  # [s] for which fingers have touched
+    usual: float  # mean of ln mu at the reference load over that time and all fingers
+    usual_square: float  # of its square
     mean: Annotated[MutableSequence[float], BELIEF_ROW]  # of ln mu at the reference load, then the exponent
     common: Each  # std of what each shares with all, at the beginning
     load: Each  # relative load of each, ln(N / N_0)
@@ -94,6 +97,7 @@ class Slip:
     says: Channels  # 1, 0; NaN = not sensed
     silence: Channels  # [s] since it last said slip
     rate: Channels  # how often it begins to say slip, per look
+    odds: Channels  # of the present report by a sound one in a slide against one by a faulty one
     shows: Channels  # what it adds to the logit of a slide
     level: Each  # ln u at the reference load, without noise; -inf: not known
     spread: Each  # std of the utilisation, averaged as it is

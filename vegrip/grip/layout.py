@@ -57,7 +57,7 @@ RENAMED = {"probability": "QUANTILE", "force": "SAFE_FORCE"}
 def _rules() -> Iterator[tuple[str, Rule]]:
     for section, group in GROUPS.items():
         for one in fields(group):
-            if one.type is float and one.name not in OF_GRASP:
+            if one.type is float and one.name not in OF_GRASP:  # others are written by write_rules
                 is_time = section == "watchdog" and declaration(group, one.name).unit == "s"
                 name = RENAMED.get(one.name, one.name.upper())
                 yield name, Rule(section, one.name, NS if is_time else 1)

@@ -415,7 +415,7 @@ class GraspForce(NodeBase):
             return controller.friction.state_friction(report)
         if not isinstance(report, ModelHealth):
             return report
-        return controller.friction.name_suspect(self.diagnoser.annotate(report))
+        return controller.friction.report_unsound(self.diagnoser.annotate(report))
 
     def describe_finger(self, finger: str, channels: Collection[str]) -> str:
         """Return what ``finger`` grips by, and what it would take to grip less."""

@@ -1,11 +1,11 @@
-"""What the slip channels of a grasp say, and how likely each of them is sound, silent or lying.
+"""What the slip channels of a grasp say, and how likely each of them is sound, silent or faulty.
 
 A finger has a flag and a slip speed, whose sign is a direction and which says slip from a stated speed on.
 Each is one of three:
 
 * *sound*: while its finger slides it says so with probability ``DETECTS``, else with ``FALSE`` a look;
 * *silent*: it never says slip, as a dead one;
-* *lying*: it says slip with probability ``RARE`` a look, whatever the finger does.
+* *faulty*: it says slip whatever the finger does; it begins to as often as it has begun of late.
 
 A *look* lasts ``LOOK``: what a channel says in between is the same noise. With the probability p that the
 finger slides by all that is known beside this channel, what it says multiplies the three by::
@@ -30,9 +30,10 @@ believed or not. p is taken at its largest over the delay of the channels, becau
 least ``EVEN`` times the probability that another finger slides by its own load and channels. A channel that
 says slip for n looks adds to its logit::
 
-    ln (S DETECTS + Y RARE) / (S FALSE^n + Y RARE),     S, Y its probabilities to be sound and to lie
+    min(n ln 1 / FALSE, ln (1 + S DETECTS / (Y r))),     r how often it begins to say slip
 
-because a sound one errs anew at each look, and one that lies may go on.
+because a sound one errs anew at each look, and a faulty one may go on. S and Y were its probabilities to be
+sound and faulty when it began, and S falls with each look that goes on as above.
 
 Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
@@ -50,14 +51,15 @@ def begin_channels(g: GraspMemory, sliding: float, delay: float) -> None:
     g.slip.exponent = g.belief.mean[int(g.belief.fingers)]
     for at in range(2 * BELIEF_MOST):
         g.slip.sound[at], g.slip.silent[at] = USUAL, EVEN
-        g.slip.says[at], g.slip.silence[at], g.slip.rate[at] = math.nan, math.inf, RARE
+        g.slip.says[at], g.slip.silence[at] = math.nan, math.inf
+        g.slip.rate[at] = RARE
     for i in range(BELIEF_MOST):
         g.slip.level[i] = g.slip.held[i] = g.slip.shown[i] = g.slip.begun[i] = -math.inf
         g.slip.top[i] = g.slip.top_next[i] = -math.inf
 
 
-def lying(g: GraspMemory, at: int) -> float:
-    """Return the probability that the channel at ``at`` lies."""
+def faulty(g: GraspMemory, at: int) -> float:
+    """Return the probability that the channel at ``at`` is faulty."""
     return max(1.0 - g.slip.sound[at] - g.slip.silent[at], NEARLY_NONE)
 
 
@@ -102,15 +104,16 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
         for j in range(int(g.belief.fingers)):
             g.slip.begun[j] = g.slip.level[j]
     g.slip.silence[at] = 0.0
-    p, rate = likely_slide(g, i), g.slip.rate[at]
     if before >= 0.5:
         tells = g.slip.stays[i] * DETECTS + (1.0 - g.slip.stays[i]) * FALSE
         weigh(g, at, math.exp(looks * math.log(tells)), NEARLY_NONE, math.exp(looks * math.log(DETECTS)))
+        g.slip.odds[at] *= math.exp(looks * math.log(tells / DETECTS))
     else:
+        p, rate = likely_slide(g, i), g.slip.rate[at]
+        g.slip.odds[at] = g.slip.sound[at] * DETECTS / (faulty(g, at) * rate)
         weigh(g, at, p * DETECTS + (1.0 - p) * FALSE, NEARLY_NONE, rate)
         g.slip.rate[at] += (1.0 - rate) / RENEWED
-    most = math.log(1.0 + g.slip.sound[at] * DETECTS / (lying(g, at) * rate))
-    g.slip.shows[at] = min(g.slip.shows[at] - looks * math.log(FALSE), most)
+    g.slip.shows[at] = min(g.slip.shows[at] - looks * math.log(FALSE), math.log(1.0 + g.slip.odds[at]))
 
 
 def last_told(g: GraspMemory) -> float:
@@ -122,12 +125,12 @@ def last_told(g: GraspMemory) -> float:
     return last
 
 
-def weigh(g: GraspMemory, at: int, sound: float, silent: float, lies: float) -> None:
+def weigh(g: GraspMemory, at: int, sound: float, silent: float, faults: float) -> None:
     """Multiply the probabilities of a channel by these likelihoods."""
     sound *= max(g.slip.sound[at], NEARLY_NONE)
     silent *= max(g.slip.silent[at], NEARLY_NONE)
-    lies *= lying(g, at)
-    total = sound + silent + lies
+    faults *= faulty(g, at)
+    total = sound + silent + faults
     g.slip.sound[at], g.slip.silent[at] = sound / total, silent / total
 
 
@@ -140,6 +143,8 @@ def judge_slide(g: GraspMemory, since: float, p: float) -> None:
     for i in range(int(g.belief.fingers)):
         for k in range(2):
             at = i + k * BELIEF_MOST
+            if g.witness.forces[i] <= 0.0:  # what does not touch does not slide
+                continue
             if g.slip.silence[at] <= since:
                 weigh(g, at, p * DETECTS + (1.0 - p) * RARE, NEARLY_NONE, RARE)
             elif last > since and not math.isnan(g.slip.says[at]):
@@ -162,7 +167,7 @@ def follow_utilisation(
 
     """
     g.slip.held[i] -= dt / HELD_TIME
-    if not 0.0 < u < math.inf:
+    if not (0.0 < u < math.inf and unsure < math.inf):
         g.slip.level[i] = g.slip.shown[i] = -math.inf
         if not touching:
             g.slip.held[i] = -math.inf
@@ -181,13 +186,13 @@ def follow_utilisation(
         remember(g, i, dt, RARE, -math.inf, others_stay(g, i))
         return unsure
     near, std = math.hypot(SCATTER, unsure), math.sqrt(believed_variance(g, i) + NEARLY_NONE)
-    low = (g.slip.held[i] - near - g.belief.mean[i]) / std
-    high = (w + near - g.belief.mean[i]) / std
-    p = 1.0 - upper_tail(high) / upper_tail(low) if high > low else 0.0
     was = g.slip.held[i]
     began = min(was, g.slip.begun[i]) if g.slip.begun[i] > -math.inf else was
     if g.slip.slides[i] >= EVEN:
         was = began
+    low = (was - near - g.belief.mean[i]) / std
+    high = (w + near - g.belief.mean[i]) / std
+    p = 1.0 - upper_tail(high) / upper_tail(low) if high > low else 0.0
     stays = as_before((was - w) / near)
     changed = max(stays, upper_tail((g.belief.mean[i] - w - near) / math.hypot(std, CHANGE_STD)))
     if last_told(g) <= RETURN:
@@ -264,19 +269,20 @@ def noticed(g: GraspMemory) -> float:
     """Return the probability that a slide of the object would be told: it is one of all fingers."""
     found = 0.0
     for i in range(int(g.belief.fingers)):
-        found = max(found, sound_channel(g, i))
+        if g.witness.forces[i] > 0.0:
+            found = max(found, sound_channel(g, i))
     return found
 
 
-def is_named(g: GraspMemory, at: int) -> bool:
+def is_unsound(g: GraspMemory, at: int) -> bool:
     """Return whether the channel at ``at`` is surely not sound."""
     return g.slip.sound[at] < NAMED_AT
 
 
-def has_liar(g: GraspMemory) -> bool:
+def has_unsound(g: GraspMemory) -> bool:
     """Return whether some channel of the grasp that is sensed is surely not sound."""
     for at in range(2 * BELIEF_MOST):  # noqa: SIM110 (compiled)
-        if g.slip.says[at] >= 0.0 and is_named(g, at):
+        if g.slip.says[at] >= 0.0 and is_unsound(g, at):
             return True
     return False
 

@@ -10,9 +10,9 @@ counts from ``RISE`` on, or from five standard deviations of its noise; where th
 nothing is let go of. The least y is forgotten within ``PAUSE``, because a load that changes slowly is no
 slide; nor is one that fades more than ``GOES_AWAY`` times as fast as N.
 
-It was a slide if T comes back with N: within ``RETURN`` T must rise from its least by more than half of what
-it had fallen by. A load that went away does not come back with the grip. Then each channel that has not told
-it has missed a slide.
+It was a slide if T comes back with N: within ``RETURN`` and the delay of the channels T must rise from its
+least by more than half of what it had fallen by. A load that went away does not come back with the grip. Then
+each channel that has not told it has missed a slide.
 
 Plain scalar code over :class:`~vegrip.grip.grasp_memory.GraspMemory`; the same text is compiled.
 """
@@ -30,7 +30,10 @@ def begin_witness(g: GraspMemory, noise: float) -> None:
 
 def follow_forces(g: GraspMemory, i: int, dt: float, force: float, pull: float, touching: bool) -> None:
     """Take in normal and tangential force [N] of finger ``i``."""
-    if not (touching and force > 0.0 and pull >= 0.0):
+    is_known = touching and force > 0.0 and pull >= 0.0
+    if is_known != (g.witness.forces[i] > 0.0):  # the sums are of other fingers from now on
+        g.witness.least, g.witness.chance = math.inf, 0.0
+    if not is_known:
         g.witness.forces[i] = g.witness.pulls[i] = 0.0
         return
     part = 1.0 - math.exp(-dt / LOOK) if g.witness.forces[i] > 0.0 else 1.0
@@ -54,7 +57,8 @@ def is_slow(g: GraspMemory, dt: float, force: float) -> bool:
     """Return whether N, ``force`` [N] now, has begun to fall and falls too slowly to show a slide in time.
 
     While ln N falls by v a second, a part ``v t`` of the weight is missing after t. What is needed to see it,
-    ``rise_needed / (1 - FOLLOWS)``, is missing once the object has slid by ``g (v t)^3 / (6 v^2)``.
+    ``rise_needed / (1 - FOLLOWS)``, is missing once the object has slid by ``g (v t)^3 / (6 v^2)``. v is that
+    of the last ``RETURN``: a fall that has just begun counts as slower, at most as 1.1 a second.
     """
     g.witness.lagging += (1.0 - math.exp(-dt / RETURN)) * (force - g.witness.lagging)
     if force >= (1.0 - BLIND) * g.witness.first:

@@ -11,6 +11,10 @@ from vegrip.grip.kernels.margin_grip import forget_grip, wanted_force
 from vegrip.grip.kernels.share import balanced_force
 
 
+def hide_unsound(_f: Floats, _t: Wholes, _g: GraspMemory) -> None:
+    """Leave the state as it is: its flag is taken as sound."""
+
+
 def prepare_friction(f: Floats, _t: Wholes, _g: GraspMemory) -> None:
     """Ask for margin and confidence as they are set."""
     f.asked.margin, f.asked.quantile = f.rule.wanted_margin, f.rule.quantile

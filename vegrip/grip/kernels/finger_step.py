@@ -8,7 +8,12 @@ from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.kernels.choice import note_command, pressed_by_others, shared_force
 from vegrip.grip.kernels.control import *
 from vegrip.grip.kernels.demand import demand_force, demand_nothing, hold_doubtful
-from vegrip.grip.kernels.friction_shared import prepare_friction, restore_slip, update_shared_friction
+from vegrip.grip.kernels.friction_shared import (
+    hide_unsound,
+    prepare_friction,
+    restore_slip,
+    update_shared_friction,
+)
 from vegrip.grip.kernels.generated import *
 from vegrip.grip.kernels.protection import protect
 from vegrip.grip.kernels.receive import is_welcome, is_whole, take_frame
@@ -87,10 +92,12 @@ def sense(f: Floats, t: Wholes, g: GraspMemory, now: int) -> None:
 
 
 def judge_state(f: Floats, t: Wholes, g: GraspMemory, now: int) -> None:
-    """Judge the present state: whether the estimate may use it."""
+    """Judge the present state: whether the estimate may use it, and what it says of slip."""
     demand_nothing(f, t)
-    prepare_friction(f, t, g)
+    hide_unsound(f, t, g)
     t.need.believed = 1 if accept_state(f, t, now) else 0
+    if t.need.believed == 1:
+        prepare_friction(f, t, g)
 
 
 def take_estimate(f: Floats, t: Wholes, g: GraspMemory) -> None:

@@ -38,22 +38,29 @@ def prepare_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     f.asked.margin = 1.0 - (1.0 - f.rule.wanted_margin) * math.exp(g.release.shift[i] + g.witness.lack + more)
 
 
+def hide_unsound(f: Floats, t: Wholes, g: GraspMemory) -> None:
+    """Let slip channels that are surely wrong count as missing, which degrades the finger."""
+    if t.setup.shares == 0:
+        return
+    f.shared.flag, f.shared.speed = f.state.slip, f.state.slip_speed
+    if is_unsound(g, t.setup.finger):
+        f.state.slip = math.nan
+    if is_unsound(g, BELIEF_MOST + t.setup.finger):
+        f.state.slip_speed = math.nan
+
+
 def screen_slip(f: Floats, g: GraspMemory, i: int, dt: float) -> None:
     """Let the state have what is believed of slip: whether the finger slides, if that is known at all.
 
-    The sign of a slip speed is its direction, which some sensors tell. A channel that is surely wrong counts
-    as missing, which degrades the finger.
+    The sign of a slip speed is its direction, which some sensors tell.
     """
-    f.shared.flag, f.shared.speed = f.state.slip, f.state.slip_speed
     hear_slip(g, i, dt, f.shared.flag, abs(f.shared.speed))
-    slides = g.slip.slides[i]
-    if f.state.slip <= 0.0 or f.state.slip >= 1.0:
-        quiet = 0.0 if sound_channel(g, i) > UNSURE and slides < 0.5 else EVEN
+    slides, sound = g.slip.slides[i], sound_channel(g, i)
+    if sound > 0.0:
+        quiet = 0.0 if sound > UNSURE and slides < EVEN else EVEN
         f.state.slip = 1.0 if slides >= SURE else quiet
-    if is_named(g, i):
+    if sound < NAMED_AT:
         f.state.slip = math.nan
-    if is_named(g, BELIEF_MOST + i):
-        f.state.slip_speed = math.nan
 
 
 def restore_slip(f: Floats, t: Wholes) -> None:
@@ -93,6 +100,7 @@ def update_shared_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     refer_anew(g)
     g.belief.load[i] = f.friction.load
     give_evidence(f, g, i)
+    refer_anew(g)
     u, unsure = utilised_friction(f, is_touching)
     x, y = f.state.tangential_force_x, f.state.tangential_force_y
     unsure = follow_utilisation(g, i, dt, u, unsure, f.friction.load, is_touching)
