@@ -181,3 +181,10 @@ def test_a_channel_that_is_not_there_is_named_with_those_that_are(results):
         vegrip.errors.UsageError, match="no channel 'force'; it is one of normal_force, tangential"
     ):
         results["fit"].plot("force")
+
+
+@pytest.mark.parametrize(("before", "explains"), [(0.99, False), (1.01, True)])
+def test_what_is_named_explains_a_misfit_only_where_there_is_one(before: float, *, explains: bool) -> None:
+    """With a tolerance the model without it may leave less than the noise already."""
+    found = SimpleNamespace(is_unfinished=False, doubts=[], verdict="named", error={"before": before})
+    assert ("explains the misfit" in shown.sentence_of(found)) is explains

@@ -27,6 +27,7 @@ SENTENCES = {
     "ambiguous": "one of these explains the misfit; the recording does not separate them:",
     "unexplained": "no effect of the catalogue explains the misfit",
 }
+WITHIN = "the model leaves less than the noise already; this leaves still less:"
 HEAD = ("round", "effect", "evidence [nats]", "held out [nats]", "error", "outcome")
 FEWEST_ROWS = 3  # of what was tried, on the first screen
 SHOWN = 6  # effects that were tried, in a card
@@ -59,7 +60,10 @@ def sentence_of(found: Diagnosis) -> str:
     if found.is_unfinished:
         return "stopped before its end, so nothing is named"
     grave = [doubt.text for doubt in found.doubts if doubt.is_grave]
-    return f"not reliable: {'; '.join(grave)}" if grave else SENTENCES[found.verdict]
+    if grave:
+        return f"not reliable: {'; '.join(grave)}"
+    is_within = found.verdict == "named" and found.error["before"] < 1.0
+    return WITHIN if is_within else SENTENCES[found.verdict]
 
 
 def _head(found: Diagnosis) -> list[Part]:
@@ -101,7 +105,7 @@ def card(found: Diagnosis) -> str:
     """Return the verdict of the report: what is missing, the error, the ladder, and what was tried."""
     level, name, sentence = VERDICTS[found.verdict]
     if found.verdict == "named":
-        level, name, sentence = "ok", f"named: {', '.join(found.named)}", "this explains the misfit"
+        level, name, sentence = "ok", f"named: {', '.join(found.named)}", sentence_of(found).rstrip(":")
     if any(doubt.is_grave for doubt in found.doubts):
         level, name, sentence = "bad", "not reliable", sentence_of(found)
     rungs = build_ladder(found)
