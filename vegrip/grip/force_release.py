@@ -138,7 +138,7 @@ def take_back(g: GraspMemory, held: bool) -> None:
 def let_go(g: GraspMemory, i: int, dt: float, margin: float, touching: bool) -> None:
     """Let go of finger ``i``, which is asked to keep this ``margin`` [-], for another ``dt`` [s]."""
     n, p = int(g.belief.fingers), chance_noticed(g)
-    if not (touching and p > UNSURE and g.slip.level[i] > -math.inf and is_quiet(g, n)):
+    if not (touching and g.slip.level[i] > -math.inf and is_quiet(g, n)):
         return
     ln_u = g.slip.level[i] - g.slip.exponent * g.belief.load[i]
     mean, std = believed_mean(g, i), math.sqrt(believed_variance(g, i) + NEARLY_NONE)
@@ -204,7 +204,7 @@ def decide(g: GraspMemory, i: int, dt: float, margin: float, touching: bool, cha
         total += g.release.shift[j]
     g.release.pause = max(g.release.pause - dt / float(n), 0.0)
     g.release.ends = max(g.release.ends - dt / float(n), 0.0)
-    if g.slip.slides[i] >= 0.5 or sees_slide(g, dt, total, changed and chance_noticed(g) < SURE):
+    if g.slip.slides[i] >= EVEN or sees_slide(g, dt, total, changed and chance_noticed(g) < SURE):
         if total > SCATTER:
             g.release.ends = 2.0 * (g.slip.delay + LOOK)
         take_back(g, False)

@@ -202,7 +202,7 @@ def follow_utilisation(
     rises = min(rises, g.slip.shown[i] + QUICK * dt) if g.slip.shown[i] > -math.inf else rises
     rises = min(rises, g.belief.mean[i] + CREDIBLE * std)
     g.slip.held[i] = max(g.slip.held[i], rises)
-    if g.slip.slides[i] < 0.5:
+    if g.slip.slides[i] < EVEN:
         g.slip.shown[i] = rises
     return unsure
 
