@@ -150,6 +150,21 @@ def test_force_is_let_go_of_while_a_slide_would_be_noticed(sound, releases, lets
     assert (g.release.shift[0] > RISE) == lets_go
 
 
+@pytest.mark.parametrize("proven", [True, False])
+def test_what_was_let_go_of_is_restored_as_soon_as_no_slide_would_be_told(*, proven: bool) -> None:
+    """The flags are not sensed any more: neither has held what only they would have told of."""
+    g = grasp()
+    prove(g, 0.99 if proven else 0.48)
+    held(g, 0.5)
+    assert g.release.shift[0] > 0.02
+    before = believed_mean(g, 0)
+    for i in range(2):
+        hear_slip(g, i, 0.002, math.nan, math.nan)
+    decide(g, 0, 0.002, 0.15, True, False)
+    assert g.release.shift[0] == g.release.shift[1] == 0.0
+    assert believed_mean(g, 0) == before
+
+
 @pytest.mark.parametrize(("lag", "lets_go"), [(0.025, True), (0.028, False)])
 def test_where_a_drive_is_late_the_load_is_no_witness(lag: float, *, lets_go: bool) -> None:
     """What N falls on by is lost, too: 0.02 + 5 / s * lag may be 0.15."""

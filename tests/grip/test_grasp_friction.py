@@ -316,6 +316,25 @@ def test_a_state_that_is_refused_says_nothing_of_slip_and_takes_no_time() -> Non
     assert slip.slides[0] == 0.0
 
 
+@pytest.mark.parametrize("fails", ["silent", "refused"])
+def test_a_finger_that_is_not_heard_returns_to_what_it_held_before_force_was_lowered(fails: str) -> None:
+    """It would not tell of a slide. With 10 N/s, from the first instant of the fault on."""
+    bench = Bench(controller())
+    bench.run(1.0, 0.6)
+    thumb = bench.hand.fingers["thumb"]
+    bench.hand.friction.memory.release.shift[0] = 0.4
+    before = thumb.memory["GRIP_LOWERED_FROM"] = thumb.held + 0.5
+    for _ in range(100):
+        bench.tick += 1
+        now, force = bench.tick * PERIOD, 2.0 + 0.004 * (-1) ** bench.tick
+        states = [FingertipState(now, "index", bench.tick, force, 0.6, 0.0, 0.0, 1e-3, 22.0, 0.0, 0.0)]
+        if fails == "refused":
+            states.append(FingertipState(now, "thumb", bench.tick, 1e9, 0.6, slip=0.0))
+        bench.hand.step(states, now)
+    assert thumb.condition > Condition.DEGRADED
+    assert thumb.held == pytest.approx(before)
+
+
 @pytest.mark.parametrize("felt", ["flag", "speed"])
 def test_a_load_that_held_teaches_whichever_channel_tells_that_it_did(felt: str) -> None:
     """Without either nobody knows whether it held, and nothing is learned."""

@@ -138,7 +138,7 @@ def take_back(g: GraspMemory, held: bool) -> None:
 def let_go(g: GraspMemory, i: int, dt: float, margin: float, touching: bool) -> None:
     """Let go of finger ``i``, which is asked to keep this ``margin`` [-], for another ``dt`` [s]."""
     n, p = int(g.belief.fingers), chance_noticed(g)
-    if not (touching and g.slip.level[i] > -math.inf and is_quiet(g, n)):
+    if not (touching and g.slip.level[i] > -math.inf and is_quiet(g, n) and is_watched(g)):
         return
     ln_u = g.slip.level[i] - g.slip.exponent * g.belief.load[i]
     mean, std = believed_mean(g, i), math.sqrt(believed_variance(g, i) + NEARLY_NONE)
@@ -149,10 +149,16 @@ def let_go(g: GraspMemory, i: int, dt: float, margin: float, touching: bool) -> 
         worth = max(math.exp(mean - counted) - 1.0 - WORTH, 0.0)
         most = mean + CREDIBLE * std
         rate = min(worth / (COST * g.belief.fingers) * std / inverse_mills(-z), QUICK)
-    elif p < USUAL - RARE or rise_needed(g, dt) + QUICK * slowest_drive(g) > BLIND or has_unsound(g):
+    elif rise_needed(g, dt) + QUICK * slowest_drive(g) > BLIND:
         return
     most = min(most, ln_u + rate * LEAD) - math.log(1.0 - margin) - counted
     g.release.shift[i] = max(g.release.shift[i], min(g.release.shift[i] + rate * dt, most))
+
+
+def is_watched(g: GraspMemory) -> bool:
+    """Return whether a channel may tell of a slide: a proven one, or one beside which no other is unsound."""
+    p = chance_noticed(g)
+    return p >= SURE or (p >= USUAL - RARE and not has_unsound(g))
 
 
 def slowest_drive(g: GraspMemory) -> float:
@@ -207,6 +213,9 @@ def decide(g: GraspMemory, i: int, dt: float, margin: float, touching: bool, cha
     if g.slip.slides[i] >= EVEN or sees_slide(g, dt, total, changed and chance_noticed(g) < SURE):
         if total > SCATTER:
             g.release.ends = 2.0 * (g.slip.delay + LOOK)
+        take_back(g, False)
+        g.release.pause = PAUSE
+    elif total > 0.0 and not is_watched(g):
         take_back(g, False)
         g.release.pause = PAUSE
     elif changed or (total > 0.0 and chance_noticed(g) < SURE and ends_slowly(g, dt)):

@@ -68,6 +68,7 @@ class Grip:
     proven: float  # [N] lowest median of late
     kept: float  # [N] that the margin grip does not lower before a load is felt
     closed: float  # [N] largest force since the start, until a load or its fall ended the takeover
+    lowered_from: float  # [N] held when force began to be lowered to learn friction; else what is held
 
 
 class Setup:

@@ -1,5 +1,6 @@
 """The fail-safe is never down, and anew for each fault; how it ramps: tests/grip/kernels/test_control.py."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -37,3 +38,13 @@ def test_what_is_held_is_held_for_its_time_and_then_rises_at_the_rate_up_to_the_
         told.append((held, reason))
     hold, ramp = Reason.INPUT_HOLD, Reason.FAIL_SAFE
     assert told == [(2.0, hold), (2.0, hold), (3.0, ramp), (4.0, ramp), (5.0, ramp), (5.0, hold)]
+
+
+@pytest.mark.parametrize(("lowered_from", "held"), [(4.0, 2.8), (2.75, 2.75), (1.0, 2.7)])
+def test_at_a_fault_what_was_lowered_to_learn_friction_comes_back_at_the_rate_and_no_further(
+    lowered_from: float, held: float
+) -> None:
+    fail_safe = FailSafe(SETTINGS)
+    fail_safe.memory["GRIP_LOWERED_FROM"] = lowered_from
+    force, reason = fail_safe.command(2.7, 0.01, Reason.INPUT_HOLD)
+    assert (force, reason) == (pytest.approx(held), Reason.INPUT_HOLD)

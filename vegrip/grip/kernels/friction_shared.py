@@ -108,6 +108,8 @@ def update_shared_friction(f: Floats, t: Wholes, g: GraspMemory) -> None:
     changed = watch_quiet(g, i, dt, armed_load(f, is_touching), f.shared.load_noise, is_touching)
     note_slide(g, i, unsure)
     decide(g, i, dt, f.rule.wanted_margin, is_touching, changed)
+    if g.release.shift[i] <= 0.0 and t.turn.started == 1:
+        f.grip.lowered_from = f.grip.held
 
 
 def stated_friction(_f: Floats, t: Wholes, mu: float, std: float) -> tuple[float, float]:
