@@ -33,7 +33,7 @@ from vegrip.grip.friction_belief import (
 from vegrip.grip.friction_numbers import RISE
 from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.slip_channels import begin_channels, follow_utilisation, hear_slip
-from vegrip.grip.slip_witness import begin_witness, follow_forces
+from vegrip.grip.slip_witness import begin_witness, follow_forces, watch_part
 
 MEAN, STD, EXPONENT, EXPONENT_STD, RISK, NOTICED = math.log(0.5), 0.35, 0.15, 0.12, 0.05, 0.24
 
@@ -250,6 +250,25 @@ def test_what_each_finger_has_held_counts_by_itself_whatever_the_exponent_become
     take_back(g, True)
     assert g.belief.mean[2] < EXPONENT - 0.01
     assert told == pytest.approx([MEAN + 0.2 - 1.1 * EXPONENT] * 2)
+
+
+@pytest.mark.parametrize(("slides", "teaches"), [(True, False), (False, True)])
+def test_a_finger_that_slides_alone_has_not_held_though_the_others_take_its_load(
+    *, slides: bool, teaches: bool
+) -> None:
+    """Index slides: its T is mu N, thumb takes the rest, the sum stays; no channel is proven."""
+    g = grasp()
+    prove(g, 0.48)
+    held(g, 0.5)
+    for k in range(40):
+        fallen = 0.9 ** (k / 39.0)
+        pulls = (2.0 - fallen, fallen) if slides else (1.0, 1.0)
+        for i in range(2):
+            follow_forces(g, i, 0.002, 2.0 * fallen, pulls[i], True)
+            watch_part(g, i, 0.002, 1.0)
+    take_back(g, True)
+    assert (g.belief.site[1] > 0.0) is teaches  # what its hold has taught
+    assert g.belief.site[0] > 0.0
 
 
 def test_while_a_load_steps_its_mean_follows_whatever_is_noticed_on_the_way() -> None:

@@ -11,6 +11,7 @@ from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.grip import grasp_friction
 from vegrip.grip.controller import GripController
+from vegrip.grip.drive_lag import set_drives
 from vegrip.grip.friction_belief import average_belief, widen_belief
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.grasp_friction import GraspFriction
@@ -220,6 +221,16 @@ def test_a_slip_speed_of_a_slide_raises_the_grip_without_a_flag() -> None:
         bench.run(0.02, 0.6, all_speeds=speed)
         forces.append(bench.hand.fingers["index"].memory["GRIP_REQUIRED"])
     assert forces[1] > 1.1 * forces[0]
+
+
+def test_a_drive_that_is_too_late_for_the_load_to_be_a_witness_is_told_with_its_lag() -> None:
+    bench = Bench(controller())
+    bench.run(0.1, 0.6)
+    hand = bench.hand.friction
+    set_drives(hand.memory, 0.03, 4.0)
+    assert hand.why_not_probing.startswith("a drive lags by 0.030 s")
+    hand.memory.slip.sound[0], hand.memory.slip.silent[0] = 0.99, 0.005
+    assert "lags" not in hand.why_not_probing
 
 
 def test_a_node_logs_once_why_friction_is_not_probed(caplog: pytest.LogCaptureFixture) -> None:

@@ -241,6 +241,7 @@ def test_a_report_makes_a_slide_as_likely_as_the_table_of_all_cases_has_it(
 ) -> None:
     """Finger slides or not, channel sound or faulty: its chance to begin to report, and nine looks more."""
     g = grasp()
+    hear_slip(g, 0, LOOK, 0.0, math.nan)
     g.slip.sound[0], g.slip.silent[0], g.slip.likely[0] = sound, 1.0 - sound - faulty, p
     g.slip.stays[0] = 1.0
     for _ in range(10):
@@ -250,6 +251,35 @@ def test_a_report_makes_a_slide_as_likely_as_the_table_of_all_cases_has_it(
     never = (1.0 - p) * faulty * RARE * DETECTS**9  # a sound one errs anew at each look
     assert g.slip.slides[0] == pytest.approx(slides / (slides + never), abs=0.01)
     assert holds >= never
+
+
+def test_a_channel_that_says_slip_when_it_is_first_heard_may_have_said_so_all_the_time() -> None:
+    """Stuck or inverted as likely as not, it is no slide at p = 0.02; one that begins to say so later is."""
+    stuck, begins = grasp(), grasp()
+    hear_slip(begins, 0, LOOK, 0.0, math.nan)
+    for g in (stuck, begins):
+        g.slip.likely[0], g.slip.stays[0] = RARE, 1.0
+        for _ in range(10):
+            hear_slip(g, 0, LOOK, 1.0, math.nan)
+    assert stuck.slip.slides[0] < EVEN < SURE < begins.slip.slides[0]
+    assert stuck.slip.sound[0] < 0.5 < begins.slip.sound[0]
+
+
+@pytest.mark.parametrize(("sound", "stays"), [(0.948, True), (0.01, False)])
+def test_a_slide_is_revoked_only_once_its_channel_is_unsound(sound: float, *, stays: bool) -> None:
+    """The first report of a new channel leaves it 0.948, and of wet faces it is a slide."""
+    g = grasp()
+    run(g, 1.0, rising(0.25, 1.0), QUIET)
+    run(g, 0.1, lambda _: 0.25, ALWAYS)
+    assert g.belief.doubted[0] == 0.0
+    g.slip.slides[0], g.slip.top[0] = 0.97, math.log(0.25)
+    note_slide(g, 0, 0.02)
+    assert g.belief.doubted[0] == 1.0
+    low = g.belief.mean[0]
+    g.slip.sound[0], g.slip.silence[0], g.slip.slides[0] = sound, 0.6, 0.0
+    note_slide(g, 0, 0.02)
+    assert (g.belief.mean[0] == low) is stays
+    assert (g.belief.mean[0] > low + 0.2) is not stays
 
 
 def test_a_finger_in_the_air_neither_notices_a_slide_nor_misses_one() -> None:

@@ -127,7 +127,8 @@ def take_back(g: GraspMemory, held: bool) -> None:
     A load that would need more than ``CREDIBLE`` standard deviations above the mean may be wrong.
     """
     for i in range(int(g.belief.fingers)):
-        if g.release.shift[i] > RISE and held:
+        is_told = g.witness.slid[i] <= 0.0 or sound_channel(g, i) >= SURE
+        if g.release.shift[i] > RISE and held and is_told:
             ln_u = g.slip.shown[i] - g.slip.exponent * g.belief.load[i]
             off = ln_u - believed_mean(g, i)
             if abs(off) < CREDIBLE * math.sqrt(believed_variance(g, i)):
@@ -178,10 +179,9 @@ def note_slide(g: GraspMemory, i: int, unsure: float) -> None:
     """Learn from a slide of finger ``i``; at its end the next one is another."""
     teacher = int(g.slip.teacher[i])
     if g.belief.doubted[i] > 0.0:
-        is_over = g.slip.silence[teacher] >= PAUSE
-        if is_over and g.slip.sound[teacher] >= SURE:
+        if g.slip.silence[teacher] >= PAUSE and g.slip.sound[teacher] >= SURE:
             g.belief.doubted[i] = 0.0
-        elif is_over or is_unsound(g, teacher):
+        elif is_unsound(g, teacher):
             void_slides(g)
     if g.slip.slides[i] < SURE:
         if g.slip.slides[i] < UNSURE:
@@ -210,6 +210,7 @@ def decide(g: GraspMemory, i: int, dt: float, margin: float, touching: bool, cha
         total += g.release.shift[j]
     g.release.pause = max(g.release.pause - dt / float(n), 0.0)
     g.release.ends = max(g.release.ends - dt / float(n), 0.0)
+    watch_part(g, i, dt, total)
     if g.slip.slides[i] >= EVEN or sees_slide(g, dt, total, changed and chance_noticed(g) < SURE):
         if total > SCATTER:
             g.release.ends = 2.0 * (g.slip.delay + LOOK)

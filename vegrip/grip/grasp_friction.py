@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
+from vegrip.errors import ConfigError
 from vegrip.estimator.estimator import ContactEstimator
 from vegrip.estimator.settings import SensorNoise
 from vegrip.grip.drive_lag import begin_drives, measured_lag, set_drives
@@ -23,6 +24,8 @@ from vegrip.messages import KNOWN, PROBED, ContactEstimate, Estimate, ModelHealt
 from vegrip.types import NamedNumbers
 
 CHANNELS_OF_SLIP = ("slip", "slip_speed")
+LATEST_DRIVE = (BLIND - RISE) / QUICK
+"""[s] lag of a drive from which on the load is no witness of a slide."""
 UNKNOWN_OBJECT = CREDIBLE * SCATTER
 """Std of ln mu below which friction is reported as known: a slide or two would tell as much."""
 
@@ -60,6 +63,8 @@ class GraspFriction:
         s, g = self._settings, self.memory
         begin_belief(g, len(able), max(e.settings.friction_drift for e in able.values()))
         widest = 0.0
+        if known is not None and not known.is_plausible:
+            raise ConfigError(f"what is known of the object is {known}: give ln mu within 2, its std below 2")
         for i, estimator in enumerate(able.values()):
             mean, variance, exponent, exponent_var = estimator.friction_law
             widest = max(widest, variance)
@@ -113,6 +118,12 @@ class GraspFriction:
             return found
         if math.isnan(g.slip.says[i]) and math.isnan(g.slip.says[BELIEF_MOST + i]):
             return f"{finger} does not feel slip"
+        late = slowest_drive(g)
+        if chance_noticed(g) < SURE and late > LATEST_DRIVE:
+            return (
+                f"a drive lags by {late:.3f} s, {LATEST_DRIVE:g} s is the most until a slip channel has"
+                " reported a slide: by the load it would be seen too late"
+            )
         if sound_channel(g, i) < SURE:
             return f"the slip channel of {finger} has not reported a slide yet, and may be dead"
         return ""

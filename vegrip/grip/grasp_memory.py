@@ -132,6 +132,8 @@ class Witness:
     lagging: float  # [N] N that lags
     low: float  # [N] least T since
     high: float  # [N] largest T since that
+    part: Each  # least y of each finger since force began to be lowered; inf: none is
+    slid: Each  # 1 = it has slid since, by its own y
     forces: Each  # [N] smoothed normal force; 0: the finger does not touch
     pulls: Each  # [N] smoothed tangential force
 

@@ -23,10 +23,15 @@ WIDEST: Final = 2.0  # standard deviation of ln mu; a file that says more is no 
 
 @dataclass(frozen=True)
 class ObjectFriction:
-    """Friction of an object with the fingertips: mean and standard deviation of ln mu."""
+    """Friction of an object with the fingertips: mean and standard deviation of ln mu at 5 N."""
 
     mean: float
     std: float
+
+    @property
+    def is_plausible(self) -> bool:
+        """Whether a grasp may have learned it."""
+        return abs(self.mean) < WIDEST and 0.0 < self.std <= WIDEST
 
     @property
     def prior(self) -> tuple[float, float]:
@@ -50,7 +55,7 @@ class KnownObjects:
             return None
         except (OSError, ValueError, TypeError, KeyError, RecursionError):
             found = ObjectFriction(math.nan, math.nan)
-        if abs(found.mean) < WIDEST and 0.0 < found.std < WIDEST:
+        if found.is_plausible:
             return found
         aside = path.with_name(f"{path.name}.damaged")
         logger = logging.getLogger("vegrip.memory")

@@ -109,6 +109,7 @@ class Input:
     lost: int  # channels that were there and are not
     seen: int  # channels that were there
     present: int  # channels of the last state
+    alike: int  # states in a row with these channels
     usable: int  # whether they suffice for an estimate
     received: int  # [ns] when a state came last
     is_received: int

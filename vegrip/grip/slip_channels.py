@@ -52,7 +52,7 @@ def begin_channels(g: GraspMemory, sliding: float, delay: float) -> None:
     for at in range(2 * BELIEF_MOST):
         g.slip.sound[at], g.slip.silent[at] = USUAL, EVEN
         g.slip.says[at], g.slip.silence[at] = math.nan, math.inf
-        g.slip.rate[at] = RARE
+        g.slip.rate[at], g.slip.odds[at] = RARE, math.nan
     for i in range(BELIEF_MOST):
         g.slip.level[i] = g.slip.held[i] = g.slip.shown[i] = g.slip.begun[i] = -math.inf
         g.slip.top[i] = g.slip.top_next[i] = -math.inf
@@ -99,6 +99,8 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
     g.slip.rate[at] += looks / RENEWED * (RARE - g.slip.rate[at])
     if not says >= 0.5:
         g.slip.shows[at] = 0.0
+        if says >= 0.0:
+            g.slip.odds[at] = 0.0
         return
     if last_told(g) > RETURN:
         for j in range(int(g.belief.fingers)):
@@ -109,10 +111,11 @@ def hear_channel(g: GraspMemory, i: int, at: int, dt: float, says: float) -> Non
         weigh(g, at, math.exp(looks * math.log(tells)), NEARLY_NONE, math.exp(looks * math.log(DETECTS)))
         g.slip.odds[at] *= math.exp(looks * math.log(tells / DETECTS))
     else:
-        p, rate = likely_slide(g, i), g.slip.rate[at]
+        p = likely_slide(g, i)
+        rate = EVEN if math.isnan(g.slip.odds[at]) else g.slip.rate[at]  # it may have said so all the time
         g.slip.odds[at] = g.slip.sound[at] * DETECTS / (faulty(g, at) * rate)
         weigh(g, at, p * DETECTS + (1.0 - p) * FALSE, NEARLY_NONE, rate)
-        g.slip.rate[at] += (1.0 - rate) / RENEWED
+        g.slip.rate[at] += (1.0 - g.slip.rate[at]) / RENEWED
     g.slip.shows[at] = min(g.slip.shows[at] - looks * math.log(FALSE), math.log(1.0 + g.slip.odds[at]))
 
 

@@ -112,6 +112,22 @@ def sees_slide(g: GraspMemory, dt: float, let_go: float, changed: bool) -> bool:
     return False
 
 
+def watch_part(g: GraspMemory, i: int, dt: float, let_go: float) -> None:
+    """Note whether finger ``i`` has slid by itself, force having been ``let_go`` of.
+
+    The others take its load, so the sums show nothing; its own T falls with its own N.
+    """
+    force, pull = g.witness.forces[i], g.witness.pulls[i]
+    if not (let_go > 0.0 and force > 0.0 and pull > 0.0):
+        g.witness.part[i], g.witness.slid[i] = math.inf, 0.0
+        return
+    y = FOLLOWS * math.log(force) - math.log(pull)
+    g.witness.part[i] = min(g.witness.part[i], y)
+    std = g.witness.noise * math.sqrt(dt / (dt + 2.0 * LOOK))
+    if y - g.witness.part[i] > max(RISE, OUTLIER * std / pull):
+        g.witness.slid[i] = 1.0
+
+
 def wait_for_verdict(g: GraspMemory, dt: float, pull: float) -> None:
     """Wait until the grip is back; then a slide that no channel has told was missed."""
     g.witness.waits -= dt

@@ -388,3 +388,23 @@ def test_a_tip_in_steady_motion_is_as_far_from_its_average_as_it_goes_in_half_a_
 ) -> None:
     speed = part * COARSE.stuck_travel / 0.5  # [m/s]
     assert presses(4.0, lambda _: 2.0, lambda t: 1e-3 + speed * t).condition == condition
+
+
+@pytest.mark.parametrize(
+    ("times", "condition"), [(1, Condition.OK), (4, Condition.OK), (5, Condition.DEGRADED)]
+)
+def test_a_channel_is_missed_once_it_came_in_five_states_in_a_row(times: int, condition: Condition) -> None:
+    """A driver that fills in a torque once at the start measures none."""
+    dog = Watchdog(WatchdogSettings())
+    for count, state in zip(range(40), healthy(), strict=False):
+        kept = state if 10 <= count < 10 + times else dataclasses.replace(state, torque_z=math.nan)
+        assert dog.accept(kept, kept.stamp)
+    assert dog.condition == condition
+
+
+def test_a_channel_of_refused_states_alone_is_not_missed() -> None:
+    dog, states = Watchdog(WatchdogSettings()), healthy()
+    for count in range(40):
+        state = dataclasses.replace(next(states), torque_z=math.inf if 10 <= count < 13 else math.nan)
+        dog.accept(state, state.stamp)
+    assert dog.condition == Condition.OK

@@ -122,16 +122,21 @@ def judge_values(f: Floats, t: Wholes, now: int) -> int:
 
 
 def judge_channels(f: Floats, t: Wholes) -> int:
-    """Force or displacement must be there, and no channel that was may be missing."""
+    """Force or displacement must be there, and no channel that was may be missing.
+
+    A channel was there if it came in as many states in a row as end a fault: a stray value is none.
+    """
     present, bit = 0, 1
     for i in range(MEASURED):
         present += 0 if math.isnan(f.state[i]) else bit
         bit = bit * 2
     if present != t.input.present:
-        t.input.present = present
+        t.input.present, t.input.alike = present, 0
         t.input.usable = 1 if (present & SUFFICIENT) != 0 else 0
+        t.input.lost = t.input.seen - (t.input.seen & present)
+    t.input.alike += 1
+    if t.input.alike == t.setup.recover_after:
         t.input.seen = t.input.seen | present
-        t.input.lost = t.input.seen - present
     if t.input.usable == 0:
         return CONDITION_MISSING
     return CONDITION_DEGRADED if t.input.lost != 0 else CONDITION_OK
