@@ -13,7 +13,11 @@ if TYPE_CHECKING:
     from vegrip.effects import Effect
     from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise, Sensors
     from vegrip.grip.controller import GripController
-    from vegrip.grip.safety import LimitSettings
+    from vegrip.grip.force_parts import ForceParts
+    from vegrip.grip.friction_settings import FrictionSettings
+    from vegrip.grip.known_objects import ObjectFriction
+    from vegrip.grip.policies.margin_grip import GripSettings
+    from vegrip.grip.safety import FailSafeSettings, LimitSettings, WatchdogSettings
     from vegrip.grip.settings import ControlSettings
     from vegrip.identification.changed import changed
     from vegrip.identification.compare import Comparison, compare
@@ -25,6 +29,7 @@ if TYPE_CHECKING:
     from vegrip.identification.recording.import_file import import_recording
     from vegrip.identification.samples import sample
     from vegrip.messages import (
+        Condition,
         ContactEstimate,
         DeviceReport,
         Estimate,
@@ -34,6 +39,7 @@ if TYPE_CHECKING:
         LearnedParameter,
         ModelHealth,
         NodeStatus,
+        Reason,
         SlipMargin,
     )
     from vegrip.model import ContactModel, paper_model, read_model, write_model
@@ -43,6 +49,7 @@ __version__ = "0.2.0"
 
 _PLACES = {
     "Comparison": "vegrip.identification.compare",
+    "Condition": "vegrip.messages",
     "ContactEstimate": "vegrip.messages",
     "ContactEstimator": "vegrip.estimator",
     "ContactModel": "vegrip.model",
@@ -53,23 +60,30 @@ _PLACES = {
     "Effect": "vegrip.effects",
     "Estimate": "vegrip.messages",
     "EstimatorSettings": "vegrip.estimator",
+    "FailSafeSettings": "vegrip.grip.safety",
     "Fingertip": "vegrip.identification.recording",
     "FingertipState": "vegrip.messages",
     "Fit": "vegrip.identification.fit",
     "ForceCommand": "vegrip.messages",
+    "ForceParts": "vegrip.grip.force_parts",
+    "FrictionSettings": "vegrip.grip.friction_settings",
     "GraspStatus": "vegrip.messages",
     "GripController": "vegrip.grip.controller",
+    "GripSettings": "vegrip.grip.policies.margin_grip",
     "Ladder": "vegrip.identification.diagnosis.error_ladder",
     "LearnedParameter": "vegrip.messages",
     "LimitSettings": "vegrip.grip.safety",
     "ModelHealth": "vegrip.messages",
     "NodeStatus": "vegrip.messages",
     "Noise": "vegrip.identification.fit",
+    "ObjectFriction": "vegrip.grip.known_objects",
+    "Reason": "vegrip.messages",
     "Recording": "vegrip.identification.recording",
     "Refinement": "vegrip.identification.diagnosis.error_ladder",
     "SensorNoise": "vegrip.estimator",
     "Sensors": "vegrip.estimator",
     "SlipMargin": "vegrip.messages",
+    "WatchdogSettings": "vegrip.grip.safety",
     "changed": "vegrip.identification.changed",
     "compare": "vegrip.identification.compare",
     "diagnose": "vegrip.identification.diagnosis",
@@ -91,6 +105,7 @@ _PLACES = {
 
 __all__ = [
     "Comparison",
+    "Condition",
     "ContactEstimate",
     "ContactEstimator",
     "ContactModel",
@@ -101,23 +116,30 @@ __all__ = [
     "Effect",
     "Estimate",
     "EstimatorSettings",
+    "FailSafeSettings",
     "Fingertip",
     "FingertipState",
     "Fit",
     "ForceCommand",
+    "ForceParts",
+    "FrictionSettings",
     "GraspStatus",
     "GripController",
+    "GripSettings",
     "Ladder",
     "LearnedParameter",
     "LimitSettings",
     "ModelHealth",
     "NodeStatus",
     "Noise",
+    "ObjectFriction",
+    "Reason",
     "Recording",
     "Refinement",
     "SensorNoise",
     "Sensors",
     "SlipMargin",
+    "WatchdogSettings",
     "__version__",
     "changed",
     "compare",

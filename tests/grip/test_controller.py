@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 import vegrip
-from vegrip.errors import ConfigError, UsageError
+from vegrip.errors import ConfigError, KindError, UsageError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.controller import GripController
 from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.node import GraspForce
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.safety import FailSafeSettings, LimitSettings, WatchdogSettings
@@ -362,3 +363,17 @@ def test_a_time_of_another_kind_of_number_is_a_time(
 ) -> None:
     as_told = commands_of(hand, model, lambda _, now: kind(now))
     assert as_told == commands_of(hand, model, lambda _, now: now)
+
+
+def test_friction_is_not_learned_of_more_fingers_than_the_grasp_keeps(model: ContactModel) -> None:
+    """More were taken before and learned nothing, without a word."""
+    names = [f"f{i}" for i in range(21)]
+    with pytest.raises(ConfigError, match="'learning' is for at most 20 fingers, not 21"):
+        GripController(names, model, settings=ControlSettings(friction=FrictionSettings(learning=True)))
+    assert GripController(names, model).names == tuple(names)
+
+
+def test_what_is_known_of_the_object_comes_from_a_function(model: ContactModel) -> None:
+    known = ObjectFriction(-0.7, 0.2)
+    with pytest.raises(KindError, match=r"known_object is ObjectFriction\(.*\); give a function"):
+        GripController(FINGERS, model, known_object=known)  # type: ignore[arg-type]

@@ -56,13 +56,15 @@ class GripController:
             ``ControlSettings(limits=LimitSettings(max_force=8.0))``, or it is 15 N, which is logged.
         estimator: how the estimators behave.
         make_estimator: gives the estimator of a finger, instead of ``model``, ``noise`` and ``estimator``.
-        known_object: gives what former grasps have learned of the object, asked at every beginning; see
-            :attr:`vegrip.grip.grasp_friction.GraspFriction.learned_object`.
+        known_object: gives what former grasps have learned of the object, asked at every beginning: what
+            ``friction.learned_object`` said at the end of one. ``settings.friction.object`` is for a node,
+            which keeps it in a file.
 
     Raises:
         UsageError: there is neither a model nor ``make_estimator``, a finger without a model, or two of one
             name.
-        ConfigError: the settings cannot be used.
+        ConfigError: the settings, or what is known of the object, cannot be used.
+        KindError: an argument is of the wrong kind.
         ModelError: a model cannot be compiled.
 
     """
@@ -84,6 +86,8 @@ class GripController:
         self._limit_is_unstated = settings is None or settings.limits is USUAL_LIMITS
         self._settings = settings or ControlSettings()
         self._noise, self._estimator = noise or SensorNoise(), estimator or EstimatorSettings()
+        if not callable(known_object):
+            raise KindError(f"known_object is {known_object!r}; give a function, lambda: {known_object!r}")
         check(self._noise, "noise")
         check(self._estimator, "estimator")
         self._models = {} if make_estimator is not None else _models_of(self.names, model)

@@ -49,7 +49,7 @@ class GraspFriction:
         able = {name: e for name, e in fingers.items() if isinstance(e, ContactEstimator)}
         self._settings = settings.friction
         self._noise = next((e.noise for e in fingers.values() if hasattr(e, "noise")), SensorNoise())
-        self.active = self._settings.learning and len(able) == len(fingers) <= BELIEF_MOST
+        self.active = self._settings.learning and len(able) == len(fingers)
         self._places = {name: i for i, name in enumerate(fingers)}
         self.memory = GraspMemory(len(fingers))
         """All that the fingers of the grasp share; their steps write here."""

@@ -8,6 +8,7 @@ from vegrip.config import build, check, constant, constants, declaration, fixed_
 from vegrip.errors import ConfigError, suggestion
 from vegrip.grip.allocation.internal_forces import InternalForces, contacts_of
 from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.grasp_memory import BELIEF_MOST
 from vegrip.grip.policies import find_policy
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.policies.policy import GripPolicy
@@ -51,12 +52,17 @@ def check_settings(settings: ControlSettings, fingers: Sequence[str], known: obj
     """Refuse ``settings`` that the ``fingers`` cannot use; see :func:`vegrip.config.check` for ``known``.
 
     Raises:
-        ConfigError: a value is not as it is declared, or the thumb is none of the fingers.
+        ConfigError: a value is not as it is declared, the thumb is none of the fingers, or these are too
+            many to learn friction.
 
     """
     check(settings, "settings", known)
     if settings.thumb not in {*fingers, "", USUAL_THUMB}:
         raise ConfigError(f"settings: 'thumb' is {settings.thumb!r}; {suggestion(settings.thumb, fingers)}")
+    if settings.friction.learning and len(fingers) > BELIEF_MOST:
+        raise ConfigError(
+            f"settings.friction: 'learning' is for at most {BELIEF_MOST} fingers, not {len(fingers)}"
+        )
 
 
 FIXED = tuple(
