@@ -89,13 +89,13 @@ class InPython:
 
     def __init__(self, request: Request, mode: str) -> None:
         self.request = request
-        self.estimator = ContactEstimator(request.model, request.noise, replace(request.settings, late=0))
+        self.estimator = ContactEstimator(request.model, request.noise, request.estimator)
         self.saved = SavedNumbers(request.model, self.estimator.layout)
         self.settable = tuple(finger.settable())
         self.needs = np.full(len(request.fingers), np.nan)
         self.ones = [alone(request, mode) for _ in range(FINGERS)]
         self.blank = [(one.memory.f.copy(), one.memory.t.copy()) for one in self.ones]
-        self.settings = [request.alone for _ in range(FINGERS)]
+        self.settings = [request.control for _ in range(FINGERS)]
         self.frame = np.zeros(64, dtype=np.uint8)
         self.counts: Counter[object] = Counter()
         """How often what was done, and in which condition a finger was after a frame or tick."""
@@ -166,7 +166,7 @@ class InPython:
         memory["SETUP_STATE_ID"] += offset
         memory["SETUP_COMMAND_ID"] += offset
         memory["SETUP_FINGER"] = order.second
-        self.settings[order.finger] = self.request.alone
+        self.settings[order.finger] = self.request.control
         return 1
 
     def _set(self, order: Order, one: GraspFinger) -> int:

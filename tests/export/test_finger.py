@@ -1,6 +1,7 @@
 """What an exported finger meets in its self-test, its settings, and what it has learned."""
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,7 +11,8 @@ from tests.export.firmware import Firmware
 from vegrip.c99 import host
 from vegrip.cli import main
 from vegrip.export import Request
-from vegrip.export.finger import BROKEN_EVERY, record
+from vegrip.export.finger import BROKEN_EVERY, alone, record
+from vegrip.grip.controller import GripController
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Condition
@@ -31,14 +33,14 @@ def test_the_sequence_has_frames_ticks_broken_ones_and_faults() -> None:
     assert seen >= {Condition.OK, Condition.DEGRADED, Condition.STALE, Condition.REPLAYED}
 
 
-def test_a_finger_alone_learns_friction_by_itself_whatever_the_hand_shares() -> None:
-    friction = FrictionSettings(learning=True)
-    control = ControlSettings(friction=friction)
-    alone, plain = (
-        record(Request(paper_model(8e-3), frames=60, entry="finger", control=one))
-        for one in (control, ControlSettings())
-    )
-    assert [meeting.command for meeting in alone.meetings] == [meeting.command for meeting in plain.meetings]
+def test_a_finger_has_the_friction_that_is_stated() -> None:
+    """As a node has it; before, an export took that of its model whatever was stated."""
+    stated = ControlSettings(friction=FrictionSettings(coefficient=0.3, coefficient_std=0.05))
+    request = Request(paper_model(8e-3), frames=60, entry="finger", control=stated)
+    node = GripController(request.fingers, request.model, request.noise, stated)
+    own, others = (one.estimator.friction_law for one in (alone(request), node.fingers["thumb"]))
+    assert own == others
+    assert own[0] == pytest.approx(math.log(0.3 * 0.92))  # as channels of the usual gain feel it
 
 
 @pytest.mark.long
@@ -64,10 +66,11 @@ def test_settings_that_a_finger_cannot_follow_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write_model(paper_model(8e-3), tmp_path / "m.toml")
-    (tmp_path / "s.toml").write_text("[grip]\ndrive_lag = 0.02\n")
     command = ["export", "c", str(tmp_path / "m.toml"), "-o", str(tmp_path / "fw"), "--entry", "finger"]
-    assert main([*command, "--settings", str(tmp_path / "s.toml")]) == 3
-    assert "drive_lag" in capsys.readouterr().err
+    for wrong in ("[grip]\ndrive_lag = 0.02\n", "[friction]\nlearning = true\n"):
+        (tmp_path / "s.toml").write_text(wrong)
+        assert main([*command, "--settings", str(tmp_path / "s.toml")]) == 3
+        assert wrong.split()[1] in capsys.readouterr().err
 
 
 def test_what_a_finger_learned_is_read_with_the_settings_of_its_export(

@@ -174,7 +174,7 @@ def answers_of_python(journal):
     Before the first frame a second is enough: nothing is answered then.
     """
     control = replace(REQUEST.control, report_period=0.0, health_period=0.0)
-    settings = replace(REQUEST.settings, late=0)
+    settings = REQUEST.estimator
     wire = codec()
     node = GraspForce("n", HAND, lambda _: ContactEstimator(REQUEST.model, REQUEST.noise, settings), control)
     node.configure()

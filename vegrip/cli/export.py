@@ -25,6 +25,7 @@ app = group(
     "Example: vegrip sample press.toml && vegrip export c press.toml -o firmware"
 )
 CONTROL = ("grip", "limits", "fail_safe", "watchdog")
+"""Tables of a finger; those of an estimator are taken as well."""
 Model = Annotated[Path, typer.Argument(help="Model file.")]
 
 
@@ -45,8 +46,8 @@ def c_(
     settings: Annotated[
         Path | None,
         typer.Option(
-            help="TOML file with tables as in launch files: [noise] and [estimator]; of a finger also "
-            "[grip], [limits], [fail_safe] and [watchdog]."
+            help="TOML file with tables as in launch files: [noise], [estimator] and [friction]; of a finger "
+            "also [grip], [limits], [fail_safe] and [watchdog]."
         ),
     ] = None,
     force: FORCE = False,
@@ -64,7 +65,7 @@ def c_(
     _check(precision, tuple(PRECISIONS), "--precision")
     request = Request(
         read_model(model),
-        **_settings(settings, control=entry == "finger"),
+        **_settings(settings, () if entry == "estimator" else CONTROL),
         prefix=prefix,
         precision=precision,
         entry=entry,
@@ -226,7 +227,7 @@ def learned(
     from vegrip.parameters import absolute
 
     claim_file(output, force=force)
-    chosen = _settings(settings, control=True)  # the file may have been that of a finger
+    chosen = _settings(settings, CONTROL)  # the file may have been that of a finger
     chosen.pop("control", None)
     found = learned_model(read_model(model), read_numbers(numbers), **chosen)
     write_model(found, output)
@@ -247,21 +248,21 @@ def _check(value: str, known: tuple[str, ...], option: str) -> None:
         raise UsageError(f"{option} {value!r} is not possible; there is {', '.join(known)}")
 
 
-def _settings(path: Path | None, *, control: bool = False) -> dict[str, Any]:
+def _settings(path: Path | None, control: tuple[str, ...]) -> dict[str, Any]:
     from vegrip.estimator import EstimatorSettings, SensorNoise
     from vegrip.grip.settings import ControlSettings
 
     if path is None:
         return {}
     table = read_toml(path)
-    tables = ["noise", "estimator", *(CONTROL if control else ())]
+    tables = ["noise", "estimator", "friction", *control]
     unknown = sorted(set(table) - set(tables))
     if unknown:
         known = ", ".join(f"[{name}]" for name in tables)
         raise InputError(f"{path}: there is no table [{unknown[0]}] here; there are {known}")
-    chosen = {name: table[name] for name in CONTROL if name in table}
+    chosen = {name: table[name] for name in ("friction", *control) if name in table}
     return {
-        **({"control": build(ControlSettings, chosen, str(path))} if control else {}),
+        "control": build(ControlSettings, chosen, str(path)),
         "noise": build(SensorNoise, table.get("noise", {}), f"{path} [noise]"),
         "settings": build(EstimatorSettings, table.get("estimator", {}), f"{path} [estimator]"),
     }

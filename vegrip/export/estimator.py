@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,8 +55,7 @@ class Vectors:
 
 def record(request: Request) -> Vectors:
     """Run the model's own simulation through the estimator; the same numbers every time."""
-    settings = replace(request.settings, late=0)  # the export takes samples in the order of time
-    estimator = ContactEstimator(request.model, request.noise, settings)
+    estimator = ContactEstimator(request.model, request.noise, request.estimator)
     frames = tuple(_frame(estimator, state) for state in simulated(request))
     return Vectors(frames, estimator.named.f.copy())
 
@@ -109,8 +108,8 @@ def _frame(estimator: ContactEstimator, state: FingertipState) -> Frame:
 def unit(request: Request) -> Unit:
     """Return what is exported."""
     model, p, reals = request.model, request.prefix, PRECISIONS[request.precision].reals
-    vectors, settings = record(request), request.settings
-    blank = ContactEstimator(model, request.noise, replace(settings, late=0))
+    vectors, settings = record(request), request.estimator
+    blank = ContactEstimator(model, request.noise, settings)
     layout = blank.layout
     entries = {name: KINDS[name] for name in ("assimilate", "margin_of", "least_force")}
     measured = (f"    e->f.named.state.{name} = sample->{name};" for name in CHANNELS)

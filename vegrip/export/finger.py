@@ -56,7 +56,7 @@ class FingerVectors:
 
 def record(request: Request) -> FingerVectors:
     """Run the model's own simulation through the node; the same bytes every time."""
-    control = replace(request.alone, report_period=0.0, health_period=0.0)
+    control = replace(request.control, report_period=0.0, health_period=0.0)
     node = GraspForce("finger", request.fingers, _estimators(request), control)
     node.configure()
     node.activate()
@@ -106,7 +106,7 @@ def _answered(node: GraspForce, codec: CanCodec, meeting: Meeting, name: str) ->
 
 def alone(request: Request, mode: str = "python") -> GraspFinger:
     """Return a finger as firmware has it, before its first frame; ``mode`` says what runs its step."""
-    control, names = request.alone, request.fingers
+    control, names = request.control, request.fingers
     make = _estimators(request)
     hand = GripController(names, settings=control, make_estimator=make)
     line = CanCodec(names, fd=True, use_sender_time=True).line(names[0])
@@ -127,8 +127,7 @@ def alone(request: Request, mode: str = "python") -> GraspFinger:
 
 
 def _estimators(request: Request) -> Callable[[str], ContactEstimator]:
-    settings = replace(request.settings, late=0)  # firmware takes samples in the order of time
-    return lambda _: ContactEstimator(request.model, request.noise, settings)
+    return lambda _: ContactEstimator(request.model, request.noise, request.estimator)
 
 
 def _memory(one: GraspFinger, meetings: tuple[Meeting, ...]) -> NDArray[np.float64]:

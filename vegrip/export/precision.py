@@ -47,9 +47,9 @@ MARGIN = 0.2
 class Request:
     """A model, the noise of its sensors, how the estimator behaves, and the beginning of every name in C.
 
-    ``entry`` is ``estimator``, or ``finger`` for all from frame to frame; that has ``control`` too, and the
-    ``fingers`` that share the grasp, in the order of their identifiers. ``precision`` is ``double`` or
-    ``float``.
+    ``entry`` is ``estimator``, or ``finger`` for all from frame to frame. Of ``control`` an estimator has the
+    friction, a finger all, and the ``fingers`` that share the grasp, in the order of their identifiers.
+    ``precision`` is ``double`` or ``float``.
     """
 
     model: ContactModel
@@ -63,10 +63,9 @@ class Request:
     fingers: tuple[str, ...] = HAND
 
     @property
-    def alone(self) -> ControlSettings:
-        """How a finger by itself is controlled: it does not learn friction with others."""
-        friction = replace(self.control.friction, learning=False)
-        return replace(self.control, friction=friction)
+    def estimator(self) -> EstimatorSettings:
+        """How the estimator behaves: samples come in order, and friction is as ``control`` has it."""
+        return replace(self.settings, late=0, friction=self.control.friction.prior_of())
 
     def __post_init__(self) -> None:
         if not PREFIX.fullmatch(self.prefix) or self.prefix in RESERVED:
@@ -81,6 +80,8 @@ class Request:
             )
         if self.entry == "finger" and self.control.grip.drive_lag > 0.0:
             raise InputError("[grip] drive_lag: an exported finger does not lead its load; leave it at 0")
+        if self.control.friction.learning:
+            raise InputError("[friction] learning: it takes all fingers of a node; leave it out of an export")
 
 
 CORTEX_M7 = {
