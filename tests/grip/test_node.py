@@ -219,3 +219,22 @@ def test_parameters_changed_while_running_take_effect(make_node: MakeNode, state
     node.parameters = dataclasses.replace(node.parameters, limits=LimitSettings(max_force=5.0))
     command = feed(node, state(10, normal_force=8.0))
     assert (command.normal_force, command.reason) == (5.0, Reason.MAX_LIMIT)
+
+
+def test_input_that_is_lost_is_logged_at_once_and_once_until_it_is_trusted_again(
+    make_node: MakeNode, state: MakeState, caplog: pytest.LogCaptureFixture
+) -> None:
+    node = make_node()
+    logged: dict[str, int] = {}
+    silent = {*range(300, 400), *range(700, 710), *range(720, 760)}  # of the periods; 50 ms are the time-out
+    with caplog.at_level("INFO"):
+        for i in range(1, 1001):
+            now = i * PERIOD
+            list(node.on_tick(now) if i in silent else node.on_message(state(i), now))
+            logged |= {text: i for text in caplog.messages if text not in logged}
+    about = [text for text in caplog.messages if text.startswith("input")]
+    lost = "input of index is lost: no state came within the time-out"
+    back = "input of index is trusted again"
+    assert about == [lost, back, lost, back]
+    assert 300 + 25 <= logged[lost] <= 300 + 30
+    assert 400 < logged[back] <= 400 + 110  # a report of the health later

@@ -19,6 +19,7 @@ from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger
 from vegrip.grip.frame_path import PATHS, FramePath
 from vegrip.grip.grasp_action import GraspAction, GraspGoal, ReleaseGoal
+from vegrip.grip.input_log import InputLog
 from vegrip.grip.known_objects import KnownObjects, ObjectFriction
 from vegrip.grip.learned_store import InMemory
 from vegrip.grip.model_swap import ModelSwap
@@ -98,7 +99,7 @@ class GraspForce(NodeBase):
         self.diagnoser = diagnoser or NoDiagnosis()
         self._active = False
         self._why_not_probing = ""  # as last reported
-        self._drive_log = DriveLog(name)
+        self._drive_log, self._input_log = DriveLog(name), InputLog(name)
         self._worn = False  # the fingers have a past
         self._is_at_fault = False  # of this node itself, not of its input
 
@@ -397,6 +398,8 @@ class GraspForce(NodeBase):
         looks = finger.reports.health_due(now)
         self._note_past(finger)
         for report in controller.reports(finger.name, now):
+            if isinstance(report, ModelHealth):
+                self._input_log.log_changes(report, is_periodic=looks)
             yield self._with_suspects(report, controller)
         if looks:
             controller.force_limit.log_changes(self._logger, controller.settings.limits.max_force)
