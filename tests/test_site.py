@@ -214,4 +214,4 @@ def test_every_option_of_every_command_has_a_reader_and_a_purpose() -> None:
 
 def test_a_hand_has_at_most_as_many_parameters_as_were_counted() -> None:
     """Who adds one asks first who changes it and why, or what it follows from."""
-    assert len(setting_pages.keys("grip")) <= 54
+    assert len(setting_pages.keys("grip")) <= 49

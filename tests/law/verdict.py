@@ -1,4 +1,4 @@
-"""The law: no slip channel, however wrong, drops an object, lets it slide, crushes it or stays unnamed."""
+"""The law: no channel, however wrong, drops an object, lets it slide, crushes it or stays unnamed."""
 
 import math
 from collections.abc import Iterator, Sequence

@@ -1,8 +1,8 @@
 """What is believed of friction before anything is felt: its law over the load, as published of soft tips.
 
 The belief is a Gaussian over ``ln mu`` at the reference load of 5 N and the exponent g
-(:mod:`vegrip.estimator.kernels.load_law`). The table of docs/friction.md has the published figures that give
-the default: mu at 5 N lies between 0.25 and 1 over soft tips (95 of 100), and g is 0.15 +- 0.12.
+(:mod:`vegrip.estimator.kernels.load_law`). The table of docs/friction.md has the published figures. The
+default is a choice that holds them: mu at 5 N lies between 0.25 and 1 (95 of 100), and g is 0.15 +- 0.12.
 
 A tangential sensor whose gain is G reads G T, so what slides and holds show is the *apparent* friction G mu.
 With that alone the margin is right, whatever G is: the unknown gain widens the prior, and what is learned

@@ -1,4 +1,4 @@
-"""Every number of the estimator of friction and slip: its unit, its meaning, and where it is from.
+"""Every number of what a grasp learns of friction and slip: its unit, its meaning, and where it is from.
 
 Where nothing else is said, a number was set by hand on the cases of ``tests/law`` (seeds 1 to 4, friction
 0.25 and 0.6) and the lifts of one pair of pads (docs/measured.md). What is stated by a parameter of the grip

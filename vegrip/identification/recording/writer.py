@@ -7,7 +7,7 @@
     session/grasp.csv               GraspStatus of every node
     session/thumb/recording.toml    with recording.csv: a recording like any other
     session/thumb/contact.csv       ContactEstimate; slip_margin.csv, force_command.csv, model_health.csv,
-                                    learned.csv
+                                    learned.csv, device.csv
 
 Rows are whole lines, written out by :meth:`RecordingWriter.flush`, so that after a crash at most what came
 since the last flush is missing. Nothing here raises once the folder is made: what the disk refuses, and what
