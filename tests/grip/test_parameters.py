@@ -9,6 +9,7 @@ import pytest
 from vegrip.config import build
 from vegrip.errors import ConfigError
 from vegrip.estimator import EstimatorSettings
+from vegrip.grip.layout import RULES, _rules
 from vegrip.grip.parameters import GraspParameters, estimator_factory
 from vegrip.grip.policies.baselines import ConeSettings, ConstantSettings, ElasticSettings
 from vegrip.grip.safety.drive import DriveLimits
@@ -143,3 +144,7 @@ def test_an_estimate_at_a_low_rate_bears_longer_gaps_and_is_judged_by_as_many_sa
 def test_a_file_that_sets_a_constant_is_refused_in_one_sentence(table: dict[str, object], key: str) -> None:
     with pytest.raises(ConfigError, match=f"'{key}' is a constant and no parameter; leave it out$"):
         estimator_of(table)
+
+
+def test_no_two_numbers_of_a_grip_have_one_place_in_its_memory() -> None:
+    assert len([*_rules()]) == len(RULES)

@@ -6,7 +6,7 @@ from vegrip.config import constant, fixed_parameter
 from vegrip.estimator.friction_prior import FrictionPrior
 from vegrip.grip.friction_numbers import BLIND, QUICK
 
-PUBLISHED = FrictionPrior()
+PRIOR = FrictionPrior()
 """What is believed of the friction of soft tips, if nothing is stated."""
 COARSEST_CREEP = 2e-4
 """Threshold of felt slip [m/s] above which creep passes for holding, and probing would learn from it."""
@@ -27,11 +27,11 @@ class FrictionSettings:
         doc="std of its logarithm; 0 = as the model states, else as published",
     )  # fmt: skip
     load_exponent: float = fixed_parameter(
-        PUBLISHED.load_exponent, unit="1", low=-0.5, high=0.9,
+        PRIOR.load_exponent, unit="1", low=-0.5, high=0.9,
         doc="by which friction falls with the normal force: mu (N / 5 N)^-g",
     )  # fmt: skip
     load_exponent_std: float = fixed_parameter(
-        PUBLISHED.load_exponent_std, unit="1", low=0.0, high=1.0, doc="std of that"
+        PRIOR.load_exponent_std, unit="1", low=0.0, high=1.0, doc="std of that"
     )
     learning: bool = fixed_parameter(
         False,
@@ -54,7 +54,7 @@ class FrictionSettings:
     )  # fmt: skip
 
     def prior_of(
-        self, gain: float = PUBLISHED.tangential_gain, gain_std: float = PUBLISHED.tangential_gain_std
+        self, gain: float = PRIOR.tangential_gain, gain_std: float = PRIOR.tangential_gain_std
     ) -> FrictionPrior:
         """Return what is believed at first, by tangential channels of this gain, with its relative std."""
         law = self.coefficient, self.coefficient_std, self.load_exponent, self.load_exponent_std
