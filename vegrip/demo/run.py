@@ -27,7 +27,6 @@ from vegrip.runtime.monitor import Board
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.canbus.virtual_can import hub_process
 from vegrip.transport.codec import CanCodec, Frame
-from vegrip.transport.codec.frame import FrameBlock
 from vegrip.transport.open import Hand, open_endpoint
 from vegrip.trials import candidates
 from vegrip.trials.closed_loop import Course, Scenario
@@ -53,24 +52,13 @@ class FrameRecorder:
         self.held = 0  # of them that only held, because states came too late or not at all
         self.since: int | None = None  # [ns] when the hand reported first
         self._writer, self._fingers = writer, fingers
-        self._log = FrameLog(writer.folder / FRAMES, channel)
-
-    def offer(self, frame: Frame) -> None:
-        """Keep ``frame``; never waits."""
-        self._log.offer(frame)
-
-    def offer_block(self, block: FrameBlock) -> None:
-        """Keep all frames of ``block``; never waits."""
-        self._log.offer_block(block)
-
-    def flush(self) -> None:
-        self._log.flush()
+        self.log = FrameLog(writer.folder / FRAMES, channel)
 
     def close(self) -> None:
         """Decode what was kept, write it to the recording, and close that."""
-        self._log.flush()
+        self.log.flush()
         codec = CanCodec(self._fingers, fd=True, use_sender_time=True)
-        for frame in self._log.frames():
+        for frame in self.log.frames():
             message = codec.decode(frame)
             if message is None:
                 continue
@@ -78,10 +66,10 @@ class FrameRecorder:
             if isinstance(message, ForceCommand) and self.since is not None and frame.stamp >= self.since:
                 self.commands += 1
                 self.held += message.reason in HOLD_REASONS
-        self._writer.dropped = self._log.lost
+        self._writer.dropped = self.log.lost
         self._writer.close()
         if not self._writer.problem:
-            self._log.path.unlink(missing_ok=True)
+            self.log.path.unlink(missing_ok=True)
 
 
 NODE = "/grasp_force"  # as a page calls it
@@ -137,7 +125,7 @@ class Demo:
         now = time.monotonic()
         if now >= self._flush_due:
             self._flush_due = now + FLUSH_PERIOD_S
-            recorder.flush()
+            recorder.log.flush()
         if now >= self._load_due:
             self._load_due = now + 1.0
             load = endpoint.bus_load()
@@ -147,11 +135,11 @@ class Demo:
     def take(self, endpoint: CanEndpoint, recorder: FrameRecorder) -> Sequence[Frame]:
         """Record what has come; return what of it is to be shown."""
         if (block := endpoint.take_block()) is not None:
-            recorder.offer_block(block)
+            recorder.log.offer_block(block)
             return block.newest() if self.page is None else block.frames()
         shown: dict[int, Frame] = {}
         while (frame := endpoint.next_frame(0.0)) is not None:
-            recorder.offer(frame)
+            recorder.log.offer(frame)
             shown[frame.arbitration_id if self.page is None else len(shown)] = frame
         return list(shown.values())
 
