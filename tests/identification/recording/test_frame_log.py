@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vegrip.identification.recording.can_log import frames_of
+from vegrip.identification.recording.can_frames import read_log
 from vegrip.identification.recording.frame_log import FrameLog
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.frame import FrameBlock
@@ -29,7 +29,7 @@ def test_frames_come_back_as_they_were(tmp_path: Path) -> None:
             log.flush()
     log.flush()
     assert list(log.frames()) == frames
-    assert list(frames_of(tmp_path / "frames.log")) == frames
+    assert read_log(tmp_path / "frames.log").frames == frames
 
 
 def block_of(frames: list[Frame]) -> FrameBlock:

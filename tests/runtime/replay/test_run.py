@@ -12,7 +12,7 @@ from vegrip.cli import main
 from vegrip.clock import NS, SimulatedClock
 from vegrip.errors import ConfigError
 from vegrip.identification.recording import Fingertip, Recording, read_recording
-from vegrip.identification.recording.can_log import frames_of
+from vegrip.identification.recording.can_frames import read_log
 from vegrip.identification.recording.session import read_output
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.identification.samples import FOREIGN_DATABASE, FOREIGN_LOG, SAMPLES
@@ -182,7 +182,7 @@ def gripper(runtime, tmp_path, monkeypatch):
 
 def test_a_log_reaches_whoever_listens_on_the_bus_of_its_map(gripper, capsys):
     capsys.readouterr()
-    expected = [frame for frame in frames_of(gripper / FOREIGN_LOG) if frame.arbitration_id < 0x400]
+    expected = [one for one in read_log(gripper / FOREIGN_LOG).frames if one.arbitration_id < 0x400]
     with can.Bus(interface="vegrip", channel="played", bitrate=1_000_000) as listener:
         assert main(["replay", FOREIGN_LOG, "--map", "hand.toml", "--speed", "50"]) == 0
         heard = []

@@ -65,13 +65,6 @@ class Log:
     channels: list[str] = field(default_factory=list)  # of each frame
 
 
-def frames_of(
-    path: Path, *, extended: bool = False, channel: str = "", wanted: Collection[int] | None = None
-) -> Iterator[Frame]:
-    """Yield the frames of :func:`read_log`."""
-    yield from read_log(path, extended=extended, channel=channel, wanted=wanted).frames
-
-
 def read_log(
     path: Path,
     *,
@@ -100,13 +93,15 @@ def read_log(
             if extended or not message.arbitration_id & EXTENDED:
                 log.frames.append(message)
                 log.channels.append(name)
+        bad = next((f for f in log.report.findings if f.kind.lost and f.count), None)
+        if bad is not None and not log.report.rows_read:
+            raise ValueError(f"line {bad.lines[0] if bad.lines else 1} is no frame")
     except FileNotFoundError:
         raise RecordingError(f"{path}: there is no such file") from None
     except BROKEN as error:
         raise RecordingError(
             f"{path}: is not a CAN log that can be read ({str(error) or type(error).__name__})"
         ) from None
-    _check_lines(path, log)
     log.report.rows_kept = log.report.rows_read
     log.report.rows_read += sum(f.count for f in log.report.findings if f.kind.lost)
     _pick(path, log, channel, wanted, remedy)
@@ -127,14 +122,6 @@ def _on_one_clock(t: Floats, stamps: Any, names: Any, report: LoadReport) -> Flo
     absolute = stamps / NS if len(stamps) and np.abs(stamps).max() < 1e6 * NS else t  # differences are small
     better = mended(absolute, report, is_in_order=True, senders=names)
     return t if better is absolute else better - better[0]
-
-
-def _check_lines(path: Path, log: Log) -> None:
-    bad = next((f for f in log.report.findings if f.kind.lost and f.count), None)
-    if bad is not None and not log.report.rows_read:
-        raise RecordingError(
-            f"{path}: is not a CAN log that can be read (line {bad.lines[0] if bad.lines else 1} is no frame)"
-        )
 
 
 def _pick(path: Path, log: Log, channel: str, wanted: Collection[int] | None, remedy: str) -> None:
@@ -265,8 +252,7 @@ def _resumed(reader: Any, lines: _Lines, first: str, report: LoadReport) -> Iter
     while True:
         try:
             for message in reader:
-                if (found := _stamped(message, report, lines.number)) is not None:
-                    yield found
+                yield from _stamped(message, report, lines.number)
         except BROKEN:
             report.add(Kind.DECODE, "no frame", [lines.number])
             lines.resume(first)
@@ -274,16 +260,17 @@ def _resumed(reader: Any, lines: _Lines, first: str, report: LoadReport) -> Iter
             return
 
 
-def _stamped(message: can.Message, report: LoadReport, place: int) -> Stamped | None:
+def _stamped(message: can.Message, report: LoadReport, place: int) -> Iterator[Stamped]:
+    """Yield the frame of a message, or nothing."""
     if message.is_error_frame or message.is_remote_frame:
-        return None
+        return
     if len(message.data) < (message.dlc if message.is_fd else min(message.dlc, 8)):
         report.add(Kind.DECODE, "cut within its data", [place])
-        return None
+        return
     identifier = message.arbitration_id | (EXTENDED if message.is_extended_id else 0)
     channel = message.channel
     name = str(channel) if isinstance(channel, str) else f"can{channel if channel is not None else 0}"
-    return Frame(identifier, bytes(message.data), message.is_fd, round(message.timestamp * NS)), name
+    yield Frame(identifier, bytes(message.data), message.is_fd, round(message.timestamp * NS)), name
 
 
 class _BlfReader(can.BLFReader):
@@ -316,7 +303,7 @@ def _blf(path: Path, report: LoadReport) -> Iterator[Stamped]:
         frames = 0
         try:
             for message in _BlfReader(file):
-                if (found := _stamped(message, report, frames)) is not None:
+                for found in _stamped(message, report, frames):
                     frames += 1
                     yield found
         except BROKEN:
@@ -385,8 +372,7 @@ def _mf4(path: Path, report: LoadReport) -> Iterator[Stamped]:
         importlib.reload(mf4)
     try:
         for number, message in enumerate(mf4.MF4Reader(path)):
-            if (found := _stamped(message, report, number)) is not None:
-                yield found
+            yield from _stamped(message, report, number)
     except Exception as error:  # noqa: BLE001 (asammdf raises whatever its parser meets in a damaged file)
         why = re.sub(r"'<mmap[^>]*>'", "it", str(error))
         raise ValueError(f"asammdf cannot read it: {why}") from None

@@ -9,7 +9,7 @@ import numpy as np
 
 from vegrip.clock import NS
 from vegrip.errors import RecordingError
-from vegrip.identification.recording.can_frames import Log, frames_of, read_log
+from vegrip.identification.recording.can_frames import Log, read_log
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.checks import kept_rows
 from vegrip.identification.recording.data import Fingertip, Recording
@@ -17,8 +17,6 @@ from vegrip.identification.recording.mended_times import mended
 from vegrip.identification.recording.report import MISSING, Kind, LoadReport, MissingStates, describe_missing
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import CanCodec
-
-__all__ = ["frames_of", "read_can_log"]
 
 
 def read_can_log(
