@@ -130,7 +130,9 @@ def next_of(
         return Next(None, "every parameter is known as well as it must be", left_out)
     kinds = open_[:1] or [kind for kind in TRIAL_KINDS if kind not in left_out]
     goals = np.array([one.goal for one in known])
-    now, information = _now(fit)
+    places = [fit.problem.unknowns.names.index(symbol) for symbol in fit.problem.symbols]
+    now = fit.covariance[np.ix_(places, places)]
+    information = np.linalg.inv(now)
     before = distance(np.sqrt(np.diag(now)), goals)
     best: tuple[float, Trial] | None = None
     for kind in kinds:
@@ -160,12 +162,6 @@ def _reason(trial: Trial, missing: list[str], *, is_first: bool) -> str:
 
 def _contest(model: ContactModel, sensors: Mapping[str, float], rate: float) -> Hypotheses:
     return Hypotheses({"model": model}, (), sensors, rate)
-
-
-def _now(fit: Fit) -> tuple[Floats, Floats]:
-    places = [fit.problem.unknowns.names.index(symbol) for symbol in fit.problem.symbols]
-    C = fit.covariance[np.ix_(places, places)]
-    return C, np.asarray(np.linalg.inv(C), dtype=np.float64)
 
 
 def _information(contest: Hypotheses, trial: Trial, fit: Fit) -> Floats:

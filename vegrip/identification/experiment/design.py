@@ -1,9 +1,9 @@
 """The choice: every item of the menu at its best amplitudes, the best of them, and whether it will do."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -108,7 +108,6 @@ class Design:
 
     def as_dict(self) -> dict[str, Any]:
         """Return what ``--json`` prints, and the ``experiment`` of a diagnosis."""
-        limits = {name: getattr(self.limits, name) for name in self.limits.__dataclass_fields__}
         return {
             "between": list(self.contest.names),
             "assumed": list(self.contest.assumed),
@@ -119,7 +118,7 @@ class Design:
             "achieved": {" against ".join(pair): nats for pair, nats in self.achieved.items()},
             "items": [planned.as_dict() for planned in self.tried],
             "left_out": dict(self.left_out),
-            "limits": limits | {"depth_for_force": self.depth},
+            "limits": asdict(self.limits) | {"depth_for_force": self.depth},
         }
 
 
@@ -171,7 +170,8 @@ def design(
     if is_thorough:
         report(f"amplitudes of {best.item}")
         refitted.append(_polished(replace(best, times=1), contest, limits, rig))
-    tried = _one_each(sorted((_often(one, limits) for one in refitted), key=score, reverse=True), scanned)
+    ranked = sorted((_often(one, limits) for one in refitted), key=score, reverse=True)
+    tried = _one_each([*ranked, *scanned])
     made = Design(contest, limits, rig.depth, tuple(tried), left_out)
     if is_thorough and made.best is not None:
         report("simulates the best one")
@@ -180,10 +180,7 @@ def design(
 
 
 def _promising(scanned: list[Planned]) -> list[Planned]:
-    best = {one.item: one for one in reversed(scanned)}
-    order = dict.fromkeys(one.item for one in scanned)
-    some = [best[name] for name in order if best[name].nats >= FAINT]
-    return some or [scanned[0]]
+    return [one for one in _one_each(scanned) if one.nats >= FAINT] or [scanned[0]]
 
 
 def _refitted(planned: Planned, contest: hypotheses.Hypotheses) -> Planned:
@@ -194,10 +191,12 @@ def _refitted(planned: Planned, contest: hypotheses.Hypotheses) -> Planned:
     )
 
 
-def _one_each(ranked: list[Planned], scanned: list[Planned]) -> list[Planned]:
-    found = {one.item: one for one in reversed([*ranked, *scanned])}
-    order = dict.fromkeys(one.item for one in [*ranked, *scanned])
-    return [found[name] for name in order]
+def _one_each(ranked: Iterable[Planned]) -> list[Planned]:
+    """Return the first of each item."""
+    first: dict[str, Planned] = {}
+    for one in ranked:
+        first.setdefault(one.item, one)
+    return list(first.values())
 
 
 def rig_of(contest: hypotheses.Hypotheses, limits: RigLimits) -> Rig:

@@ -139,9 +139,7 @@ def chance_to_decide(nats: float) -> float:
     return float(ndtr((nats - INDISTINGUISHABLE_NATS) / np.sqrt(2.0 * nats))) if nats > 0.0 else 0.0
 
 
-def expected_separation(
-    contest: Hypotheses, protocol: Protocol, *, refit: bool = False, seed: int = 0
-) -> Separation:
+def expected_separation(contest: Hypotheses, protocol: Protocol, *, refit: bool = False) -> Separation:
     """Return how far ``protocol`` puts the contestants apart: T-optimality [AtkinsonFedorov1975]_.
 
     With data of model i, and model j fitted to them, the costs (half the squared whitened residuals and
@@ -162,8 +160,8 @@ def expected_separation(
     """
     pairs = {}
     for one, other in combinations(contest.names, 2):
-        truth = _problem(contest, one, _recorded(contest, one, protocol, seed))
-        rival = _problem(contest, other, truth.measured, truth)
+        truth = Problem(contest.models[one], _recorded(contest, one, protocol, 0))
+        rival = Problem(contest.models[other], truth.measured, like=truth)
         difference = _at_start(rival) - _at_start(truth)
         kind = _Refit if refit else _Linear
         right, wrong = kind(truth), kind(rival)
@@ -181,11 +179,11 @@ def measure_separation(
     """Simulate the experiment and refit all: by how many nats each truth beats each of its rivals."""
     out = {}
     for one in [name for name in contest.names if name != NO_EFFECT]:
-        truth = _problem(contest, one, _recorded(contest, one, protocol, seed))
+        truth = Problem(contest.models[one], _recorded(contest, one, protocol, seed))
         right = refine_optimum(truth, truth.unknowns.start, EVALUATIONS).cost
         for other in contest.names:
             if other != one:
-                rival = _problem(contest, other, truth.measured, truth)
+                rival = Problem(contest.models[other], truth.measured, like=truth)
                 out[one, other] = refine_optimum(rival, rival.unknowns.start, 2 * EVALUATIONS).cost - right
     return out
 
@@ -193,10 +191,6 @@ def measure_separation(
 def _recorded(contest: Hypotheses, name: str, protocol: Protocol, seed: int) -> Measured:
     made = simulate(contest.models[name], protocol, sensors=contest.sensors, rate=contest.rate, seed=seed)
     return preprocess(made, noise_of(made))
-
-
-def _problem(contest: Hypotheses, name: str, measured: Measured, like: Problem | None = None) -> Problem:
-    return Problem(contest.models[name], measured, like=like)
 
 
 def _at_start(problem: Problem) -> Floats:

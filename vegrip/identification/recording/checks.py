@@ -295,5 +295,5 @@ def _is_exchanged(episode: NDArray[np.int64], depth: Floats, force: Floats) -> b
         bulges.append(float(np.mean((y - x)[pressed])))
         sizes.append(across * up)
         if abs(d[-1]) < 0.1 * across or abs(f[-1]) < 0.1 * up:
-            work += float(np.sum(0.5 * (f[1:] + f[:-1]) * np.diff(d)))
+            work += float(np.trapezoid(f, d))
     return bool(sizes) and work < 0.0 and float(np.average(bulges, weights=sizes)) > MIN_BULGE

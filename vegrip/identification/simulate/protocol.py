@@ -103,7 +103,7 @@ def read_protocol(path: Path | str) -> Protocol:
     """
     table = read_toml(Path(path))
     _check_keys(table, ("name", "pause", "episode"), str(path))
-    pause = _number(table.get("pause", EPISODE_PAUSE_S), f"{path}: 'pause'", 0.0)
+    pause = _seconds(table.get("pause", EPISODE_PAUSE_S), f"{path}: 'pause'")
     episodes, notes = [], []
     for i, section in enumerate(_list(table.get("episode", []), f"{path}: 'episode'")):
         where = f"{path} episode {i + 1}"
@@ -158,11 +158,9 @@ def _list(value: Any, what: str) -> list[Mapping[str, Any]]:
     return value
 
 
-def _number(value: Any, what: str, low: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= MAX_PROTOCOL_S:
-        raise ConfigError(
-            f"{what} is {value!r}; it must be a number of seconds from {low:g} to {MAX_PROTOCOL_S:g}"
-        )
+def _seconds(value: Any, what: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value <= MAX_PROTOCOL_S:
+        raise ConfigError(f"{what} is {value!r}; it must be a number of seconds from 0 to {MAX_PROTOCOL_S:g}")
     return float(value)
 
 
@@ -191,15 +189,15 @@ def clear(model: ContactModel) -> Segment:
     return Segment(STANDARD_AIR_S, depth=-CLEARANCE_XREF * model.reference_depth)
 
 
-def standard(model: ContactModel, size: float = 0.8) -> Protocol:
-    """Return 20 episodes scaled to the fingertip; the deepest press reaches ``size`` x 20 % of its radius."""
+def standard(model: ContactModel) -> Protocol:
+    """Return 20 episodes scaled to the fingertip; the deepest press reaches 16 % of its radius."""
     tip = FingertipSettings(
         radius=model.tip_radius,
         reference_indentation=model.reference_depth,
         reference_force=model.values["K"].value if "K" in model.values else 1.0,
         exponent=min(max(model.values["p"].value if "p" in model.values else 1.5, 1.0), 3.0),
     )
-    episodes = tuple(_in_air(episode, clear(model)) for episode in standard_protocol(tip, size=size))
+    episodes = tuple(_in_air(episode, clear(model)) for episode in standard_protocol(tip, size=0.8))
     return Protocol("standard", episodes, 20.0)
 
 

@@ -101,11 +101,6 @@ def timeline(protocol: Protocol, step: float) -> Timeline:
     return Timeline(np.concatenate(t), np.concatenate(episode), np.concatenate(pull), tuple(pieces))
 
 
-def moves(line: Timeline) -> NDArray[np.bool_]:
-    out: NDArray[np.bool_] = np.any(line.pull != 0.0, axis=1)
-    return out
-
-
 def simulate_rubbing(model: ContactModel, line: Timeline, columns: dict[str, Floats]) -> dict[str, Floats]:
     """Return ``columns`` with tangential force x, y [N], torque [N m], slip and its speed [m/s].
 
@@ -118,7 +113,7 @@ def simulate_rubbing(model: ContactModel, line: Timeline, columns: dict[str, Flo
     none = np.zeros(line.t.size)
     loads = {"tangential_force_x": none, "tangential_force_y": none, "torque_z": none}
     full = {**columns, **loads, "slip": none, "slip_speed": none}
-    moving, heading = moves(line), _heading(line)
+    moving, heading = np.any(line.pull != 0.0, axis=1), _heading(line)
     if not moving.any():
         return full
     table = Predictor(model, full, drive="displacement", load="model")(model.vector)
