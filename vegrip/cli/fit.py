@@ -252,10 +252,11 @@ def compare(
 
 
 def _drawn(found: "list[Comparison]", names: list[str], out: Path) -> None:
-    from vegrip.identification.compare.plot import draw_comparison
+    from vegrip.identification.compare.plot import curves, draw_channels
 
     for i, (one, name) in enumerate(zip(found, names, strict=True)):
-        files = draw_comparison(one, out if i == 0 else out / "versus", name)
+        title, folder = f"{one.recording.name}, {name}", out if i == 0 else out / "versus"
+        files = draw_channels(title, {name: curves(one)}, folder)
         _terminal.printer(stderr=True).print(f"{len(files)} pictures in {files[0].parent}", soft_wrap=True)
 
 

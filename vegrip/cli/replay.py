@@ -280,7 +280,7 @@ def _print_outcome(outcome: "Outcome", reports: "Mapping[str, LoadReport]") -> N
         table.add_row(f"{title}, last", *(_estimate(each[key]) for each in result.values()))
     console.print(table)
     for finger, report in reports.items():
-        if not report.is_clean:
+        if report.findings:
             console.print(f"recording of {finger}: {report.summary()}")
     for name, count in outcome.rejected.items():
         console.print(f"refused on the bus or in the node: {name} ({count} x)")

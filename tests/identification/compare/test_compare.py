@@ -27,7 +27,8 @@ N = 9000
 
 
 def features(phase=None, **values) -> Features:
-    return Features(np.full(N, PHASES.index("hold")) if phase is None else phase, values)
+    phase = np.full(N, PHASES.index("hold")) if phase is None else phase
+    return Features(phase, values, np.zeros(N, dtype=bool))
 
 
 def replicates(common: float, own: float) -> Comparison:

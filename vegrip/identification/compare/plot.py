@@ -54,11 +54,6 @@ def scaled(unit: str) -> tuple[float, str]:
     return SCALES.get(unit, (1.0, unit.replace("degC", "°C")))
 
 
-def draw_comparison(comparison: Comparison, folder: Path, name: str = "model") -> list[Path]:
-    """Draw one picture per channel into ``folder``; return the files. ``name`` is that of the model."""
-    return draw_channels(f"{comparison.recording.name}, {name}", {name: curves(comparison)}, folder)
-
-
 def draw_channels(title: str, models: Mapping[str, Curves], folder: Path) -> list[Path]:
     """Draw :func:`channel_figure` of every channel into ``folder``; return the files."""
     folder.mkdir(parents=True, exist_ok=True)

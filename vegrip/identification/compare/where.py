@@ -71,7 +71,7 @@ class Features:
 
     phase: NDArray[np.int64]
     values: dict[str, Floats]
-    sticking: NDArray[np.bool_] | None = None
+    sticking: NDArray[np.bool_]
 
 
 def features_of(problem: Problem, u: Floats) -> Features:
@@ -208,17 +208,13 @@ def format_span(name: str, low: float | None, high: float | None) -> str:
 
 def format_height(low: float | None, high: float | None) -> str:
     """Return a range of depths out of contact in words: heights above the surface at rest."""
-    if high is not None and high >= 0.0:
-        return format_span("indentation", low, high)
-    if low is not None and high is None:
-        if low >= 0.0:
-            return format_span("indentation", low, high)
+    if high is not None and high < 0.0:
+        near = format_quantity("indentation", -high)
+        if low is None:
+            return f"more than {near} from the surface"
+        return f"{near} to {format_quantity('indentation', -low)} from the surface"
+    if high is None and low is not None and low < 0.0:
         return f"closer than {format_quantity('indentation', -low)} to the surface"
-    if low is None and high is not None:
-        return f"more than {format_quantity('indentation', -high)} from the surface"
-    if low is not None and high is not None:
-        near, far = format_quantity("indentation", -high), format_quantity("indentation", -low)
-        return f"{near} to {far} from the surface"
     return format_span("indentation", low, high)
 
 
@@ -245,7 +241,7 @@ class Residuals:
     z: Floats
 
 
-def where(residuals: list[Residuals], features: Features, most: int = MAX_REGIMES) -> list[Regime]:
+def where(residuals: list[Residuals], features: Features) -> list[Regime]:
     """Return the regimes that hold the misfit, largest share first; none where all is noise."""
     excess = [r.z**2 - 1.0 for r in residuals]
     sums = [float(e.sum()) for e in excess]
@@ -258,7 +254,7 @@ def where(residuals: list[Residuals], features: Features, most: int = MAX_REGIME
     left = [np.ones(e.size, dtype=bool) for e in excess]
     found: list[Regime] = []
     candidates = [list(_candidates(r, features)) for r in residuals]
-    while len(found) < most:
+    while len(found) < MAX_REGIMES:
         best: tuple[float, int, str, Mask] | None = None
         for i, regimes in enumerate(candidates):
             for name, mask in regimes:
@@ -287,11 +283,8 @@ def _candidates(residuals: Residuals, features: Features) -> Iterator[tuple[str,
     present = [p for p in range(len(PHASES)) if np.count_nonzero(phase == p) >= MIN_REGIME_ROWS]
     for p in present:
         yield PHASES[p], phase == p
-    if (
-        features.sticking is not None
-        and np.count_nonzero(features.sticking[residuals.rows]) >= MIN_REGIME_ROWS
-    ):
-        yield "sticking", features.sticking[residuals.rows]
+    if np.count_nonzero(sticking := features.sticking[residuals.rows]) >= MIN_REGIME_ROWS:
+        yield "sticking", sticking
     for name, values in features.values.items():
         here = values[residuals.rows]
         for group in (None, *present):

@@ -139,14 +139,8 @@ class ColumnMap:
     name: str = ""  # of the file it was read from
 
 
-SECTIONS: dict[str, type[Any]] = {
-    "time": TimeMap,
-    "episode": EpisodeMap,
-    "baseline": BaselineMap,
-    "contact": ContactMap,
-    "table": TableMap,
-    "fingertip": Fingertip,
-    "bag": BagMap,
+SECTIONS: dict[str, Any] = {
+    f.name: f.default_factory for f in dataclasses.fields(ColumnMap) if f.name not in ("channels", "name")
 }
 
 

@@ -54,10 +54,8 @@ LEAST_NOISE_ROWS = 300  # at rest, which give the noise to 8 %; from fewer it is
 LEAST_STEP_ROWS = 10
 STEP_STRAIN = 1e-5  # displacement [m] of the specimen at a step; all is linear in it
 PA_PER_MPA = 1e6
-SPECIMEN = {
-    "strain": 1e-3,
-    "stress": 1.0 / PA_PER_MPA,
-}  # length [m] and section [m^2] of one that is stretched
+SPECIMEN = (("strain", "displacement", 1e-3), ("stress", "normal_force", 1.0 / PA_PER_MPA))
+"""What is measured of one that is stretched, as which channel, and its length [m] and section [m^2]."""
 EARLIEST, EARLY_ROWS = 1e-3, 12  # of the time of a creep's first row, from which it is continued backwards
 STEPS_HELD = {"modulus": "relaxation", "compliance": "creep"}
 LATE_STEPS, LATE_GROWTH = 100.0, 3.0
@@ -278,12 +276,9 @@ def _of_specimen(path: Path, chart: ColumnMap) -> ColumnMap:
         raise RecordingError(
             f"{path}: tension against length has a strain and a stress, and nothing beside it"
         )
-    for name, channel in (("strain", "displacement"), ("stress", "normal_force")):
+    for name, channel, size in SPECIMEN:
         entry = channels.pop(name)
-        unit, size = (
-            to_si(entry.unit, STRETCHES[name].unit, f"{path}: column {entry.column!r} as {name}")[0],
-            SPECIMEN[name],
-        )
+        unit, _ = to_si(entry.unit, STRETCHES[name].unit, f"{path}: column {entry.column!r} as {name}")
         channels[channel] = dataclasses.replace(
             entry,
             unit="",

@@ -259,10 +259,6 @@ class LoadReport:
     def share_lost(self) -> float:
         return self.rows_lost / self.rows_read if self.rows_read else 0.0
 
-    @property
-    def is_clean(self) -> bool:
-        return not self.findings
-
     def count(self, kind: Kind) -> int:
         return sum(f.count for f in self.findings if f.kind is kind)
 

@@ -143,8 +143,7 @@ def read_table(
         raise RecordingError(f"{path}: holds a header and no rows")
     table = _joined(blocks, numbers, words)
     is_asked = is_marked and not layout.thousands and not as_written
-    doubtful = [name for name in numbers if is_asked]
-    doubtful = [name for name in doubtful if is_doubtful(table.numbers[name])]
+    doubtful = [name for name in numbers if is_asked and is_doubtful(table.numbers[name])]
     if doubtful:
         again = read_table(path, numbers, [*words, *doubtful], layout, LoadReport(), as_written=True)
         for name in doubtful:
