@@ -44,7 +44,6 @@ SET = Annotated[list[str] | None, typer.Option("--set", help="KEY=VALUE, e.g. tr
 NODE_NAME = Annotated[
     str, typer.Argument(help="Name of a running node, e.g. grasp_force or /left/grasp_force.")
 ]
-LOGS = (".blf", ".asc", ".log")  # of a CAN bus
 HOLD_BACK = Annotated[
     str,
     typer.Option("--hold-back", metavar="EPISODES", help="Leave these episodes out, as in 2,5..7."),

@@ -26,7 +26,6 @@ SIDEWAYS = (
 )
 IN_AIR = "zeros are those of open fingers"
 AT_FIRST = "no finger is open: zeros are those of the first rows, in which nothing is carried yet"
-CAN_LOGS = (".blf", ".asc", ".trc", ".mf4", ".mdf", ".log")
 
 
 def weigh(
@@ -103,6 +102,7 @@ def _from_node(
 
 def _fingers_in(place: Path, hand: Path | None) -> "Mapping[str, Recording]":
     """Return the recordings of a session, an MCAP file or a CAN log, by finger."""
+    from vegrip.identification.recording.log_names import LOGS_OR_CANDUMP
     from vegrip.identification.recording.mcap import read_mcap
     from vegrip.identification.recording.session import read_fingers
 
@@ -114,7 +114,7 @@ def _fingers_in(place: Path, hand: Path | None) -> "Mapping[str, Recording]":
     if suffix == ".mcap":
         with tempfile.TemporaryDirectory(prefix="vegrip-calibrate-") as scratch:
             return {each.fingertip.name: each for each in read_mcap(place, Path(scratch) / "lift").values()}
-    if suffix not in CAN_LOGS:
+    if suffix not in LOGS_OR_CANDUMP:
         raise InputError(
             f"{place}: is no folder of fingers, MCAP file or CAN log; vegrip import takes tables"
         )

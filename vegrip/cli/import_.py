@@ -166,11 +166,11 @@ def _with(section: T, said: Mapping[str, Any]) -> T:
 
 def _is_can_log(path: Path) -> bool:
     """Return whether it is one by its name, or one of candump by its first line."""
-    from vegrip.identification.recording.import_file import LOGS
+    from vegrip.identification.recording.log_names import LOGS, LOGS_OR_CANDUMP
 
     if path.suffix.lower() in LOGS:
         return True
-    if path.suffix.lower() == ".gz" and Path(path.stem).suffix.lower() in (*LOGS, ".log"):
+    if path.suffix.lower() == ".gz" and Path(path.stem).suffix.lower() in LOGS_OR_CANDUMP:
         return True
     if not path.is_file():
         return False

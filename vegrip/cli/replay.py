@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vegrip.cli._options import LOGS, SET
+from vegrip.cli._options import SET
 from vegrip.cli._outputs import FORCE, Outputs, claim_recording
 from vegrip.cli._terminal import complain, print_json, print_sentences, printer, progress
 from vegrip.clock import WallClock
@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 RECORDING = Annotated[
     Path,
     typer.Argument(
-        help="Folder of a recording or of a session; or a log (.blf, .asc, .log of candump) with --map."
+        help="Folder of a recording or of a session; or a CAN log (.blf, .asc, .trc, .mf4, .mdf, or .log of "
+        "candump) with --map."
     ),
 ]
 CONFIG = Annotated[
@@ -95,7 +96,9 @@ def replay(
 
     Example: vegrip sample press && vegrip replay press --through --plot press.png
     """
-    if recording.suffix.lower() in LOGS and not recording.is_dir():
+    from vegrip.identification.recording.log_names import LOGS_OR_CANDUMP
+
+    if recording.suffix.lower() in LOGS_OR_CANDUMP and not recording.is_dir():
         if through or finger:
             raise UsageError("a log is played as it is; leave out --through and --finger")
         _play_log(recording, config, speed, values or [])

@@ -126,7 +126,7 @@ def _nothing_received(database: Database, traffic: Traffic) -> str:
     if not traffic.frames:
         return (
             "no frame came; look at channel and bit rate, and whether the hand is switched on; of a log, "
-            "whether it is one (.asc, .blf, or .log of candump)"
+            "whether it is one (.asc, .blf, .trc, .mf4, .mdf, or .log of candump)"
         )
     known = [
         f"{why}, and {len(traffic.frames[identifier])} frames of 0x{identifier & 0x1FFFFFFF:X} came"

@@ -14,11 +14,16 @@ from can.io import blf
 
 from vegrip.cli import main
 from vegrip.errors import RecordingError
-from vegrip.identification.recording.can_frames import read_log
+from vegrip.identification.recording.can_frames import READERS, read_log
+from vegrip.identification.recording.log_names import LOGS
 from vegrip.transport.codec import Frame
 
 COUNT = 200
 FRAMES = [Frame(0x101, bytes([k % 256, 1, 2, 3, 4, 5, 6, 7]), False, 10_000_000 * k) for k in range(COUNT)]
+
+
+def test_each_name_of_a_log_has_its_reader():
+    assert READERS.keys() == set(LOGS)
 
 
 def candump(frames=FRAMES, channel="can0", begin=0.0):

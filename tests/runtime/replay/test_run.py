@@ -13,6 +13,7 @@ from vegrip.clock import NS, SimulatedClock
 from vegrip.errors import ConfigError
 from vegrip.identification.recording import Fingertip, Recording, read_recording
 from vegrip.identification.recording.can_frames import read_log
+from vegrip.identification.recording.log_names import LOGS_OR_CANDUMP
 from vegrip.identification.recording.session import read_output
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.identification.samples import FOREIGN_DATABASE, FOREIGN_LOG, SAMPLES
@@ -190,6 +191,13 @@ def test_a_log_reaches_whoever_listens_on_the_bus_of_its_map(gripper, capsys):
             heard.append(message)
     assert [(m.arbitration_id, bytes(m.data)) for m in heard] == [(f[0], f.data) for f in expected]
     assert f"played {len(expected)} frames of TIP_L, TIP_R" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("suffix", LOGS_OR_CANDUMP)
+def test_every_kind_of_log_is_one_by_its_name(tmp_path, capsys, suffix):
+    (tmp_path / f"a{suffix}").touch()
+    assert main(["replay", str(tmp_path / f"a{suffix}")]) == 2
+    assert "give the map of its hand" in " ".join(capsys.readouterr().err.split())
 
 
 BAD = {

@@ -88,7 +88,7 @@ def read_log(
     """
     log = Log()
     try:
-        for message, name in _READERS.get(path.suffix.lower(), candump_frames)(path, log.report):
+        for message, name in READERS.get(path.suffix.lower(), candump_frames)(path, log.report):
             log.report.rows_read += 1
             if extended or not message.arbitration_id & EXTENDED:
                 log.frames.append(message)
@@ -385,5 +385,4 @@ def _close_quietly(measurement: Any) -> None:
 
 
 Reader = Callable[[Path, LoadReport], Iterator[Stamped]]
-_READERS: Final[dict[str, Reader]] = {".asc": _asc, ".blf": _blf, ".trc": _trc, ".mf4": _mf4, ".mdf": _mf4}
-LOG_SUFFIXES: Final = tuple(_READERS)
+READERS: Final[dict[str, Reader]] = {".asc": _asc, ".blf": _blf, ".trc": _trc, ".mf4": _mf4, ".mdf": _mf4}

@@ -13,11 +13,11 @@ from vegrip.identification.recording.column_map import BaselineMap, ColumnMap, r
 from vegrip.identification.recording.data import Recording, join_recordings
 from vegrip.identification.recording.folder import TOML
 from vegrip.identification.recording.import_csv import import_csv
+from vegrip.identification.recording.log_names import LOGS
 from vegrip.identification.recording.table import Progress
 from vegrip.identification.recording.touch import is_touch, read_touch
 from vegrip.identification.recording.units import parse_length
 
-LOGS: Final = (".asc", ".blf", ".trc", ".mf4", ".mdf")
 BAGS: Final = (".bag", ".db3", ".mcap")  # and a folder, of rosbag 2
 ARGUMENTS: Final = {
     "map-file": "map_file",
