@@ -20,7 +20,7 @@ import math
 import re
 import zipfile
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -77,7 +77,7 @@ class Frames:
 
 
 def is_touch(path: Path) -> bool:
-    """Return whether it is one by its name, or a folder that is laid out as a data set."""
+    """Return whether ``path`` is touch data by its name, or a folder that is laid out as a data set."""
     if path.is_dir():
         return (
             _is_zarr(path)
@@ -100,9 +100,7 @@ def library(module: str, what: str, extra: str) -> Any:
         raise UsageError(f"{what} needs {name}: pip install 'vegrip[{extra}]'") from None
 
 
-def read_touch(
-    path: Path, chart: ColumnMap | None = None, *, radius: float = math.nan
-) -> dict[str, Recording]:
+def read_touch(path: Path, chart: ColumnMap, *, radius: float = math.nan) -> dict[str, Recording]:
     """Return the recording of every finger in ``path``; of one, where ``chart`` says what the columns are.
 
     Args:
@@ -115,7 +113,6 @@ def read_touch(
         UsageError: pyarrow or h5py is not installed.
 
     """
-    chart = chart or ColumnMap()
     keys = {_plain(one.column) for one in chart.channels.values()} | {_plain(chart.time.column)}
 
     def wanted(name: str) -> bool:
@@ -123,23 +120,24 @@ def read_touch(
         return is_known or any(key == name or key.startswith((f"{name}.", f"{name}[")) for key in keys)
 
     frames = _read(path, wanted)
-    if chart.channels:
-        return {chart.fingertip.name: _mapped(path, frames, chart, radius, chart.fingertip.name)}
-    fingers = _by_finger(path, frames)
-    if not fingers and not (chart := own_columns(chart, list(frames.columns))).channels:
+    fingers = {} if chart.channels else _by_finger(path, frames)
+    if fingers:
+        unused = frames.columns.keys() - {TIME, EPISODE}.union(*(used for _, used in fingers.values()))
+        return {
+            finger: _recording(path, frames, chart, channels, radius, finger, unused)
+            for finger, (channels, _) in fingers.items()
+        }
+    if not chart.channels and not (chart := own_columns(chart, list(frames.columns))).channels:
         there = [f"{name} {shape}".strip() for name, shape in frames.there.items()]
         more = f" and {len(there) - MOST_SHOWN} more" if len(there) > MOST_SHOWN else ""
         raise RecordingError(
             f"{path}: there is no touch by its name; say which column is what, as in --map "
             f"normal_force=observation.state[6]; there are {', '.join(there[:MOST_SHOWN])}{more}"
         )
-    if not fingers:
-        return {chart.fingertip.name: _mapped(path, frames, chart, radius, chart.fingertip.name)}
-    unused = frames.columns.keys() - {TIME, EPISODE}.union(*(used for _, used in fingers.values()))
-    return {
-        finger: _recording(path, frames, chart, channels, radius, finger, unused)
-        for finger, (channels, _) in fingers.items()
-    }
+    chart, units = header_units(chart)
+    columns = {name: _picked(path, frames, one.column) for name, one in chart.channels.items()}
+    finger = chart.fingertip.name
+    return {finger: _recording(path, frames, chart, columns, radius, finger, units=units)}
 
 
 def _plain(name: str) -> str:
@@ -344,12 +342,6 @@ def _shaped(path: Path, key: str, columns: Mapping[str, Any], ndim: int, last: i
     return np.asarray(values, dtype=np.float64)
 
 
-def _mapped(path: Path, frames: Frames, chart: ColumnMap, radius: float, finger: str) -> Recording:
-    named, said = header_units(chart)
-    columns = {name: _picked(path, frames, one.column) for name, one in named.channels.items()}
-    return _recording(path, frames, named, columns, radius, finger, (), said)
-
-
 def _picked(path: Path, frames: Frames, column: str) -> Floats:
     """Return the column that ``column`` names: ``observation.state[6]``, ``observation.force.fz``."""
     match = WHOLE.fullmatch(_plain(column))
@@ -377,7 +369,7 @@ def _recording(
     columns: Mapping[str, Floats],
     radius: float,
     finger: str,
-    unused: "set[str] | tuple[()]",
+    unused: Collection[str] = (),
     units: Sequence[str] = (),
 ) -> Recording:
     """Return the recording of ``columns`` (T,), in the units of ``chart``."""
