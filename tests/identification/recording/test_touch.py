@@ -233,6 +233,22 @@ def test_arrays_at_the_root_of_hdf5_are_read_by_a_map(tmp_path: Path) -> None:
     assert back.duration == pytest.approx(T[-1])
 
 
+@pytest.mark.parametrize("name", ["normal_force", "/observation/tactile/normal_force"])
+def test_a_map_may_call_an_array_what_the_file_calls_it(tmp_path: Path, name: str) -> None:
+    np.savez(tmp_path / "x.npz", timestamps=T, normal_force=PRESS)
+    assert imported(tmp_path / "x.npz", "--map", f"normal_force={name}", "--map", "t=timestamps") == 0
+    back = read_recording(tmp_path / "rec")
+    assert back.columns["normal_force"] == pytest.approx(PRESS)
+    assert back.source["map"] == "command line"
+
+
+def test_a_remedy_names_the_option_where_there_is_no_map(tmp_path: Path, capsys) -> None:
+    np.savez(tmp_path / "x.npz", timestamps=T, glove=PRESS)
+    options = ["--map", "normal_force=glove", "--zero", "normal_force=baseline"]
+    assert imported(tmp_path / "x.npz", *options) == 3
+    assert "give --baseline SECONDS" in capsys.readouterr().err
+
+
 def test_what_is_not_read_is_said_in_a_sentence(tmp_path: Path, capsys, monkeypatch) -> None:
     (tmp_path / "x.h5").write_bytes(b"\x89HDF\r\n\x1a\n cut")
     assert imported(tmp_path / "x.h5") == 3

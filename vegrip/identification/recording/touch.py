@@ -157,6 +157,12 @@ def _named(name: str) -> str:
     return name
 
 
+def _key(frames: Frames, name: str) -> str:
+    """Return the column that a map calls ``name``, as it is called here or in the file."""
+    plain = _plain(name)
+    return plain if plain in frames.columns else _named(plain)
+
+
 def _read(path: Path, wanted: Wanted) -> Frames:
     if _is_zarr(path):
         raise RecordingError(
@@ -345,7 +351,7 @@ def _shaped(path: Path, key: str, columns: Mapping[str, Any], ndim: int, last: i
 def _picked(path: Path, frames: Frames, column: str) -> Floats:
     """Return the column that ``column`` names: ``observation.state[6]``, ``observation.force.fz``."""
     match = WHOLE.fullmatch(_plain(column))
-    key, index = (match[1], match[2]) if match else (column, "")
+    key, index = (_key(frames, match[1]), match[2]) if match else (column, "")
     at = [int(one) for one in re.findall(r"\d+", index)]
     if key not in frames.columns:
         base, _, name = key.rpartition(".")
@@ -373,7 +379,7 @@ def _recording(
     units: Sequence[str] = (),
 ) -> Recording:
     """Return the recording of ``columns`` (T,), in the units of ``chart``."""
-    name = _plain(chart.time.column) if chart.time.column != "t" else TIME
+    name = _key(frames, chart.time.column) if chart.time.column != "t" else TIME
     t = frames.columns.get(name)
     episode = frames.columns.get(EPISODE)
     if t is None or t.ndim != 1 or not len(t):
@@ -403,7 +409,6 @@ def _recording(
         time=dataclasses.replace(chart.time, column="t"),
         episode=EpisodeMap("" if episode is None else EPISODE, chart.episode.gap),
         fingertip=Fingertip(tip, name=finger),
-        name=chart.name or "names of the columns",
     )
     words = {} if episode is None else {EPISODE: [str(one) for one in episode.tolist()]}
     lines: NDArray[np.int64] = np.arange(len(t), dtype=np.int64)
