@@ -76,6 +76,12 @@ def test_the_command_line_maps_and_overrides(tmp_path: Path) -> None:
     assert recording.fingertip.radius == 0.01
 
 
+def test_scale_and_offset_of_a_map_are_in_si(tmp_path: Path) -> None:
+    text = '[channels.temperature]\ncolumn = "T"\nunit = "degF"\nscale = 2.0\noffset = 1.0\n'
+    recording = import_csv(table(tmp_path, "t,T\n0,77\n1,86\n"), column_map(tmp_path, text))
+    np.testing.assert_allclose(recording.columns["temperature"], [51.0, 61.0])
+
+
 def test_columns_with_our_names_need_no_map(tmp_path: Path) -> None:
     recording = import_csv(table(tmp_path, "t,normal_force,note\n5,1,a\n6,2,b\n"))
     assert list(recording.columns) == ["normal_force"]

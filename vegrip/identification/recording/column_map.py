@@ -52,7 +52,7 @@ IN_BRACKETS = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]$")
 
 @dataclass(frozen=True)
 class ChannelMap:
-    """Where one channel comes from: ``SI(column * scale) + offset``, then compliance, then zero."""
+    """Where one channel comes from: ``SI(column) * scale + offset``, then compliance, then zero."""
 
     column: str = parameter(doc="name of the column in the table")
     unit: str = parameter("", doc="unit of the column; left out: that in brackets in its name, else SI")
