@@ -257,7 +257,7 @@ def test_the_command_goes_both_ways(session: Path, tmp_path: Path, capsys: Capsy
     assert "--radius does not apply to a recording in MCAP" in capsys.readouterr().err
 
 
-def test_states_that_the_recorder_lost_stand_in_the_file_and_are_told_on_the_way_back(
+def test_states_that_the_recorder_lost_are_told_on_the_way_there_and_back(
     tmp_path: Path, capsys: Capsys
 ) -> None:
     with RecordingWriter(tmp_path / "s", radius=0.008) as writer:
@@ -267,9 +267,6 @@ def test_states_that_the_recorder_lost_stand_in_the_file_and_are_told_on_the_way
     file = tmp_path / "s.mcap"
     assert main(["import", str(tmp_path / "s"), "-o", str(file)]) == 0
     assert "3 states were sent and are not in it" in capsys.readouterr().out
-    with file.open("rb") as raw:
-        (record,) = mcap_reader.make_reader(raw, validate_crcs=True).iter_metadata()
-    assert (record.name, record.metadata) == ("vegrip.missing_states", {"index": "3", "thumb": "3"})
     assert main(["import", str(file), "-o", str(tmp_path / "back")]) == 0
     assert "3 states were sent and are not in it" in capsys.readouterr().out
 

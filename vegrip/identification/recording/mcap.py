@@ -3,7 +3,6 @@
 ::
 
     attachment thumb/recording.toml     the descriptions, as they stand in the folder
-    metadata   vegrip.missing_states    how many states of which finger were sent and are not in it, if any
     channel /hand/thumb/state           recording.csv; jsonschema vegrip.FingertipState
     channel /hand/thumb/contact         contact.csv and so on, on the topics of proto/messages.toml
 
@@ -33,7 +32,6 @@ from vegrip.errors import RecordingError
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.data import Recording
 from vegrip.identification.recording.folder import TOML, read_recording, toml_text
-from vegrip.identification.recording.report import MISSING
 from vegrip.identification.recording.rosbag import bag_library
 from vegrip.identification.recording.session import finger_folders, read_cells
 from vegrip.identification.recording.writer import FILE_OF_MESSAGE, SESSION, exact_cell
@@ -48,8 +46,6 @@ WORDS: Final = re.compile(r'[^,"\r\n]*')
 """What a cell of text may hold, as the recorder writes it."""
 LIMIT: Final = 2**62
 """[ns] Stamps beyond this (146 years) are refused: they do not fit the format together with a start."""
-METADATA = f"vegrip.{MISSING}"
-"""Name of the metadata record."""
 FILES_OF_OURS: Final = (*FILE_OF_MESSAGE.values(), TOML, SESSION)
 MAX_RECORD_BYTES: Final = 2**28  # [bytes] of a record or chunk; a damaged length must not eat the memory
 MOST_TEXT: Final = 2**30
@@ -227,8 +223,6 @@ def write_mcap(folder: Path | str, path: Path | str) -> dict[Path, Recording]:
             writer.start(library="vegrip")
             for name, text in _descriptions(folder, recordings):
                 writer.add_attachment(0, 0, name, "application/toml", text.encode())
-            if missing := _missing(recordings):
-                writer.add_metadata(METADATA, missing)
             _write_tables(writer, tables)
             writer.finish()
     return recordings
@@ -239,14 +233,6 @@ def _descriptions(folder: Path, recordings: dict[Path, Recording]) -> Iterator[t
         yield SESSION, _utf8(folder / SESSION)
     for place, recording in recordings.items():
         yield (place / TOML).relative_to(folder).as_posix(), toml_text(recording)
-
-
-def _missing(recordings: dict[Path, Recording]) -> dict[str, str]:
-    return {
-        recording.fingertip.name: str(recording.source[MISSING])
-        for recording in recordings.values()
-        if recording.source.get(MISSING)
-    }
 
 
 def _utf8(path: Path) -> str:
