@@ -259,5 +259,5 @@ def test_what_is_not_read_is_said_in_a_sentence(tmp_path: Path, capsys, monkeypa
     assert "is Zarr, which is not read" in capsys.readouterr().err
     monkeypatch.setitem(__import__("sys").modules, "h5py", None)
     assert imported(tmp_path / "x.h5") == 2
-    assert "pip install 'vegrip[hdf5]'" in capsys.readouterr().err
+    assert "needs the library h5py (h5py is missing): pip install 'vegrip[hdf5]'" in capsys.readouterr().err
     assert imported(tmp_path / "x.h5", "--delimiter", ";") == 2

@@ -30,9 +30,10 @@ from vegrip.clock import NS
 from vegrip.errors import RecordingError, UsageError
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.data import Recording
+from vegrip.identification.recording.extras import extra_library
 from vegrip.identification.recording.mcap import TextTable, read_all, tables_of
 from vegrip.identification.recording.report import GAP_STEPS, LEAST_GAP_S, LoadReport
-from vegrip.identification.recording.touch import TOUCH, WRENCH, library
+from vegrip.identification.recording.touch import TOUCH, WRENCH
 from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, SlipMargin
 from vegrip.types import Floats
 from vegrip.whole_file import writing
@@ -86,7 +87,7 @@ def write_lerobot(folder: Path, output: Path, *, fps: int = 0, task: str = "hold
         UsageError: pyarrow is not installed, or there are too many frames.
 
     """
-    pa = library("pyarrow", "a data set of LeRobot", "lerobot")
+    pa = extra_library("pyarrow", "lerobot")
     _refuse_others(output)
     recordings = read_all(folder)
     tables = list(tables_of(folder, recordings))
@@ -134,7 +135,7 @@ def _refuse_others(output: Path) -> None:
 
 
 def _write(output: Path, parts: Mapping[str, Any], texts: Mapping[str, Any]) -> None:
-    pq = library("pyarrow.parquet", "a data set of LeRobot", "lerobot")
+    pq = extra_library("pyarrow.parquet", "lerobot")
     with writing(output, RecordingError):
         output.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{output.name}-", dir=output.parent) as scratch:

@@ -3,7 +3,6 @@
 A column is a field of a topic: ``/finger/wrench:wrench.force.z``, ``/joints:effort[2]``.
 """
 
-import importlib
 import math
 import re
 import struct
@@ -11,6 +10,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, Self
 
@@ -18,27 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.clock import NS
-from vegrip.errors import RecordingError, UsageError, suggestion
+from vegrip.errors import RecordingError, suggestion
 from vegrip.identification.recording.checks import usable_rows
 from vegrip.identification.recording.column_map import BagMap, ColumnMap, EpisodeMap, TableMap, TimeMap
 from vegrip.identification.recording.data import Recording
+from vegrip.identification.recording.extras import extra_library
 from vegrip.identification.recording.import_csv import recording_of
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import Table
 from vegrip.types import Floats
 
-
-def bag_library(module: str) -> Any:
-    """Import ``module``, which comes with the extra ``bags``."""
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        library = module.partition(".")[0]
-        raise UsageError(
-            f"this file needs the library {library} ({error.name} is missing): pip install 'vegrip[bags]'"
-        ) from None
-
-
+bag_library = partial(extra_library, extra="bags")
 COLUMN: Final = re.compile(r"(?P<topic>[^:\s]+):(?P<path>\w+(\[\d+\])*(\.\w+(\[\d+\])*)*)")
 SAID_BY: Final = {"time": "--map t", "episode": "--map episode", "table": "--decimal and --thousands"}
 """Sections of a map that bags do not have -> the options that say them."""

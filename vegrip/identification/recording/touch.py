@@ -14,7 +14,6 @@ what any other column is: ``normal_force=observation.state[6]``, or ``.fz`` wher
 """
 
 import dataclasses
-import importlib
 import json
 import math
 import re
@@ -28,7 +27,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from vegrip.errors import RecordingError, UsageError
+from vegrip.errors import RecordingError
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.checks import MAX_SAMPLE_PERIOD_S, MIN_SAMPLE_PERIOD_S
 from vegrip.identification.recording.column_map import (
@@ -39,6 +38,7 @@ from vegrip.identification.recording.column_map import (
     own_columns,
 )
 from vegrip.identification.recording.data import Fingertip, Recording
+from vegrip.identification.recording.extras import extra_library
 from vegrip.identification.recording.import_csv import recording_of
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import Table
@@ -89,15 +89,6 @@ def is_touch(path: Path) -> bool:
 
 def _is_zarr(path: Path) -> bool:
     return path.suffix.lower() == ".zarr" or any((path / one).is_file() for one in ("zarr.json", ".zgroup"))
-
-
-def library(module: str, what: str, extra: str) -> Any:
-    """Import ``module``, which comes with an extra."""
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError:
-        name = module.partition(".")[0]
-        raise UsageError(f"{what} needs {name}: pip install 'vegrip[{extra}]'") from None
 
 
 def read_touch(path: Path, chart: ColumnMap, *, radius: float = math.nan) -> dict[str, Recording]:
@@ -208,7 +199,7 @@ def _read_npz(path: Path, wanted: Wanted) -> Frames:
 
 def _read_hdf5(path: Path, wanted: Wanted) -> Frames:
     """Read all arrays, or those of every ``data/demo_N``, which are episodes."""
-    h5py = library("h5py", "an HDF5 file", "hdf5")
+    h5py = extra_library("h5py", "hdf5")
     try:
         with h5py.File(path) as file:
             data = file.get("data")
@@ -245,8 +236,8 @@ def _numbered(name: object) -> list[object]:
 
 
 def _read_set(path: Path, wanted: Wanted) -> Frames:
-    pa = library("pyarrow", "a data set of LeRobot", "lerobot")
-    pq = library("pyarrow.parquet", "a data set of LeRobot", "lerobot")
+    pa = extra_library("pyarrow", "lerobot")
+    pq = extra_library("pyarrow.parquet", "lerobot")
     try:
         info = json.loads((path / "meta" / "info.json").read_text(encoding="utf-8"))
         version, features = str(info["codebase_version"]), info.get("features", {})
