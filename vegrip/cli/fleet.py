@@ -48,7 +48,7 @@ def fleet(
     Example: vegrip sample press -o recordings/press && vegrip fleet recordings -o fleet.csv
     """
     from vegrip.identification.fleet import find_recordings, run, summarize_rows
-    from vegrip.identification.fleet.row import Ledger, write_csv
+    from vegrip.identification.fleet.row import Ledger, csv_text
     from vegrip.model import read_model
 
     with Outputs(force=force) as outputs:
@@ -69,7 +69,7 @@ def fleet(
                 done.append((one, row))
                 count(one, row)
         table = summarize_rows(done)
-        written = outputs.write(output, lambda path: write_whole(path, write_csv(table)))
+        written = outputs.write(output, lambda path: write_whole(path, csv_text(table)))
         in_order = sorted(done, key=lambda pair: (pair[0].date, pair[0].path))
         recordings = [{**asdict(found), **asdict(row)} for found, row in in_order]
         answer(

@@ -11,7 +11,7 @@ import pytest
 from vegrip.cli import main
 from vegrip.errors import DeviceError, RecordingError
 from vegrip.identification.fleet import Found, Row, examine_recording, find_recordings, run, summarize_rows
-from vegrip.identification.fleet.row import Ledger, write_csv
+from vegrip.identification.fleet.row import Ledger, csv_text
 from vegrip.identification.recording import Recording, write_recording
 from vegrip.identification.simulate import simulate
 from vegrip.identification.simulate.protocol import standard
@@ -140,7 +140,7 @@ def test_failures_do_not_break_a_run_and_pads_are_told_apart() -> None:
         ("ring", "a or b", "2026-05", True),
         ("thumb", "none", "2026-03", True),
     ]
-    assert write_csv(summarize_rows(rows)).count("\n") == 6
+    assert csv_text(summarize_rows(rows)).count("\n") == 6
 
 
 def test_what_else_may_have_caused_an_effect_is_told_beside_it() -> None:

@@ -36,7 +36,7 @@ SHOWS = {**MENU_ITEMS, "press": MENU_ITEMS["press"][:1]}
 SLOW_SLIDE_M_S = 1e-4
 """Of the last slide of a trial: a slip channel that feels it is fine enough to probe for friction."""
 SLOW_DEPTH = 0.3  # of the greatest depth: a light press, which slides after a short way
-GENTLE = 0.5  # of the greatest force, in the first trial: the stiffness is then only guessed
+GENTLE = 0.5  # of the greatest depth, in the first trial: the stiffness is then only guessed
 QUICK_PULLS, QUICK = 3, 6.4
 """At the end of a slide trial, and how much faster than usual: only a slide that begins within some 0.1 s
 shows at which moment, and so how late the slip channel is."""

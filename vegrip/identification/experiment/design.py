@@ -31,7 +31,7 @@ MIN_SEPARATION_NATS = 5.0  # [nats] below which it decides nothing
 FAINT = 1.0  # [nats] from which repeating helps; below it, it is mostly errors of the model that add up
 MAX_REPETITIONS = 6  # repetitions
 REFITTED = 8  # items that are refitted in full,
-QUICK_REPETITIONS = 3  # or so many
+QUICK_REFITTED = 3  # or so many
 AMPLITUDE_FACTORS = (1.25, 0.8, 1.1, 0.9)  # factors tried on each amplitude, until one is better
 WITHIN = ("depth", "stroke")  # amplitudes that are shares
 DURATION_COST = 0.05  # of the score that the whole allowed duration costs
@@ -163,7 +163,7 @@ def design(
     with ThreadPoolExecutor(2) as pool:
         report(f"{len(jobs)} experiments on the menu")
         scanned = sorted(pool.map(plan, jobs), key=score, reverse=True)
-        chosen = _promising(scanned)[: REFITTED if is_thorough else QUICK_REPETITIONS]
+        chosen = _promising(scanned)[: REFITTED if is_thorough else QUICK_REFITTED]
         report(f"refits for {len(chosen)} of them")
         refitted = list(pool.map(lambda one: _refitted(one, contest), chosen))
     best = max((_often(one, limits) for one in refitted), key=score)

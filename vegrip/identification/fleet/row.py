@@ -268,7 +268,7 @@ def _finding(name: str, judged: list[tuple[Found, Row]]) -> Finding:
     )
 
 
-def write_csv(table: Sequence[Finding]) -> str:
+def csv_text(table: Sequence[Finding]) -> str:
     """Return the table as CSV."""
     stream = io.StringIO()
     writer = csv.DictWriter(stream, [f.name for f in fields(Finding)], lineterminator="\n")

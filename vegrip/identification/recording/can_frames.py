@@ -146,7 +146,7 @@ def _pick(path: Path, log: Log, channel: str, wanted: Collection[int] | None, re
             )
 
 
-Stamped = tuple[Frame, str]
+ChannelFrame = tuple[Frame, str]
 """A frame and its channel."""
 
 
@@ -163,7 +163,7 @@ def _text(path: Path) -> Iterator[TextIO]:
         yield text
 
 
-def candump_frames(path: Path, report: LoadReport) -> Iterator[Stamped]:
+def candump_frames(path: Path, report: LoadReport) -> Iterator[ChannelFrame]:
     with _text(path) as text:
         for number, line in enumerate(text, start=1):
             if number == 1 and CANDUMP_SHOWN.match(line[:200]):
@@ -209,7 +209,7 @@ class _Lines:
         """python-can closes what it has read."""
 
 
-def _asc(path: Path, report: LoadReport) -> Iterator[Stamped]:
+def _asc(path: Path, report: LoadReport) -> Iterator[ChannelFrame]:
     with _text(path) as text:
         lines = _Lines(text, _AscTimes())
         reader: Any = can.ASCReader(lines)  # type: ignore[arg-type]
@@ -242,17 +242,17 @@ class _TrcReader(can.TRCReader):
         return self._parse_cols(tuple(line.split(maxsplit=self._num_columns)))  # raises, to be counted
 
 
-def _trc(path: Path, report: LoadReport) -> Iterator[Stamped]:
+def _trc(path: Path, report: LoadReport) -> Iterator[ChannelFrame]:
     with _text(path) as text:
         lines = _Lines(text)
         yield from _resumed(_TrcReader(lines), lines, "", report)  # type: ignore[arg-type]
 
 
-def _resumed(reader: Any, lines: _Lines, first: str, report: LoadReport) -> Iterator[Stamped]:
+def _resumed(reader: Any, lines: _Lines, first: str, report: LoadReport) -> Iterator[ChannelFrame]:
     while True:
         try:
             for message in reader:
-                yield from _stamped(message, report, lines.number)
+                yield from _data_frame(message, report, lines.number)
         except BROKEN:
             report.add(Kind.DECODE, "no frame", [lines.number])
             lines.resume(first)
@@ -260,7 +260,7 @@ def _resumed(reader: Any, lines: _Lines, first: str, report: LoadReport) -> Iter
             return
 
 
-def _stamped(message: can.Message, report: LoadReport, place: int) -> Iterator[Stamped]:
+def _data_frame(message: can.Message, report: LoadReport, place: int) -> Iterator[ChannelFrame]:
     """Yield the frame of a message, or nothing."""
     if message.is_error_frame or message.is_remote_frame:
         return
@@ -296,14 +296,14 @@ def _broken_object(data: bytes) -> str:
     return ""
 
 
-def _blf(path: Path, report: LoadReport) -> Iterator[Stamped]:
+def _blf(path: Path, report: LoadReport) -> Iterator[ChannelFrame]:
     with path.open("rb") as file:
         said, there = _check_containers(path, file), os.fstat(file.fileno()).st_size
         file.seek(0)
         frames = 0
         try:
             for message in _BlfReader(file):
-                for found in _stamped(message, report, frames):
+                for found in _data_frame(message, report, frames):
                     frames += 1
                     yield found
         except BROKEN:
@@ -356,7 +356,7 @@ def _check_containers(path: Path, file: BinaryIO) -> int:
     return said
 
 
-def _mf4(path: Path, report: LoadReport) -> Iterator[Stamped]:
+def _mf4(path: Path, report: LoadReport) -> Iterator[ChannelFrame]:
     with path.open("rb") as file:
         if not file.read(8).startswith((b"MDF", b"UnFinMF")):
             raise ValueError("it does not begin like MDF")
@@ -372,7 +372,7 @@ def _mf4(path: Path, report: LoadReport) -> Iterator[Stamped]:
         importlib.reload(mf4)
     try:
         for number, message in enumerate(mf4.MF4Reader(path)):
-            yield from _stamped(message, report, number)
+            yield from _data_frame(message, report, number)
     except Exception as error:  # noqa: BLE001 (asammdf raises whatever its parser meets in a damaged file)
         why = re.sub(r"'<mmap[^>]*>'", "it", str(error))
         raise ValueError(f"asammdf cannot read it: {why}") from None
@@ -384,5 +384,5 @@ def _close_quietly(measurement: Any) -> None:
         measurement.close()
 
 
-Reader = Callable[[Path, LoadReport], Iterator[Stamped]]
+Reader = Callable[[Path, LoadReport], Iterator[ChannelFrame]]
 READERS: Final[dict[str, Reader]] = {".asc": _asc, ".blf": _blf, ".trc": _trc, ".mf4": _mf4, ".mdf": _mf4}

@@ -163,7 +163,8 @@ def import_csv(
 
     Args:
         path: CSV or similar, plain or ``.gz``.
-        column_map: where each channel comes from; without it the columns carry our names and SI units.
+        column_map: where each channel comes from; a column that it does not name is taken as what it is
+            called, in the unit behind its name, as ``normal_force_mN``, else in SI.
         radius: of the fingertip or probe [m]; overrides the map's.
         is_step: the table holds a unit step: a modulus or a compliance against the time since.
         progress: called with the number of rows read so far, now and then.

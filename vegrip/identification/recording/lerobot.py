@@ -55,8 +55,8 @@ MOST_SET_FRAMES: Final = 10_000_000  # a day at 100 a second; some gigabytes of 
 
 
 @dataclass(frozen=True, slots=True)
-class Frames:
-    """The instants of all episodes."""
+class Instants:
+    """When the frames of all episodes are."""
 
     stamps: NDArray[np.int64]  # [ns]
     episode: NDArray[np.int64]
@@ -93,11 +93,11 @@ def write_lerobot(folder: Path, output: Path, *, fps: int = 0, task: str = "hold
     tables = list(tables_of(folder, recordings))
     first = next(iter(recordings.values()))
     rate = fps or max(round(1.0 / float(np.median(np.diff(first.t)))) if len(first) > 1 else 1, 1)
-    frames = _frames(first, tables[0], rate)
-    touch, between, gaps = _features(tables, frames)
-    length, total = np.bincount(frames.episode), len(frames.stamps)
-    counters = (frames.number, frames.episode, np.arange(total), np.zeros(total, np.int64))
-    columns: dict[str, Any] = touch | {"timestamp": (frames.number / rate).astype(np.float32)}
+    instants = _instants(first, tables[0], rate)
+    touch, between, gaps = _features(tables, instants)
+    length, total = np.bincount(instants.episode), len(instants.stamps)
+    counters = (instants.number, instants.episode, np.arange(total), np.zeros(total, np.int64))
+    columns: dict[str, Any] = touch | {"timestamp": (instants.number / rate).astype(np.float32)}
     columns |= {name: values.astype(np.int64) for name, values in zip(COUNTERS, counters, strict=True)}
     info = {
         "codebase_version": SET_LAYOUT, "robot_type": "vegrip", "total_episodes": len(length),
@@ -163,7 +163,7 @@ _PANDAS: Final[Any] = {
 """So that pandas takes the task as the index, by which LeRobot looks it up."""
 
 
-def _frames(first: Recording, table: TextTable, rate: int) -> Frames:
+def _instants(first: Recording, table: TextTable, rate: int) -> Instants:
     stamps = np.array(table.stamps, np.int64)
     of_episode = [stamps[first.episode == episode] for episode in np.unique(first.episode)]
     counts = [int((int(one[-1] - one[0]) + ROUNDING_NS) * rate // NS) + 1 for one in of_episode]
@@ -171,36 +171,37 @@ def _frames(first: Recording, table: TextTable, rate: int) -> Frames:
         raise UsageError(f"{sum(counts)} frames at {rate} a second are too many; give a lower --fps")
     numbers = [np.arange(count, dtype=np.int64) for count in counts]
     at = [one[0] + number * NS // rate for one, number in zip(of_episode, numbers, strict=True)]
-    return Frames(np.concatenate(at), np.repeat(np.arange(len(at)), counts), np.concatenate(numbers))
+    return Instants(np.concatenate(at), np.repeat(np.arange(len(at)), counts), np.concatenate(numbers))
 
 
 def _features(
-    tables: Sequence[TextTable], frames: Frames
+    tables: Sequence[TextTable], instants: Instants
 ) -> tuple[dict[str, Floats], int, Mapping[str, int]]:
     """Return the features, how many rows of states no frame has, and how many frames lie in gaps of whom."""
     found: dict[str, Floats] = {}
     between, gaps = 0, Counter[str]()
     for table in tables:
         finger = table.topic.rsplit("/", 2)[-2]
-        names = {table.columns[i]: i for i in range(len(table.columns))}
-        last, is_gap = _last_rows(np.array(table.stamps, np.int64), frames.stamps)
-
-        def sampled(column: str, table: TextTable = table, names: Any = names, last: Any = last) -> Floats:
-            cells = [float(row[names[column]] or "nan") for row in table.rows] if column in names else []
-            values = np.array([*cells, math.nan])  # the last one stands for what is not known
-            return values[np.where((last >= 0) & bool(cells), last, len(cells))].astype(np.float32)
-
+        last, is_gap = _last_rows(np.array(table.stamps, np.int64), instants.stamps)
         if table.kind is FingertipState:
             between += len(table.rows) - len(np.unique(last[last >= 0]))
             gaps[finger] += int(is_gap.sum())
-            none = np.zeros(len(frames.stamps), np.float32)
-            wrench = [sampled(name) if name else none for name in WRENCH]
+            none = np.zeros(len(instants.stamps), np.float32)
+            wrench = [_sampled(table, last, name) if name else none for name in WRENCH]
             found[f"{TOUCH}{finger}.wrench"] = np.stack(wrench, axis=1)
-            for name in (CHANNELS.keys() - set(WRENCH)) & names.keys():
-                found[f"{TOUCH}{finger}.{name}"] = sampled(name)
+            for name in (CHANNELS.keys() - set(WRENCH)) & set(table.columns):
+                found[f"{TOUCH}{finger}.{name}"] = _sampled(table, last, name)
         for feature, column in SAID.get(table.kind, {}).items():
-            found[f"{TOUCH}{finger}.{feature}"] = sampled(column)
+            found[f"{TOUCH}{finger}.{feature}"] = _sampled(table, last, column)
     return dict(sorted(found.items())), between, {finger: count for finger, count in gaps.items() if count}
+
+
+def _sampled(table: TextTable, rows: NDArray[np.int64], column: str) -> Floats:
+    """Return ``column`` at ``rows``, NaN where a row is -1 or there is no such column."""
+    at = table.columns.index(column) if column in table.columns else None
+    cells = [] if at is None else [float(row[at] or "nan") for row in table.rows]
+    values = np.array([*cells, math.nan])  # the last one stands for what is not known
+    return values[np.where((rows >= 0) & bool(cells), rows, len(cells))].astype(np.float32)
 
 
 def _last_rows(

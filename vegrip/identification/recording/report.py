@@ -22,7 +22,7 @@ WARNED_SHARE, REFUSED_SHARE = 0.01, 0.1
 LEAST_REFUSED: Final = 3  # rows left out, below which a share says nothing: one row of a table of five
 WHOLE_STRETCH_S: Final = 1.0  # [s]
 LEAST_GAP_S: Final = 0.1  # [s]
-GAP_STEPS: Final = 10.0  # times the longest step but a tenth, from which nothing came (origin: rule)
+GAP_STEPS: Final = 10.0  # times the usual step, from which a step is a gap (origin: rule)
 TOP: Final = 0.5  # of the largest value, from which a rise and fall is a peak (origin: rule)
 SOMETIMES: Final = 0.5  # of the rows without a value, in even holes, from which a channel is a slower one
 LEAST_HOLES: Final = 3
@@ -340,7 +340,10 @@ def account(reports: Iterable[LoadReport]) -> dict[str, Any]:
 
 
 def gaps_of(t: Floats) -> list[int]:
-    """Return the rows of ``t`` [s] after which nothing comes for a second, or for more than a share."""
+    """Return the rows of ``t`` [s] after which nothing comes for a second, or for more than a share.
+
+    The usual step is the longest but a tenth.
+    """
     steps = np.diff(t)
     if len(steps) < LEAST_STEPS:
         return []

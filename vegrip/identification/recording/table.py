@@ -77,9 +77,9 @@ class Table:
     words: dict[str, list[str]]
     lines: NDArray[np.int64]
     lost_times: Floats = field(default_factory=lambda: np.zeros(0))
-    """The first number of rows that were left out for another, NaN where there is none,"""
+    """The time (the first of the numbers) of each row that was left out, NaN where it could not be read."""
     lost_lines: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    """and their lines."""
+    """The line of each row that was left out."""
 
 
 def read_header(path: Path, layout: Layout) -> list[str]:
