@@ -261,3 +261,13 @@ def test_what_is_not_read_is_said_in_a_sentence(tmp_path: Path, capsys, monkeypa
     assert imported(tmp_path / "x.h5") == 2
     assert "needs the library h5py (h5py is missing): pip install 'vegrip[hdf5]'" in capsys.readouterr().err
     assert imported(tmp_path / "x.h5", "--delimiter", ";") == 2
+
+
+def test_the_column_of_the_trials_is_the_one_that_is_asked_for(tmp_path: Path, capsys) -> None:
+    """Before, it was left out without a word where it had another name than ``episode_index``."""
+    np.savez(tmp_path / "x.npz", timestamps=T, normal_force=PRESS, trial=np.arange(T.size) // (T.size // 2))
+    mapped = ("--map", "normal_force=normal_force", "--map")
+    assert imported(tmp_path / "x.npz", *mapped, "episode=trial") == 0
+    assert np.unique(read_recording(tmp_path / "rec").episode).tolist() == [0, 1]
+    assert imported(tmp_path / "x.npz", "--force", *mapped, "episode=tria") == 3
+    assert "there is no column 'tria'" in capsys.readouterr().err

@@ -104,7 +104,8 @@ def read_touch(path: Path, chart: ColumnMap, *, radius: float = math.nan) -> dic
         UsageError: pyarrow or h5py is not installed.
 
     """
-    keys = {_plain(one.column) for one in chart.channels.values()} | {_plain(chart.time.column)}
+    columns_said = (*(one.column for one in chart.channels.values()), chart.time.column, chart.episode.column)
+    keys = {_plain(column) for column in columns_said}
 
     def wanted(name: str) -> bool:
         is_known = name.startswith((TOUCH, "observation.wrench")) or name in (TIME, EPISODE, *CHANNELS)
@@ -372,7 +373,8 @@ def _recording(
     """Return the recording of ``columns`` (T,), in the units of ``chart``."""
     name = _key(frames, chart.time.column) if chart.time.column != "t" else TIME
     t = frames.columns.get(name)
-    episode = frames.columns.get(EPISODE)
+    asked = chart.episode.column
+    episode = _picked(path, frames, asked) if asked else frames.columns.get(EPISODE)
     if t is None or t.ndim != 1 or not len(t):
         raise RecordingError(
             f"{path}: there are no times; {TIME} (or timestamps) is needed, in s, or --map t=COLUMN"
@@ -401,7 +403,7 @@ def _recording(
         episode=EpisodeMap("" if episode is None else EPISODE, chart.episode.gap),
         fingertip=Fingertip(tip, name=finger),
     )
-    words = {} if episode is None else {EPISODE: [str(one) for one in episode.tolist()]}
+    words = {} if episode is None else {EPISODE: [f"{one:.15g}" for one in episode.tolist()]}
     lines: NDArray[np.int64] = np.arange(len(t), dtype=np.int64)
     table = Table({"t": seconds, **columns}, words, lines)
     found = recording_of(path, table, chart, report, tip)
@@ -409,7 +411,7 @@ def _recording(
 
 
 def _suspect_unit(
-    t: Floats, episode: NDArray[np.int64] | None, unit: str, rate: float, report: LoadReport
+    t: Floats, episode: NDArray[Any] | None, unit: str, rate: float, report: LoadReport
 ) -> None:
     """Report where the times advance otherwise than seconds do."""
     same = np.diff(episode) == 0 if episode is not None else np.ones(max(len(t) - 1, 0), dtype=bool)
