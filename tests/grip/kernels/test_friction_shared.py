@@ -238,3 +238,15 @@ def test_a_contact_without_a_gauge_or_a_radius_tells_no_load(kernels, f, t, abse
     put(kernels, f, t, **{absent: 0.0})
     assert math.isnan(kernels.armed_load(f, True))
     assert math.isnan(kernels.utilised_friction(f, True)[0])
+
+
+@pytest.mark.parametrize(
+    ("shares", "flag", "finger", "slips"),
+    [(1, 0.0, 2, True), (1, 1.0, 1, False), (0, 1.0, 1, True), (0, math.nextafter(1.0, 0.0), 2, False)],
+)
+def test_a_finger_slips_by_what_is_believed_of_it_and_by_its_flag_where_it_is_alone(
+    kernels, f, t, monkeypatch, shares, flag, finger, slips
+) -> None:
+    monkeypatch.setattr(kernels, "reacts", lambda _, i: i == 2)
+    put(kernels, f, t, SETUP_SHARES=shares, SETUP_FINGER=finger, STATE_SLIP=flag)
+    assert kernels.is_slipping(f, t, None) == slips
