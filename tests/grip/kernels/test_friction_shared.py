@@ -188,7 +188,7 @@ def test_what_a_finger_learns_of_its_state_reaches_the_grasp(
         GRIP_LOWERED_FROM=2.0, STATE_TANGENTIAL_FORCE_X=3.0, STATE_TANGENTIAL_FORCE_Y=-4.0,
         STATE_NORMAL_FORCE=6.0, FRI_LOAD=-0.4, SHARED_LOAD_NOISE=0.01, RULE_WANTED_MARGIN=0.15)  # fmt: skip
     q.release.shift[2] = shift
-    for learned, since, seconds in ((0, 0.09, 0.0), (5 * MS, 0.09, 0.03), (5 * MS, 0.0901, 0.03)):
+    for learned, since, seconds in ((0, 0.1, 0.0), (5 * MS, 0.09, 0.03), (5 * MS, 0.0901, 0.03)):
         told.clear()
         q.belief.since = since
         put(kernels, f, t, TURN_LEARNED=learned, NEWS_STAMP=35 * MS)
