@@ -37,7 +37,6 @@ from vegrip.grip.slip_channels import (
     noticed,
     others_stay,
     refer_anew,
-    remember,
     sound_channel,
     teller,
 )
@@ -470,30 +469,6 @@ def test_a_finger_slides_by_its_load_as_the_belief_has_it_that_what_it_held_cuts
     assert g.slip.shown[0] == pytest.approx(rises if slides < 0.5 else shown)
 
 
-def test_a_channel_goes_back_to_what_is_usual_in_a_hundred_seconds() -> None:
-    """How often it begins to report is an average over a hundred looks."""
-    g = grasp()
-    g.slip.sound[0], g.slip.silent[0], g.slip.rate[0] = 0.9, 0.05, 0.4
-    hear_slip(g, 0, 50.0, 0.0, math.nan)
-    assert g.slip.sound[0] == pytest.approx(USUAL + (0.9 - USUAL) * math.exp(-0.5))
-    assert g.slip.silent[0] == pytest.approx(EVEN + (0.05 - EVEN) * math.exp(-0.5))
-    assert g.slip.rate[0] == pytest.approx(0.4 - 0.01 * (0.4 - RARE))
-    hear_slip(g, 0, 0.4 * LOOK, 0.0, math.nan)
-    rate = g.slip.rate[0]
-    assert rate == pytest.approx(0.4 - (0.01 + 0.004 * 0.99) * (0.4 - RARE))
-    hear_slip(g, 0, 0.0, 1.0, math.nan)
-    assert g.slip.rate[0] == pytest.approx(rate + 0.01 * (1.0 - rate))
-
-
-def test_the_largest_chance_of_one_or_two_delays_is_kept() -> None:
-    """Here of 40 ms, the delay and two looks, at samples of 6 ms."""
-    g, told = grasp(), []
-    for k in range(15):
-        remember(g, 0, 0.006, *((0.5, -0.7, 0.8) if k == 0 else (0.01, -3.0, 0.1)))
-        told.append((g.slip.likely[0], g.slip.top[0], g.slip.stays[0]))
-    assert told == [(0.5, -0.7, 0.8)] * 13 + [(0.01, -3.0, 0.1)] * 2
-
-
 def test_all_that_was_seen_of_a_finger_is_referred_anew_by_its_load() -> None:
     g = grasp()
     seen = (g.slip.level, g.slip.held, g.slip.shown, g.slip.begun, g.slip.top, g.slip.top_next)
@@ -522,18 +497,6 @@ def test_a_finger_of_which_too_little_is_known_may_slide_as_the_others_that_have
     for i in range(3):
         g.slip.held[i], g.slip.stays[i] = held[i], stays[i]
     assert others_stay(g, 0) == expected
-
-
-@pytest.mark.parametrize(("silence", "begins"), [(0.15, False), (0.1501, True)])
-def test_a_slide_begins_with_the_first_report_of_any_channel_for_a_while(
-    silence: float, begins: bool
-) -> None:
-    g = grasp()
-    for i in (0, 1):
-        g.slip.level[i] = -0.6 - i
-    g.slip.silence[BELIEF_MOST + 1] = silence
-    hear_slip(g, 0, 0.0, 1.0, math.nan)
-    assert [g.slip.begun[i] for i in (0, 1)] == ([-0.6, -1.6] if begins else [-math.inf] * 2)
 
 
 def test_another_finger_that_slides_makes_a_slide_half_as_likely_as_its_own() -> None:

@@ -177,27 +177,6 @@ def test_a_finger_that_is_lost_while_a_slide_is_judged_asks_for_a_sixth_more_at_
     assert g.witness.lack == -BLIND
 
 
-def test_forces_are_averaged_within_a_look_from_the_first_of_a_contact_on() -> None:
-    g = grasp()
-    for force, pull, touches in (
-        (0.0, 1.0, True),
-        (1.0, -1e-9, True),
-        (1.0, math.nan, True),
-        (1.0, 1.0, False),
-    ):
-        g.witness.least, g.witness.chance = 1.0, 0.7
-        follow_forces(g, 1, DT, 0.5, 0.0, True)
-        assert (g.witness.forces[1], g.witness.pulls[1]) == (0.5, 0.0)
-        assert (g.witness.least, g.witness.chance) == (math.inf, 0.0)  # the sums are others
-        g.witness.least, g.witness.chance = 1.0, 0.7
-        follow_forces(g, 1, 0.004, 1.5, 3.0, True)
-        part = 1.0 - math.exp(-0.4)
-        assert (g.witness.forces[1], g.witness.pulls[1]) == pytest.approx((0.5 + part, 3.0 * part))
-        assert (g.witness.least, g.witness.chance) == (1.0, 0.7)
-        follow_forces(g, 1, DT, force, pull, touches)
-        assert (g.witness.forces[1], g.witness.pulls[1]) == (0.0, 0.0)
-
-
 @pytest.mark.parametrize("dt", [0.002, 0.03])
 @pytest.mark.parametrize("pull", [0.1, 0.5, 4.0])
 def test_a_rise_is_none_below_five_deviations_of_averaged_noise(pull: float, dt: float) -> None:
@@ -219,37 +198,14 @@ def test_a_rise_is_none_below_five_deviations_of_averaged_noise(pull: float, dt:
     assert (g.witness.part[1], g.witness.slid[1]) == (math.inf, 0.0)
 
 
-def put(g: GraspMemory, force: float, pull: float) -> None:
-    """Let both fingers have a half of these."""
-    for i in range(2):
-        g.witness.forces[i], g.witness.pulls[i] = 0.5 * force, 0.5 * pull
-
-
-def test_the_least_y_is_forgotten_within_half_a_second_and_a_lesser_one_taken_at_once() -> None:
-    g = grasp()
-    put(g, 4.0, 1.0)
-    assert not sees_slide(g, 2.0 * DT, 0.5, False)
-    y, pull = 0.3 * math.log(4.0), math.exp(-0.01)
-    assert (g.witness.least, g.witness.force, g.witness.pull) == pytest.approx((y, 4.0, 1.0))
-    put(g, 4.1, pull)
-    risen = 0.3 * math.log(4.1) + 0.01
-    for k in range(1, 50):
-        assert not sees_slide(g, 2.0 * DT, 0.5, False)
-        kept = math.exp(-k * DT / 0.5)
-        told = risen + (y - risen) * kept, 4.1 - 0.1 * kept, pull + (1.0 - pull) * kept
-        assert (g.witness.least, g.witness.force, g.witness.pull) == pytest.approx(told)
-    put(g, 4.0, 1.1)
-    assert not sees_slide(g, 2.0 * DT, 0.5, False)
-    assert (g.witness.least, g.witness.force, g.witness.pull) == (y - math.log(1.1), 4.0, 1.1)
-
-
 @pytest.mark.parametrize(("falls", "seen"), [(0.16, True), (0.19, True), (0.21, False)])
 def test_a_slide_is_as_likely_as_the_fingers_make_it_and_waited_for(falls: float, seen: bool) -> None:
     """N has fallen by e^-0.1, and T by so much; one that falls more than twice as fast goes away."""
     g = grasp()
     g.slip.delay, g.slip.likely[0], g.slip.likely[1], g.witness.rested = 0.02, 0.1, 0.3, 1.0
     for k in range(2):
-        put(g, 4.0 * math.exp(-0.1 * k), math.exp(-falls * k))
+        for i in range(2):
+            g.witness.forces[i], g.witness.pulls[i] = 2.0 * math.exp(-0.1 * k), 0.5 * math.exp(-falls * k)
         assert sees_slide(g, 2.0 * DT, 0.5, False) == (seen and k == 1)
     if seen:
         pull = math.exp(-falls)
