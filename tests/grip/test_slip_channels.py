@@ -412,7 +412,7 @@ def test_what_has_held_stays_what_it_was_when_a_slide_is_revoked_that_had_taught
 @pytest.mark.parametrize("p", [0.02, 0.5, 0.95])
 def test_one_that_has_told_of_a_slide_that_the_load_shows_is_as_likely_as_the_table_has_it(p: float) -> None:
     g = grasp()
-    g.slip.silence[0], g.slip.says[0] = 0.1, 0.0
+    g.slip.silence[0], g.slip.says[0] = 0.2, 0.0
     judge_slide(g, 0.2, p)
     sound = USUAL * (p * DETECTS + (1.0 - p) * RARE)
     assert g.slip.sound[0] / faulty(g, 0) == pytest.approx(sound / (RARE * RARE), rel=1e-3)
