@@ -19,10 +19,19 @@ from vegrip.grip.safety import FailSafeSettings, LimitSettings, WatchdogSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Condition, FingertipState, Reason
 from vegrip.model import paper_model
+from vegrip.types import Floats
 
 MODEL = paper_model(8e-3)
 FINGER = FingerLayout(layout_of(MODEL), late=3, history=5, is_shared=True)
 KERNELS: ModuleType = finger_module(MODEL, FINGER, mode="python")
+
+OF_WHOLES = ("TURN_", "CLOCK_", "NEED_", "SAMPLE_", "SETUP_", "INPUT_", "NEWS_", "CHOICE_")
+
+
+def put(kernels: ModuleType, f: Floats, t: Any, **values: float) -> None:
+    """Set numbers by name: real ones in ``f``, whole ones in ``t``."""
+    for name, value in values.items():
+        (t if name.startswith(OF_WHOLES) else f)[getattr(kernels, name)] = value
 
 
 class Stage:
@@ -78,7 +87,7 @@ class Watchdog(Stage):
 
     @property
     def doubtful(self) -> bool:
-        return bool(self.memory["INPUT_DOUBTFUL"])
+        return (False, True)[self.memory["INPUT_DOUBTFUL"]]
 
     @property
     def lost(self) -> frozenset[str]:

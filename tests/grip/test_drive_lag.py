@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.grip import drive_lag
 from vegrip.grip.drive_lag import (
     begin_drives,
     follow_drive,
@@ -289,6 +290,34 @@ def test_samples_count_only_after_a_rest_in_a_slow_motion_that_the_force_follows
     assert after([2.0 + 12.5 * DT * k for k in range(60)]) == 0.0  # perhaps at its rate limit
     assert after(ramp, 0.51) == 0.0  # does not listen
     assert after([*ramp[:30], math.nan, *ramp[30:34]]) == pytest.approx(after(ramp[:30]))
+
+
+@pytest.mark.parametrize("slope", [4.0, -6.0])
+def test_in_a_steady_motion_the_model_moves_as_the_command_which_comes_from_one_side(
+    monkeypatch, slope
+) -> None:
+    q, told = GraspMemory(), []
+    begin_drives(q, NOISE)
+    monkeypatch.setattr(drive_lag, "measure_drive", lambda *given: told.append(given[1:]))
+    for k in range(120):
+        command = 5.0 + slope * DT * k
+        follow_drive(q, FINGER, DT, command, command - 0.3)
+    late = 1.0 - DT / 0.015 / (math.exp(DT / 0.015) - 1.0)  # the model is moved sample by sample
+    moves = pytest.approx(slope * (1.0 - late), rel=1e-3)
+    assert told[-1] == (FINGER, DT, moves, pytest.approx(math.copysign(1.0, slope)), pytest.approx(0.3))
+    assert q.drive.moved[FINGER] == pytest.approx(sum(abs(one[2]) * DT for one in told))
+
+
+def test_a_force_that_is_far_off_twice_is_where_the_model_goes_on() -> None:
+    q = GraspMemory()
+    begin_drives(q, NOISE)
+    for k, (force, model) in enumerate(
+        [(2.0, 2.0), (2.0, 2.0), (2.0, 2.0), (1.49, 2.0), (1.4, 1.4), (1.5, None)]
+    ):
+        follow_drive(q, FINGER, 0.0075, 2.0, force)
+        if k == 2:
+            assert q.drive.wait[FINGER] == 0.0
+        assert q.drive.model[FINGER] == pytest.approx(2.0 - 0.6 * math.exp(-0.5) if model is None else model)
 
 
 def test_drives_that_begin_anew_have_nothing_of_what_was_before() -> None:

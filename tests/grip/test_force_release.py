@@ -15,6 +15,8 @@ from vegrip.grip.force_release import (
     cost_of_noticed,
     counted_on,
     decide,
+    let_go,
+    note_slide,
     reacts,
     set_risk,
     stated_std,
@@ -30,7 +32,7 @@ from vegrip.grip.friction_belief import (
     expect_exponent,
     expect_finger,
 )
-from vegrip.grip.friction_numbers import RISE
+from vegrip.grip.friction_numbers import RARE, RISE
 from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.slip_channels import begin_channels, follow_utilisation, hear_slip
 from vegrip.grip.slip_witness import begin_witness, follow_forces, watch_part
@@ -195,7 +197,7 @@ def test_a_slide_takes_all_back_and_waits() -> None:
     assert believed_mean(g, 0) == before  # what slid has not held
     assert g.release.shift[0] == g.release.shift[1] == 0.0
     assert g.release.pause == pytest.approx(PAUSE)
-    assert g.release.ends > 0.0
+    assert g.release.ends == pytest.approx(2.0 * (0.02 + LOOK))
     assert not reacts(g, 1)  # it ends with what was let go of
 
 
@@ -315,6 +317,126 @@ def test_a_finger_that_lets_go_of_the_object_is_not_let_go_of() -> None:
 def test_what_is_stated_is_wider_than_what_is_believed_by_what_changes_unfelt() -> None:
     assert stated_std(0.0) == pytest.approx(0.1)
     assert stated_std(0.3) == pytest.approx(math.hypot(0.3, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("proven", "u", "less"),
+    [
+        (True, 0.42, 0.3), (True, 1.2, 0.3), (True, 0.2, 1.5), (True, 1e-4, 0.3), (True, 0.42, 0.05),
+        (False, 0.42, 0.3),
+    ],
+    ids=["worth it", "credible", "quickest", "far below", "worth nothing", "by the load alone"],
+)  # fmt: skip
+def test_force_is_let_go_of_as_quickly_as_what_is_held_for_want_of_knowledge_is_worth(
+    proven: bool, u: float, less: float
+) -> None:
+    """db/dt = rate s (1 - Phi(z)) / phi(z) within QUICK, and no further than the grip follows."""
+    g = grasp()
+    prove(g, 0.99 if proven else 0.48)
+    g.belief.load[0], g.slip.level[0] = 0.7, math.log(u) + EXPONENT * 0.7
+    mean, std = believed_mean(g, 0), math.sqrt(believed_variance(g, 0) + 1e-6)
+    g.release.counted[0] = counted = mean - less
+    z = max((math.log(u) - mean) / std, -5.0)
+    rate, most = 5.0, math.inf
+    if proven:
+        worth = max(math.exp(less) - 1.08, 0.0) / (2 * 2.0)
+        rate, most = min(worth * std * norm.sf(z) / norm.pdf(z), 5.0), mean + 2.0 * std
+    most = min(most, math.log(u) + 0.35 * rate) - math.log(1.0 - 0.15) - counted
+    for seconds in (0.002, 1e3):
+        expected = max(g.release.shift[0], min(g.release.shift[0] + rate * seconds, most))
+        let_go(g, 0, seconds, 0.15, True)
+        assert g.release.shift[0] == pytest.approx(expected, rel=1e-9)
+        if not proven:
+            break  # in a thousand seconds a load tells of nothing
+
+
+@pytest.mark.parametrize(
+    ("still", "pause", "touches", "quiet"),
+    [
+        (0.15, 0.0, True, True),
+        (0.1499, 0.0, True, False),
+        (0.0, 0.0, True, False),
+        (0.5, 1e-9, True, False),
+        (0.5, 0.0, False, False),
+    ],
+)
+def test_force_is_let_go_of_in_quiet_alone(still: float, pause: float, touches: bool, quiet: bool) -> None:
+    """No load has changed for 0.15 s, of any finger, and the rest after a slide is over."""
+    g = grasp()
+    prove(g, 0.99)
+    g.slip.level[0], g.release.counted[0] = math.log(0.42), MEAN - 0.3
+    g.release.still[1], g.release.pause = still, pause
+    let_go(g, 0, 0.002, 0.15, touches)
+    assert (g.release.shift[0] > 0.0) == quiet
+
+
+def test_rests_run_out_by_the_time_of_all_fingers_and_not_beyond_their_end() -> None:
+    g = grasp()
+    g.release.pause, g.release.ends = 0.3, 0.05
+    for k, left in enumerate([(0.275, 0.025), (0.25, 0.0), (0.225, 0.0), (0.2, 0.0)]):
+        decide(g, k % 2, 0.05, 0.15, True, False)
+        assert (g.release.pause, g.release.ends) == pytest.approx(left)
+
+
+@pytest.mark.parametrize(("lowered", "reacting"), [(0.05, True), (0.051, False)])
+def test_a_slide_that_hardly_anything_was_let_go_of_for_is_reacted_to(
+    lowered: float, *, reacting: bool
+) -> None:
+    g = grasp()
+    g.release.shift[0] = g.release.shift[1] = lowered
+    g.slip.slides[1] = 0.5
+    decide(g, 1, 0.002, 0.15, True, False)
+    assert reacts(g, 1) == reacting
+
+
+@pytest.mark.parametrize(
+    ("silence", "sound", "doubted"),
+    [
+        (PAUSE, 0.95, 0.0), (PAUSE - 1e-9, 0.95, 1.0), (PAUSE, 0.9499, 1.0), (PAUSE, RARE, 1.0),
+        (0.0, 0.0199, 0.0),
+    ],
+)  # fmt: skip
+def test_a_slide_is_doubted_until_its_proven_channel_has_been_quiet_or_is_a_liar(
+    silence: float, sound: float, doubted: float
+) -> None:
+    g = grasp()
+    g.belief.doubted[0], g.slip.teacher[0] = 1.0, 1.0
+    g.slip.silence[1], g.slip.sound[1] = silence, sound
+    note_slide(g, 0, 0.0)
+    assert g.belief.doubted[0] == doubted
+
+
+def test_a_slide_teaches_anew_once_its_chance_was_below_a_twentieth() -> None:
+    g = grasp()
+    g.slip.top[0], taught = math.log(0.3), []
+    for slides in (0.949, 0.95, 0.5, 0.951, 0.0501, 0.95, 0.0499, 0.95):
+        g.slip.slides[0] = slides
+        before = g.belief.version
+        note_slide(g, 0, 0.02)
+        taught.append(g.belief.version > before)
+    assert taught == [False, True, False, False, False, False, False, True]
+
+
+@pytest.mark.parametrize(("to", "noise"), [(1.2, 0.01), (0.7, 0.0), (3.0, 0.1)])
+def test_a_load_has_changed_where_its_mean_is_a_twentieth_and_two_deviations_off_the_steady_one(
+    to: float, noise: float
+) -> None:
+    """Both follow it exponentially, within 10 ms and half a second; the steady one begins anew there."""
+    g, mean, steady, still = grasp(), 1.0, 1.0, 0.0
+    watch_quiet(g, 0, 0.004, 1.0, noise, True)
+    still, changes = 0.004, []
+    for _ in range(60):
+        mean = to + (mean - to) * math.exp(-0.4)
+        steady = mean + (steady - mean) * math.exp(-0.008)
+        still += 0.004
+        has_changed = abs(mean - steady) > 0.05 * steady + 2.0 * noise
+        assert watch_quiet(g, 0, 0.004, to, noise, True) == has_changed
+        steady, still = (mean, 0.0) if has_changed else (steady, still)
+        assert (g.release.smooth[0], g.release.steady[0]) == pytest.approx((mean, steady), rel=1e-12)
+        assert g.release.still[0] == pytest.approx(still)
+        changes.append(has_changed)
+    assert any(changes)
+    assert not all(changes)
 
 
 def test_a_load_that_asks_for_next_to_nothing_is_no_number_too_large() -> None:

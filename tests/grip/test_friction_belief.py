@@ -17,8 +17,10 @@ from vegrip.grip.friction_belief import (
     clear_doubts,
     expect_exponent,
     expect_finger,
+    remove_factor,
     void_slides,
     widen_belief,
+    widen_own,
 )
 from vegrip.grip.grasp_memory import BELIEF_ROW, GraspMemory
 from vegrip.types import Floats
@@ -230,3 +232,56 @@ def test_hostile_evidence_leaves_a_covariance() -> None:
         assert np.all(np.isfinite(mean(g)))
         assert np.linalg.eigvalsh(covariance(g)).min() > -1e-9
         assert np.diag(covariance(g))[:N].max() < STD**2 * 1.6
+
+
+def test_time_widens_the_belief_by_a_walk_of_which_four_fifths_are_common_to_all() -> None:
+    g = belief(drift=0.03)
+    absorb_slide(g, 0, math.log(0.4), 0.01)
+    expected, g.belief.since = covariance(g), 2.0
+    expected[:N, :N] += 0.03**2 * 2.0 * (0.8 + 0.2 * np.eye(N))
+    widen_belief(g)
+    assert np.allclose(covariance(g), expected, rtol=1e-12)
+    assert g.belief.since == 0.0
+
+
+@pytest.mark.parametrize(("precision", "part"), [(1.0, 1.0), (8.0, None), (-1.0, 0.0), (0.0, 0.0)])
+def test_a_factor_is_taken_off_as_far_as_no_more_is_left_open_than_at_first(
+    precision: float, part: float | None
+) -> None:
+    g, load = belief(drift=0.0), 0.7
+    first = STD**2 + (EXPONENT_STD * load) ** 2
+    absorb_factor(g, 2, load, 6.0, -0.9 * 6.0)
+    h = direction(2, load)
+    x, p = mean(g), covariance(g)
+    variance = h @ p @ h
+    part = (1.0 / variance - 1.0 / first) / precision if part is None else part
+    left = 1.0 - part * precision * variance
+    x = x + p @ h * part * precision * (h @ x + 0.9) / left
+    p = p + np.outer(p @ h, h @ p) * part * precision / left
+    remove_factor(g, 2, load, precision, -0.9 * precision)
+    assert np.allclose(mean(g), x)
+    assert np.allclose(covariance(g), p)
+
+
+def test_a_factor_that_is_nearly_all_that_is_known_stays() -> None:
+    for precision, stays in ((18.9, False), (19.1, True)):
+        g = belief()
+        g.belief.p[0], g.belief.prior_var = 0.05, 1e3
+        remove_factor(g, 0, 0.0, precision, 0.0)
+        assert (g.belief.p[0] == 0.05) == stays
+
+
+def test_whatever_changes_the_belief_changes_its_version() -> None:
+    g = belief()
+    for change in (
+        lambda: absorb_slide(g, 0, -1.0, 0.01),
+        lambda: absorb_hold(g, 1, -0.7, 0.01),
+        lambda: absorb_hold(g, 1, -0.7, 0.01),  # refused: what was learned alone is to be told anew
+        lambda: absorb_factor(g, 1, 0.0, 1.0, -1.0),
+        lambda: widen_own(g, 1, 0.01),
+        lambda: widen_belief(g),
+        lambda: void_slides(g),
+    ):
+        before = g.belief.version
+        change()
+        assert g.belief.version > before

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from vegrip.grip.force_release import note_slide
 from vegrip.grip.friction_belief import (
@@ -32,7 +33,9 @@ from vegrip.grip.slip_channels import (
     hear_slip,
     is_unsound,
     judge_slide,
+    likely_slide,
     noticed,
+    others_stay,
     refer_anew,
     sound_channel,
     teller,
@@ -223,15 +226,20 @@ def test_a_slide_that_goes_on_while_n_grows_is_one_and_a_flag_that_stays_while_u
     assert stuck.slip.sound[0] < UNSURE
 
 
-@pytest.mark.parametrize("stays", [0.0, 0.25, 1.0])
-def test_a_look_of_slip_that_goes_on_is_as_likely_as_the_table_has_it(stays: float) -> None:
-    """Sound: stays DETECTS + (1 - stays) FALSE; faulty: DETECTS."""
+@pytest.mark.parametrize("looks", [0.3, 1.0])
+@pytest.mark.parametrize(("stays", "odds"), [(0.0, 50.0), (0.25, 50.0), (0.25, 1e9), (1.0, 50.0)])
+def test_a_look_of_slip_that_goes_on_is_as_likely_as_the_table_has_it(
+    stays: float, odds: float, looks: float
+) -> None:
+    """Sound: stays DETECTS + (1 - stays) FALSE; faulty: DETECTS. By that the odds of a slide fall."""
     g = grasp()
     g.slip.sound[0], g.slip.silent[0] = USUAL, EVEN  # so that time changes nothing
-    g.slip.says[0], g.slip.stays[0] = 1.0, stays
-    hear_slip(g, 0, LOOK, 1.0, math.nan)
-    sound = USUAL * (stays * DETECTS + (1.0 - stays) * FALSE)
-    assert g.slip.sound[0] / faulty(g, 0) == pytest.approx(sound / (RARE * DETECTS), rel=1e-3)
+    g.slip.says[0], g.slip.stays[0], g.slip.odds[0], g.slip.shows[0] = 1.0, stays, odds, 1.0
+    hear_slip(g, 0, looks * LOOK, 1.0, math.nan)
+    sound = ((stays * DETECTS + (1.0 - stays) * FALSE) / DETECTS) ** looks
+    assert g.slip.sound[0] / faulty(g, 0) == pytest.approx(USUAL * sound / RARE, rel=1e-3)
+    assert g.slip.odds[0] == pytest.approx(odds * sound)
+    assert g.slip.shows[0] == pytest.approx(min(1.0 - looks * math.log(FALSE), math.log(1.0 + odds * sound)))
 
 
 @pytest.mark.parametrize("p", [1e-3, 0.02, 0.2, 0.5])
@@ -342,8 +350,9 @@ def test_a_channel_that_is_not_sensed_says_nothing_and_is_not_named() -> None:
 
 def test_the_sign_of_a_speed_is_none_of_its_business_and_a_threshold_of_zero_switches_it_off() -> None:
     g = grasp()
-    hear_slip(g, 0, DT, 0.0, 2e-3)
-    assert g.slip.says[BELIEF_MOST] == 1.0
+    for speed, says in ((2e-3, 1.0), (1e-3, 1.0), (0.99e-3, 0.0), (0.0, 0.0)):
+        hear_slip(g, 0, DT, 0.0, speed)
+        assert g.slip.says[BELIEF_MOST] == says
     begin_channels(g, 0.0, DELAY)
     hear_slip(g, 0, DT, 0.0, 2e-3)
     assert math.isnan(g.slip.says[BELIEF_MOST])
@@ -403,7 +412,96 @@ def test_what_has_held_stays_what_it_was_when_a_slide_is_revoked_that_had_taught
 @pytest.mark.parametrize("p", [0.02, 0.5, 0.95])
 def test_one_that_has_told_of_a_slide_that_the_load_shows_is_as_likely_as_the_table_has_it(p: float) -> None:
     g = grasp()
-    g.slip.silence[0], g.slip.says[0] = 0.1, 0.0
+    g.slip.silence[0], g.slip.says[0] = 0.2, 0.0
     judge_slide(g, 0.2, p)
     sound = USUAL * (p * DETECTS + (1.0 - p) * RARE)
     assert g.slip.sound[0] / faulty(g, 0) == pytest.approx(sound / (RARE * RARE), rel=1e-3)
+    g.slip.silence[1] = 0.2001  # too long ago, and nobody else has told either
+    g.slip.silence[0], g.slip.says[1] = math.inf, 0.0
+    judge_slide(g, 0.2, p)
+    assert g.slip.sound[1] / g.slip.silent[1] == pytest.approx(USUAL * (1.0 - p * DETECTS) / EVEN)
+    assert g.slip.silent[1] / faulty(g, 1) == pytest.approx(EVEN / RARE)
+
+
+EXPONENT, LOAD, WAS, HELD = 0.15, 0.7, math.log(0.3) + 0.105, math.log(0.4)
+
+
+@pytest.mark.parametrize(
+    ("u", "held", "shown", "begun", "slides", "told"),
+    [
+        (0.45, HELD, -math.inf, -math.inf, 0.0, False),
+        (0.2, HELD, -math.inf, -math.inf, 0.0, False),
+        (0.2, -0.1, -math.inf, HELD, 0.5, False),
+        (0.2, -0.1, -math.inf, HELD, 0.49, True),
+        (0.2, HELD, -math.inf, -0.1, 0.5, False),
+        (3.0, HELD, -math.inf, -math.inf, 0.0, False),
+        (0.45, HELD, -1.5, -math.inf, 0.49, False),
+        (0.01, -0.1, -math.inf, -math.inf, 0.0, False),
+    ],
+    ids=["rises", "falls", "slides", "told lately", "held less", "far above", "shown", "far below"],
+)
+def test_a_finger_slides_by_its_load_as_the_belief_has_it_that_what_it_held_cuts_off(
+    u: float, held: float, shown: float, begun: float, slides: float, told: bool
+) -> None:
+    """P(x < w + e | x > h - e), within what may have changed; the utilisation is averaged within a look."""
+    g = grasp()
+    expect_exponent(g, EXPONENT, 0.12**2)
+    g.belief.load[0], g.slip.silence[1] = LOAD, 0.15 if told else 0.1501
+    g.slip.level[0], g.slip.spread[0], g.slip.slides[0] = WAS, 0.01, slides
+    g.slip.held[0], g.slip.shown[0], g.slip.begun[0] = held, shown, begun
+    old, m = math.exp(-DT / LOOK), math.log(MU)
+    mean = u + old * (0.3 - u)
+    unsure = (0.03 * u + old * (0.01 - 0.03 * u)) / mean
+    w, e = math.log(mean) + EXPONENT * LOAD, math.hypot(0.1, unsure)
+    std = math.sqrt(0.35**2 + (0.12 * LOAD) ** 2 + 1e-6)
+    h = held - DT / 10.0
+    before = min(h, begun) if begun > -math.inf else h
+    was = before if slides >= 0.5 else h
+    above, lost = norm.sf([w + e, was - e], m, std)
+    stays = [math.exp(-0.5 * max((one - w) / e, 0.0) ** 2) for one in (was, before)]
+    changed = max(stays[0], norm.cdf(w + e, m, math.hypot(std, 0.4)))
+    p = min(max(1.0 - above / lost, 0.02 * changed, 1e-4), 0.95)
+    assert follow_utilisation(g, 0, DT, u, 0.03, LOAD, True) == pytest.approx(unsure)
+    assert (g.slip.level[0], g.slip.top[0], g.slip.likely[0]) == pytest.approx((w, w, p), rel=1e-6)
+    assert g.slip.stays[0] == pytest.approx(stays[told])
+    rises = min(w - 2.0 * unsure, shown + 5.0 * DT if shown > -math.inf else math.inf, m + 2.0 * std)
+    assert g.slip.held[0] == pytest.approx(max(h, rises))
+    assert g.slip.shown[0] == pytest.approx(rises if slides < 0.5 else shown)
+
+
+def test_all_that_was_seen_of_a_finger_is_referred_anew_by_its_load() -> None:
+    g = grasp()
+    seen = (g.slip.level, g.slip.held, g.slip.shown, g.slip.begun, g.slip.top, g.slip.top_next)
+    for one in (*seen, g.belief.record):
+        one[1] = -1.0
+    g.belief.load[1], g.belief.site_load[1] = 0.7, -0.3
+    g.belief.mean[2] = g.slip.exponent + 1.0
+    for _ in range(2):
+        refer_anew(g)
+        assert [one[1] for one in (*seen, g.belief.record)] == pytest.approx([-0.3] * 6 + [-1.3])
+
+
+@pytest.mark.parametrize(
+    ("held", "stays", "expected"),
+    [
+        ((0.0, -1.0, -2.0), (0.9, 0.2, 0.3), 0.3),
+        ((0.0, -1.0, -math.inf), (0.9, 0.2, 0.3), 0.2),
+        ((0.0, -math.inf, -1.0), (0.9, 0.2, 0.0), 0.0),
+        ((0.0, -math.inf, -math.inf), (0.9, 0.2, 0.3), 1.0),
+    ],
+)
+def test_a_finger_of_which_too_little_is_known_may_slide_as_the_others_that_have_held(
+    held: tuple[float, ...], stays: tuple[float, ...], expected: float
+) -> None:
+    g = grasp(3)
+    for i in range(3):
+        g.slip.held[i], g.slip.stays[i] = held[i], stays[i]
+    assert others_stay(g, 0) == expected
+
+
+def test_another_finger_that_slides_makes_a_slide_half_as_likely_as_its_own() -> None:
+    g = grasp()
+    g.slip.likely[0], g.slip.likely[1], g.slip.shows[1] = 0.1, 0.6, 2.0
+    assert likely_slide(g, 0) == pytest.approx(0.5 / (1.0 + 0.4 / 0.6 * math.exp(-2.0)))
+    g.slip.shows[1] = 0.0
+    assert likely_slide(g, 0) == 0.1

@@ -5,10 +5,20 @@ import math
 import numpy as np
 import pytest
 
+from vegrip.grip import slip_witness
 from vegrip.grip.friction_belief import begin_belief, expect_finger
 from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.slip_channels import begin_channels, follow_utilisation, hear_slip
-from vegrip.grip.slip_witness import BLIND, begin_witness, follow_forces, is_slow, rise_needed, sees_slide
+from vegrip.grip.slip_witness import (
+    BLIND,
+    begin_witness,
+    follow_forces,
+    is_slow,
+    rise_needed,
+    sees_slide,
+    wait_for_verdict,
+    watch_part,
+)
 
 DT, NOISE, MU, LOAD = 0.002, 0.01, 0.5, 1.0
 
@@ -165,3 +175,58 @@ def test_a_finger_that_is_lost_while_a_slide_is_judged_asks_for_a_sixth_more_at_
             follow_forces(g, i, DT, math.nan, math.nan, True)
         sees_slide(g, 2.0 * DT, 0.0, False)
     assert g.witness.lack == -BLIND
+
+
+@pytest.mark.parametrize("dt", [0.002, 0.03])
+@pytest.mark.parametrize("pull", [0.1, 0.5, 4.0])
+def test_a_rise_is_none_below_five_deviations_of_averaged_noise(pull: float, dt: float) -> None:
+    """Of both fingers together, and of one by itself."""
+    g = grasp()
+    part = dt / (dt + 0.02)
+    for i in range(2):
+        g.witness.forces[i], g.witness.pulls[i] = 2.0, 0.5 * pull
+    assert rise_needed(g, dt) == pytest.approx(max(0.02, 5.0 * NOISE * math.sqrt(2.0 * part) / pull))
+    g.witness.pulls[1] = pull
+    for lowered in (0.0, 0.1):
+        watch_part(g, 1, dt, lowered)
+    needed = max(0.02, 5.0 * NOISE * math.sqrt(part) / pull)
+    for times, slid in ((0.99, 0.0), (1.01, 1.0)):
+        g.witness.forces[1] = 2.0 * math.exp(times * needed / 0.3)
+        watch_part(g, 1, dt, 0.1)
+        assert g.witness.slid[1] == slid
+    watch_part(g, 1, dt, 0.0)  # nothing is let go of any more
+    assert (g.witness.part[1], g.witness.slid[1]) == (math.inf, 0.0)
+
+
+@pytest.mark.parametrize(("falls", "seen"), [(0.16, True), (0.19, True), (0.21, False)])
+def test_a_slide_is_as_likely_as_the_fingers_make_it_and_waited_for(falls: float, seen: bool) -> None:
+    """N has fallen by e^-0.1, and T by so much; one that falls more than twice as fast goes away."""
+    g = grasp()
+    g.slip.delay, g.slip.likely[0], g.slip.likely[1], g.witness.rested = 0.02, 0.1, 0.3, 1.0
+    for k in range(2):
+        for i in range(2):
+            g.witness.forces[i], g.witness.pulls[i] = 2.0 * math.exp(-0.1 * k), 0.5 * math.exp(-falls * k)
+        assert sees_slide(g, 2.0 * DT, 0.5, False) == (seen and k == 1)
+    if seen:
+        pull = math.exp(-falls)
+        assert g.witness.chance == pytest.approx(1.0 / (1.0 + 0.7 / 0.3 * 0.05 / 0.95))
+        assert (g.witness.waits, g.witness.rested) == (pytest.approx(0.17), 0.0)
+        told = g.witness.lost, g.witness.low, g.witness.high
+        assert told == pytest.approx((1.0 - pull, pull, pull))
+    assert g.witness.least == math.inf
+
+
+@pytest.mark.parametrize(("back", "judged"), [(0.86, True), (0.84, False)])
+def test_a_load_that_is_back_by_half_shows_a_slide_of_then(
+    monkeypatch: pytest.MonkeyPatch, back: float, judged: bool
+) -> None:
+    """It had lost 0.2 N, and fell from 0.8 N to 0.75 N after that."""
+    g, told = grasp(), []
+    monkeypatch.setattr(slip_witness, "judge_slide", lambda _, *given: told.append(given))
+    g.slip.delay, g.witness.waits, g.witness.chance, g.witness.lost = 0.02, 0.17, 0.6, 0.2
+    g.witness.low = g.witness.high = 0.8
+    g.witness.pull = 1.0
+    for pull in (0.9, 0.75, back, 0.8):
+        wait_for_verdict(g, 0.05, pull)
+        assert g.witness.lack == (0.0 if pull == 0.8 else pytest.approx(max(math.log(pull), -BLIND)))
+    assert told == [(pytest.approx(0.2 + 2.0 * 0.02), 0.6)] * judged

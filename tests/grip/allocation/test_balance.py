@@ -1,5 +1,7 @@
 """Balance of the internal forces about the thumb."""
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -34,6 +36,8 @@ def test_without_a_thumb_nothing_changes() -> None:
     needs = {"left": 1.0, "right": 2.0}
     assert balance_forces(needs, "thumb") == needs
     assert balance_forces({"thumb": 2.0}, "thumb") == {"thumb": 2.0}
+    silent = balance_forces({"thumb": math.nan, **needs}, "thumb")
+    assert {name: silent[name] for name in needs} == needs
 
 
 def test_fingers_that_need_nothing_share_equally() -> None:

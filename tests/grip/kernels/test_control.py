@@ -5,20 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from tests.grip.stages import put
+
 MS = 10**6
-
-
-def put(kernels, f, t, **values) -> None:
-    """Set numbers by name: real ones in ``f``, whole ones in ``t``."""
-    for name, value in values.items():
-        array = (
-            t
-            if name.startswith(
-                ("TURN_", "CLOCK_", "NEED_", "SAMPLE_", "SETUP_", "INPUT_", "NEWS_", "CHOICE_")
-            )
-            else f
-        )
-        array[getattr(kernels, name)] = value
 
 
 @pytest.fixture

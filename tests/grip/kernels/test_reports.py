@@ -92,6 +92,7 @@ DUE = {
         ({}, 99, False),
         ({"INPUT_CONDITION": "DEGRADED"}, 100, True),
         ({"INPUT_CONDITION": "FROZEN"}, 100, False),
+        ({"TURN_CONTACT_DUE": 1}, 1, True),
         ({"TURN_CONTACT_DUE": 0}, 100, False),  # messages tell the first
         *(({name: 0}, 100, False) for name in DUE),
     ],
@@ -101,6 +102,22 @@ def test_frames_tell_what_is_due_not_the_first_and_believed(kernels, t, changed,
         known = getattr(kernels, f"CONDITION_{value}") if isinstance(value, str) else value
         t[getattr(kernels, name)] = known
     assert kernels.is_reported_here(t, now) == told
+
+
+@pytest.mark.parametrize(("bound", "told"), [(0.3, True), (math.nan, True), (math.inf, False)])
+def test_a_report_is_counted_and_the_next_one_is_due_a_period_later(
+    kernels, f, t, monkeypatch, bound, told
+) -> None:
+    monkeypatch.setattr(kernels, "report_margin", lambda *_: bound)
+    monkeypatch.setattr(kernels, "report_contact", lambda *_: None)
+    for name, value in {**DUE, "SETUP_REPORT_PERIOD": 20, "TURN_HEALTH_DUE": 115, "TURN_REPORTS": 7}.items():
+        t[getattr(kernels, name)] = value
+    for now, due in ((100, 115), (120, 115)) if told else ((100, 0),):
+        assert kernels.finger_report(f, t, now, None, None, None) == (
+            kernels.REPORTED if told else kernels.NOT_REPORTED
+        )
+        assert t[kernels.TURN_REPORT_DUE] == due
+    assert (t[kernels.TURN_REPORTS], t[kernels.TURN_CONTACT_DUE]) == ((9, 140) if told else (7, 100))
 
 
 ESTIMATES = {

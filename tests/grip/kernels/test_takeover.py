@@ -55,6 +55,9 @@ def test_a_load_that_grows_needs_more_than_in_proportion() -> None:
     assert bound(tangential_force=1.5) == pytest.approx(3.0 * 1.5**2)
     assert bound(torque=4e-3) == pytest.approx(3.0 * 2.0)  # 1 N at 4 mm, across the other
     assert bound(tangential_force=0.5) == 3.0
+    takeover = Takeover(RAMP)
+    takeover.begin(3.0, LOAD, 0.0, BEGIN)  # without an arm a torque is no force
+    assert takeover.bounded(11.0, replace(LOAD, torque=4e-3), BEGIN) == 3.0
 
 
 def test_what_held_no_load_shows_nothing() -> None:
@@ -82,7 +85,7 @@ def test_the_force_of_a_close_is_taken_over_once_when_it_falls_or_a_load_comes(
     force: float, load: float
 ) -> None:
     closing = Closing()
-    assert [closing.kept(1.0), closing.kept(3.0), closing.kept(2.95)] == [0.5, 0.5, 0.5]
+    assert [closing.kept(one) for one in (0.0, 1.0, 3.0, 2.95)] == [0.5] * 4
     assert closing.kept(force, load) == 3.0
     assert closing.kept(4.0, load, held=3.0) == (0.0 if load else 3.0)
     assert closing.kept(2.0, load, held=3.0) == (0.0 if load else 3.0)

@@ -49,6 +49,17 @@ def test_nothing_is_lowered_while_the_rise_settles() -> None:
     assert reasons == {Reason.HOLD}
 
 
+def test_the_rest_before_a_fall_counts_from_the_last_rise_or_slip_and_ends_to_the_step() -> None:
+    """Half a second in steps of a sixteenth; a need that equals what is held is no rise."""
+    for rise, steps in ((need(5.0), 7), (need(5.0, slipping=True), 7), (None, 0)):
+        grip = margin_grip(replace(SETTINGS, settle_time=0.5, dead_band=0.0))
+        held = 5.0 if rise is None else grip.wanted(4.0, rise, 0.0625)[0]
+        if rise is None:
+            assert {grip.wanted(held, need(held), 0.0625) for _ in range(8)} == {(held, Reason.HOLD)}
+        told = [grip.wanted(held, need(1.0), 0.0625)[1] for _ in range(9)]
+        assert told == [Reason.HOLD] * steps + [Reason.LOWER] * (9 - steps)
+
+
 def test_lowering_follows_the_release_time() -> None:
     """The envelope falls as exp(-t / release_time) after the settling time; the command is one play above."""
     grip = margin_grip(SETTINGS)

@@ -145,3 +145,21 @@ def test_every_state_has_the_weight_of_all_that_came_before_it():
     assert of_force["NOISE_COUNT"] == 8
     assert of_force["REPEATS"] == pytest.approx((1.0 - 0.8**3) * 7.0 / 8.0)
     assert of_force["TURNS"] == pytest.approx(0.5 * 0.8**3 * 7.0 / 8.0 + 1.0 / 8.0)
+
+
+def test_of_a_run_of_repeats_twice_its_limit_counts_and_no_more():
+    """Each has the weight of one in 256 states, and so has what ends them."""
+    for run, counted in ((3, 3), (10, 10), (100, 10)):
+        watch = StuckNoise()
+        for name, value in {
+            "REPEAT_RUN": run,
+            "REPEAT_LIMIT": 5.0,
+            "NOISE_COUNT": 1000,
+            "REPEATS": 0.1,
+        }.items():
+            watch.memory.section(name)[CHANNEL] = value
+        KERNELS.learn_noise(watch.f, watch.t, CHANNEL, 1.0)
+        kept = 1.0 - 1.0 / 256.0
+        expected = (1.0 - 0.9 * kept**counted) * kept
+        assert watch.memory.section("REPEATS")[CHANNEL] == pytest.approx(expected)
+        assert watch.memory.section("NOISE_COUNT")[CHANNEL] == 1001 + run
