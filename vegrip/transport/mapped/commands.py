@@ -33,6 +33,7 @@ Write = Callable[[float], tuple[Any, bool]]
 """From a value in its unit to that on the wire, and whether the signal cannot hold it."""
 
 FLOATS: Final = {16: "<e", 32: "<f", 64: "<d"}
+LARGEST: Final = {16: 65504.0, 32: (2.0 - 2.0**-23) * 2.0**127}  # that such a float holds
 ROUNDED: Final = 1e-5  # of a gain and an offset that are written in a map, times the largest value
 ON_STATE: Final = frozenset({"position", "increment"})
 """Kinds of commands that rest on what is measured."""
@@ -402,11 +403,13 @@ def rounding(signal: Signal, *, raw: bool = False) -> Write:
         return (found, False) if low <= found <= high else (min(max(found, low), high), True)
 
     def real(value: float) -> tuple[int, bool]:
+        steps, is_beyond = (value - offset) / scale, False
         try:
-            packed = struct.pack(FLOATS[signal.length], (value - offset) / scale)
+            packed = struct.pack(FLOATS[signal.length], steps)
         except OverflowError:
-            return 0, True
-        return int.from_bytes(packed, "little"), False
+            end = math.copysign(LARGEST[signal.length], steps)
+            packed, is_beyond = struct.pack(FLOATS[signal.length], end), True
+        return int.from_bytes(packed, "little"), is_beyond
 
     return real if signal.is_float else whole
 
