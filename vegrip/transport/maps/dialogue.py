@@ -58,6 +58,13 @@ class DeviceMap:
         0, low=-0x7FF, high=0x7FF, doc="CAN: added to all identifiers, as for another hand"
     )
 
+    @property
+    def conditions(self) -> set[str]:
+        """The names of those that it asks for."""
+        entries = [entry for entry in self.opening if isinstance(entry, dict)]
+        asked = [self.ready, *(entry.get(key) for entry in entries for key in ("unless", "until"))]
+        return {name for name in asked if name and isinstance(name, str)}
+
 
 @dataclass(frozen=True)
 class _Entry:

@@ -287,6 +287,12 @@ def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
         name: build(ConditionMap, _table(each, path, f"conditions.{name}"), f"{path} [conditions.{name}]")
         for name, each in top.conditions.items()
     }
+    on_line = bool(packets) and all(each.identifier < 0 for each in packets.values())
+    if (conditions or top.device.conditions) and not on_line:
+        raise ConfigError(
+            f"{path}: [conditions], 'ready', 'unless' and 'until' are of devices on UDP, TCP or a serial "
+            "line; leave them out"
+        )
     read = {"messages": messages, "fingers": fingers, "packets": packets, "conditions": conditions}
     return HandMap(**{**vars(top), **read}, path=path, open=unknown)
 
