@@ -23,7 +23,7 @@ from vegrip.config import build, parameter
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.messages import FingertipState, ForceCommand, Message, Reason
 from vegrip.transport.can_port import CanPort, open_port
-from vegrip.transport.canbus.frame_time import FD_SIZES
+from vegrip.transport.canbus.frame_time import fd_size
 from vegrip.transport.codec import Frame
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.virtual_device import VirtualDevice
@@ -179,9 +179,8 @@ class BusPort(DevicePort):
         return self._port.receive(0.0)
 
     def write(self, frame: Frame) -> None:
-        size = next(each for each in FD_SIZES if each >= len(frame.data))
         with suppress(can.CanError, OSError):
-            self._port.send(frame._replace(data=frame.data.ljust(size, b"\0")))
+            self._port.send(frame._replace(data=frame.data.ljust(fd_size(len(frame.data)), b"\0")))
 
     def close(self) -> None:
         self._bus.shutdown()

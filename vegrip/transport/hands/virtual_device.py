@@ -94,7 +94,7 @@ class VirtualDevice(Simulated):
 
     def _take_whole(self, frame: Frame, now: int) -> None:
         asked = frame.arbitration_id, bytes(frame.data)
-        for step in (one for one in self._steps if (one.identifier, one.data) == asked):
+        for step in (one for one in self._steps if one.frame[:2] == asked):
             self._obey(step, now)
             return
         for finger, reader in self._commands.items():

@@ -16,6 +16,7 @@ from typing import Any, Final
 from vegrip.clock import NOT_YET, NS
 from vegrip.errors import ConfigError, suggestion
 from vegrip.messages import ForceCommand, make_row
+from vegrip.transport.canbus.frame_time import fd_size
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.bodies import Bodies
 from vegrip.transport.mapped.body_paths import parse_path
@@ -341,7 +342,8 @@ class FrameCommands(Commands):
             scope["protect"] = outgoing.guard.protect
             text = f"bytearray({text})\n protect(data)"
         head = f" data = {text}\n"
-        return f"{head} made = row(Frame, ({message.identifier}, bytes(data), {message.fd}, 0))"
+        whole = f"bytes(data).ljust({fd_size(message.length)}, b'\\0')" if message.fd else "bytes(data)"
+        return f"{head} made = row(Frame, ({message.identifier}, {whole}, {message.fd}, 0))"
 
     def _add(self, finger: str, command: CommandMap, where: str) -> tuple[Outgoing, Target]:
         message, signal = find_signal(self._plan.database, command.signal, where)
