@@ -21,6 +21,7 @@ from vegrip.transport.open import CanSettings, Hand, open_bus
 
 STATE_COB_IDS = {network.OF_A_FINGER[name] for name in network.OUT_OF_A_FINGER}
 SYNCHRONOUS = 240  # transmission types up to this wait for SYNC
+BY_ITSELF = 255  # one that does not
 
 
 class HandEndpoint(CanopenEndpoint):
@@ -83,8 +84,8 @@ class HandEndpoint(CanopenEndpoint):
     def _every(self, finger: str) -> int:
         """Return how many SYNCs make one state; 0: none, it is sent by itself."""
         device = self._by_name.get(finger)
-        kind = device.number(0x1800, 2) if device is not None else 0
-        return kind if kind <= SYNCHRONOUS else 0
+        kind = device.number(0x1800, 2) if device is not None else BY_ITSELF
+        return max(kind, 1) if kind <= SYNCHRONOUS else 0  # 0: with the next one, if there is a new state
 
     def _on_sync(self, _: int, __: bytes, ___: float) -> None:
         self._syncs += 1
