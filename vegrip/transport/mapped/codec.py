@@ -140,10 +140,6 @@ class ForeignHand(ABC):
     def lost(self) -> int:
         return sum(sequence.lost for sequence in self._sequences)
 
-    def reset(self) -> None:
-        for sequence in self._sequences:
-            sequence.begin()
-
     def state_of(self, finger: str) -> tuple[float, float]:
         """Return the last normal force of ``finger`` [N] and its position in the unit of their signal."""
         slot = self.plan.feedback.get(finger)
