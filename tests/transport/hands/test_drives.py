@@ -17,8 +17,9 @@ from vegrip.transport.hands.link_endpoint import MappedLinkEndpoint, PacketStrea
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import make_plan, open_plan, read_database
 from vegrip.transport.mapped.price import price
+from vegrip.transport.maps.checksums import appended
 from vegrip.transport.maps.conditions import ConditionMap, Conditions
-from vegrip.transport.maps.modbus import crc16, framed, silence
+from vegrip.transport.maps.modbus import framed, silence
 from vegrip.transport.maps.products import about, map_of, names, virtual_text
 from vegrip.transport.maps.schema import parse_map
 
@@ -96,7 +97,7 @@ def test_where_a_finger_presses_there_is_an_object(plan):
 
 
 def test_the_checksum_of_modbus_is_the_one_of_the_catalogue_of_crcs():
-    assert crc16(b"123456789") == 0x4B37
+    assert appended("modbus", b"123456789")[9:].hex() == "374b"
     assert framed("tcp", 7, bytes.fromhex("01 03 062E 0006")).hex() == "0007000000060103062e0006"
 
 

@@ -37,15 +37,13 @@ from typing import Any, Final
 
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
-from vegrip.transport.maps.checksums import table_crc
+from vegrip.transport.maps.checksums import appended
 
 FRAMINGS: Final = ("rtu", "tcp")
 CHARACTER_BITS: Final = 11  # start, 8 bits, parity or second stop, stop
 SILENT_CHARACTERS: Final = 3.5
 FAST_BAUD, FAST_SILENCE_S = 19_200, 0.00175  # above that rate the silence is fixed [ModbusSerial]_, 2.5.1.1
 MOST_REGISTERS: Final = 123  # that function 16 writes
-crc16: Final = table_crc(16, 0x8005, 0xFFFF, 0, reflected=True)
-"""CRC-16 of Modbus: 0x4B37 of b"123456789"."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +62,7 @@ def framed(framing: str, transaction: int, body: bytes) -> bytes:
     """
     if framing == "tcp":
         return struct.pack(">HHH", transaction, 0, len(body)) + body
-    return body + crc16(body).to_bytes(2, "little")
+    return appended("modbus", body)
 
 
 def silence(baud: int) -> float:
