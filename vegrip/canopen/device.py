@@ -83,7 +83,6 @@ class Device:
         self.emergencies = Emergencies(self.local.emcy.send)
         self.foreign = 0  # frames of another node that bears our node-ID
         self._foreign_until = 0.0  # [s] when the last of them is forgotten
-        self._network = network
         self._on_command = on_command or self._obey  # called with each NMT command for this device
         network[node] = self.local
         network.unsubscribe(self.local.sdo.rx_cobid, self.local.sdo.on_request)

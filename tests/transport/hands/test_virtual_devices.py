@@ -74,7 +74,7 @@ class Wire:
         self.now, self.is_cut, self.harm = NS, False, lambda data: data
         self.arriving, self.reports = deque(), []
         plan = product.plan
-        self.device = VirtualDevice(plan, 0, product.latency)
+        self.device = VirtualDevice(plan, product.latency)
         self.codec = MappedCodec(plan)
         self.endpoint = None
         monkeypatch.setattr(dialogue, "SILENT_AFTER", 3 * NS // 10)

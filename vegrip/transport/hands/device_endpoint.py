@@ -255,7 +255,7 @@ def open_device(table: Mapping[str, Any], hand: Hand, where: str) -> VirtualDevi
 def virtual_device(plan: Plan, latency: float = 0.0) -> Simulated:
     """Return the simulation of a drive, or else of any device by its map."""
     speaks = plan.hand.product.get("virtual", {}).get("speaks", "")
-    return DRIVES[speaks](plan, latency) if speaks in DRIVES else VirtualDevice(plan, 0, latency)
+    return DRIVES[speaks](plan, latency) if speaks in DRIVES else VirtualDevice(plan, latency)
 
 
 def _port(transport: Mapping[str, Any], settings: DeviceSettings) -> DevicePort:

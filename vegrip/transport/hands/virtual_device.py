@@ -31,20 +31,20 @@ TURN: Final = 2.0 * math.pi  # [rad]
 
 
 class VirtualDevice(Simulated):
-    """One device of a hand."""
+    """The first device of a hand."""
 
-    def __init__(self, plan: Plan, number: int = 0, latency: float = 0.0) -> None:
+    def __init__(self, plan: Plan, latency: float = 0.0) -> None:
         if plan.hand.format or plan.hand.nodes:
             raise ConfigError(
                 f"{plan.hand.path}: only packets and frames of a CAN database have a virtual device"
             )
         super().__init__(latency)
         self._plan = plan
-        self._packets = {one.name: one for one in plan.database.packets if one.device == number}
+        self._packets = {one.name: one for one in plan.database.packets if one.device == 0}
         hand, on_can = plan.hand, not plan.database.packets
         self._on_can = on_can
         self._dialogue = Dialogue(
-            hand.device, number, hand.command.period, Counter(), str(hand.path), on_can=on_can
+            hand.device, 0, hand.command.period, Counter(), str(hand.path), on_can=on_can
         )
         commands = FrameCommands(plan, self._state_of, Counter())
         self._commands = {

@@ -216,7 +216,6 @@ class MappedCodec(ForeignHand):
             found[name] = count, own
             count += len(own)
         super().__init__(plan, groups)
-        self.fingers = tuple(self._states)
         self.foreign = 0
         self._takes: dict[int, Take] = {}
         for name, each in found.items():
@@ -365,9 +364,6 @@ class TopicCodec(ForeignHand):
         self._bodies = bodies_of(plan)
         self._topics = {name: self._of_topic(name, number) for number, name in enumerate(names)}
         self.encoder = TopicCommands(plan, self.state_of, self.clipped, self._bodies)
-
-    def decode(self, topic: str, payload: bytes, stamp: int) -> Message | None:
-        return next(iter(self.decode_all(topic, payload, stamp)), None)
 
     def decode_all(self, topic: str, payload: bytes, stamp: int) -> Sequence[FingertipState]:
         take = self._topics.get(topic)
