@@ -25,7 +25,7 @@ from canopen.objectdictionary import ObjectDictionary, ODVariable
 
 from vegrip.clock import NS
 from vegrip.config import parameter
-from vegrip.errors import ConfigError, DeviceError
+from vegrip.errors import ConfigError, DeviceError, first_line
 from vegrip.messages import ContactEstimate, Lifecycle
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.database import database
@@ -193,8 +193,7 @@ def _import(path: Path, node: int) -> ObjectDictionary:
     except OSError as error:
         raise ConfigError(f"{path} cannot be read ({error.strerror})") from None
     except (configparser.Error, ValueError, KeyError, AttributeError) as error:
-        reason = str(error).strip().splitlines()[0] if str(error) else type(error).__name__
-        raise ConfigError(f"{path} is not a valid EDS file: {reason}") from None
+        raise ConfigError(f"{path} is not a valid EDS file: {first_line(error)}") from None
 
 
 def _hex(value: object) -> str:

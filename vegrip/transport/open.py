@@ -11,7 +11,7 @@ from typing import Any
 import can
 
 from vegrip.config import build, parameter
-from vegrip.errors import ConfigError, DeviceError
+from vegrip.errors import ConfigError, DeviceError, first_line
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.can_port import check_link, check_rates
 from vegrip.transport.canbus.frame_time import BitTiming
@@ -162,9 +162,8 @@ def _opener(kind: object, where: str) -> Opener:
     except Exception as error:
         if kind in TRANSPORTS:
             raise
-        reason = str(error).partition("\n")[0] or type(error).__name__
         raise ConfigError(
-            f"{where}: the transport {kind!r} cannot be loaded from {known[kind]}: {reason}"
+            f"{where}: the transport {kind!r} cannot be loaded from {known[kind]}: {first_line(error)}"
         ) from None
     return opener
 
