@@ -25,7 +25,7 @@ VERSION: Final = 1
 
 
 class Lifecycle(IntEnum):
-    """States of a managed node (ROS 2); the values are vegrip's own, CANopen NMT is mapped in the codec."""
+    """States of a managed node (ROS 2); the values are vegrip's own, NMT is mapped by ``vegrip.canopen``."""
 
     UNCONFIGURED = 0
     INACTIVE = 1

@@ -8,12 +8,17 @@ from canopen.objectdictionary import ObjectDictionary
 
 from vegrip.canopen.network import (
     EMCY,
+    ENTER_PRE_OPERATIONAL,
     HEARTBEAT,
     INITIALISING,
     OPERATIONAL,
     PRE_OPERATIONAL,
+    RESET_COMMUNICATION,
+    RESET_NODE,
     SDO_ANSWER,
     SDO_REQUEST,
+    START,
+    STOP,
     STOPPED,
     LoopNetwork,
 )
@@ -123,10 +128,10 @@ class Device:
             self._on_command(data[0])
 
     def _obey(self, command: int) -> None:
-        states = {1: OPERATIONAL, 2: STOPPED, 128: PRE_OPERATIONAL}
+        states = {START: OPERATIONAL, STOP: STOPPED, ENTER_PRE_OPERATIONAL: PRE_OPERATIONAL}
         if command in states:
             self.set_state(states[command])
-        elif command in (129, 130):
+        elif command in (RESET_NODE, RESET_COMMUNICATION):
             self.boot()
 
     def _on_sdo(self, can_id: int, data: bytes, stamp: float) -> None:

@@ -2,10 +2,9 @@
 
 A heartbeat that a thread or the kernel keeps sending says nothing about the loop; this one stops with it.
 
-Which COB-ID carries what: the predefined connection set of CiA 301, seen from the fingers.
-
-A finger is one node, sensor and drive: its TPDOs are its state, its RPDOs what the grasp force node commands.
-So a finger needs no configuration, and the grasp force node sends on the RPDO identifiers of the fingers.
+Which COB-ID carries what is the predefined connection set of CiA 301, seen from the fingers. A finger is one
+node, sensor and drive: its TPDOs are its state, its RPDOs what the grasp force node commands. So a finger
+needs no configuration, and the grasp force node sends on the RPDO identifiers of the fingers.
 """
 
 import configparser

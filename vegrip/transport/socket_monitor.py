@@ -1,6 +1,4 @@
-"""The events of the connections of one ZeroMQ socket.
-
-One publisher that is listened to, and connected to anew when libzmq has given it up.
+"""The events of the connections of one ZeroMQ socket, and a subscription that is made anew when it ends.
 
 libzmq connects again by itself to a publisher that has gone. After an error of the protocol (a message
 above MAXMSGSIZE, or bytes that are no message) it does not: it ends the session silently, and the

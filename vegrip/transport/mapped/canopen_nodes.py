@@ -308,10 +308,10 @@ class CanopenNodes:
         """Return the frames to send at ``now`` [ns]."""
         frames = []
         for one in self._starts.values():
-            is_new = not one.is_booted
+            is_repeated = not one.is_booted
             if one.is_due(now):
                 frames.append(Frame(0, bytes((START, one.node))))
-                self.rejected["started_again"] += is_new
+                self.rejected["started_again"] += is_repeated
             if now - one.received > AWAY_NS and not one.is_away:
                 one.is_away = True
                 self.rejected[f"away_{one.name}"] += 1

@@ -159,7 +159,7 @@ class Commands(ABC):
         self._state_of = state_of
         self._clipped = clipped
         self._period = round(plan.hand.command.period * NS)
-        self._stops = plan.hand.command.silence == "holds"
+        self._holds_itself = plan.hand.command.silence == "holds"
         self._outgoing: dict[Any, Outgoing] = {}
         self._of: dict[str, tuple[Outgoing, Target]] = {}  # by finger
         for finger in plan.fingers:
@@ -211,7 +211,7 @@ class Commands(ABC):
             expired = all(
                 each.command is not None and each.command.expires <= now for each in outgoing.targets
             )
-            if expired and self._stops:
+            if expired and self._holds_itself:
                 continue
             if outgoing.waits:
                 outgoing.is_wanted = True
