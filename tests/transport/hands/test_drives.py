@@ -168,6 +168,7 @@ def test_a_map_that_cannot_be_is_refused_in_one_sentence(case):
     with pytest.raises(ConfigError) as refused:
         opened(table, path)
     assert said in str(refused.value)
+    assert str(path) in str(refused.value)
     assert "\n" not in str(refused.value)
 
 

@@ -284,7 +284,7 @@ def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
         name: MessageMap(counter=each.counter, checksum=each.checksum) for name, each in packets.items()
     }
     conditions = {
-        name: build(ConditionMap, _table(each, path, f"conditions.{name}"), f"{path} [conditions.{name}]")
+        name: _built(ConditionMap, _table(each, path, f"conditions.{name}"), f"{path} [conditions.{name}]")
         for name, each in top.conditions.items()
     }
     on_line = bool(packets) and all(each.identifier < 0 for each in packets.values())
