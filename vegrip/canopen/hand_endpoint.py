@@ -19,7 +19,6 @@ from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.open import CanSettings, Hand, open_bus
 
-STATE_COB_IDS = {network.OF_A_FINGER[name] for name in network.OUT_OF_A_FINGER}
 SYNCHRONOUS = 240  # transmission types up to this wait for SYNC
 BY_ITSELF = 255  # one that does not
 
@@ -70,11 +69,11 @@ class HandEndpoint(CanopenEndpoint):
 
     def accepts(self, cob_id: int) -> bool:
         device = self.devices.get(cob_id & 0x7F)
-        return cob_id & 0x780 not in STATE_COB_IDS and device is not None and device.is_operational
+        return cob_id & 0x780 not in network.STATE_COB_IDS and device is not None and device.is_operational
 
     def speaks(self, cob_id: int) -> bool:
         device = self.devices.get(cob_id & 0x7F)
-        return cob_id & 0x780 in STATE_COB_IDS and device is not None and device.is_operational
+        return cob_id & 0x780 in network.STATE_COB_IDS and device is not None and device.is_operational
 
     def close(self) -> None:
         for node in self.devices:

@@ -55,6 +55,7 @@ OF_A_FINGER: Final = {
 }
 OF_THE_GRASP: Final = {"NodeStatus": 0x180}  # TPDO 1 of the grasp force node
 OUT_OF_A_FINGER: Final = frozenset(name for name in OF_A_FINGER if name.startswith("FingertipState"))
+STATE_COB_IDS: Final = frozenset(OF_A_FINGER[name] for name in OUT_OF_A_FINGER)
 
 
 @dataclass(frozen=True)

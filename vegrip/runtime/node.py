@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from vegrip.clock import Clock
 from vegrip.errors import UsageError, first_line, suggestion
-from vegrip.messages import Message
+from vegrip.messages import USUAL_FINGERS, Message
 from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
@@ -133,7 +133,7 @@ class NodeContext:
 
     name: str
     namespace: str = ""  # "" or like "left" or "lab/left"
-    fingers: tuple[str, ...] = ("thumb", "index", "middle", "ring", "little")  # in the order of the bus
+    fingers: tuple[str, ...] = USUAL_FINGERS  # in the order of the bus
     tick_period: float = 0.002  # [s] of on_tick
 
 

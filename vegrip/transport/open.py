@@ -12,6 +12,7 @@ import can
 
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError, DeviceError, first_line
+from vegrip.messages import USUAL_FINGERS
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.can_port import check_link, check_rates
 from vegrip.transport.canbus.frame_time import BitTiming
@@ -42,8 +43,6 @@ SETTINGS: dict[str, str] = {
 
 GROUP = "vegrip.transports"
 """Entry-point group under which other packages offer transports, each a function like :data:`Opener`."""
-
-USUAL_FINGERS = ("thumb", "index", "middle", "ring", "little")
 
 ORDER_REACH_STATES = 16
 """States by which another may be overtaken while its order can be restored."""

@@ -22,6 +22,7 @@ from vegrip.clock import NS, WallClock
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.messages import FingertipState, ForceCommand, Message, Reason
+from vegrip.transport.byte_link import CHUNK
 from vegrip.transport.can_port import CanPort, open_port
 from vegrip.transport.canbus.frame_time import fd_size
 from vegrip.transport.codec import Frame
@@ -34,7 +35,6 @@ from vegrip.transport.hands.virtual_wsg import Wsg
 from vegrip.transport.mapped.plan import Plan, open_plan
 from vegrip.transport.open import CanSettings, Hand, open_bus
 
-CHUNK: Final = 4096  # [bytes] read at once
 LIFETIME_PERIODS: Final = 10  # of repeated commands, after which silence counts as the end of them
 DRIVES: Final[dict[str, type[VirtualDrive]]] = {
     "robotiq": RobotiqRtu,
