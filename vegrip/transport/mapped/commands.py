@@ -22,7 +22,7 @@ from vegrip.transport.mapped.bodies import Bodies
 from vegrip.transport.mapped.body_paths import parse_path
 from vegrip.transport.mapped.compiled import made, packing
 from vegrip.transport.mapped.plan import Plan, find_signal
-from vegrip.transport.maps.checksums import Protection, protection
+from vegrip.transport.maps.checksums import Protection
 from vegrip.transport.maps.schema import CommandMap
 from vegrip.transport.maps.signals import ForeignMessage, Signal
 from vegrip.transport.maps.units import conversion, product, quantity, worth
@@ -303,7 +303,7 @@ class TopicCommands(Commands):
         outgoing = self._outgoing.setdefault(topic, Outgoing(topic))
         steps, law = parse_path(path.strip(), where), law_of(command, command.unit, where)
         outgoing.constants |= {parse_path(name, where): value for name, value in command.set.items()}
-        spec = self._plan.protection.get(topic)
+        spec = self._plan.hand.messages.get(topic)
         if spec is not None and spec.counter:
             outgoing.counter = parse_path(spec.counter, where)
         for each in (steps, *outgoing.constants, *filter(None, [outgoing.counter])):
@@ -380,15 +380,11 @@ class FrameCommands(Commands):
         waits = packet is not None and bool(packet.answer)
         opens = packet is not None and bool(packet.opened)
         outgoing = Outgoing(message.name, constants=dict(selectors), waits=waits, opens=opens)
-        spec = self._plan.protection.get(message.name)
+        spec = self._plan.hand.messages.get(message.name)
         if spec is not None:
-            where = f"{self._plan.hand.path} [messages.{message.name}.checksum]"
-            outgoing.guard = protection(spec.checksum, message, where)
+            outgoing.guard = self._plan.guard_of(message.name)
             outgoing.checksum = spec.checksum.signal
-            outgoing.counter = spec.counter
-            outgoing.modulus = spec.modulus or (
-                1 << message.signals[spec.counter].length if spec.counter else 1
-            )
+            outgoing.counter, outgoing.modulus = spec.counter, self._plan.modulus_of(message.name)
         return outgoing
 
 
