@@ -428,10 +428,7 @@ def _filled(outgoing: Outgoing) -> set[str]:
 
 def _bounds(command: CommandMap, low: float, high: float) -> tuple[float, float]:
     """Return the least and largest value in the unit: of the map, else those declared, NaN where none are."""
-    least, most = (
-        declared if math.isnan(stated) else stated
-        for stated, declared in ((command.low, low), (command.high, high))
-    )
+    least, most = command.range_or(low, high)
     return -math.inf if math.isnan(least) else least, math.inf if math.isnan(most) else most
 
 

@@ -162,6 +162,10 @@ class CommandMap:
         if self.motion and (not self.closed or math.isnan(self.low)):
             raise ConfigError("a command with 'motion' needs 'closed', and 'low': what is sent as it opens")
 
+    def range_or(self, low: float, high: float) -> tuple[float, float]:
+        """Return the least and largest value that are stated, ``low`` and ``high`` where they are not."""
+        return low if math.isnan(self.low) else self.low, high if math.isnan(self.high) else self.high
+
 
 @dataclass(frozen=True)
 class FingerMap:
