@@ -75,6 +75,16 @@ def is_missing_from_installation(error: BaseException) -> TypeGuard[FileNotFound
     return isinstance(error, FileNotFoundError) and Path(__file__).parent in Path(str(error.filename)).parents
 
 
+def first_line(error: BaseException) -> str:
+    r"""Return the first line of what ``error`` says, or else its kind.
+
+    >>> first_line(ValueError("no number\nin line 3")), first_line(ValueError())
+    ('no number', 'ValueError')
+
+    """
+    return str(error).strip().partition("\n")[0] or type(error).__name__
+
+
 MANY = 12  # names; more are not listed beside a near one
 
 

@@ -23,9 +23,12 @@ NAN: Final = math.nan
 VERSION: Final = 1
 """Version of the message set. Raised when a field is removed, renamed or changes its meaning."""
 
+USUAL_FINGERS: Final = ("thumb", "index", "middle", "ring", "little")
+"""In the order of their numbers on the bus, where nothing else is said."""
+
 
 class Lifecycle(IntEnum):
-    """States of a managed node (ROS 2); the values are vegrip's own, CANopen NMT is mapped in the codec."""
+    """States of a managed node (ROS 2); the values are vegrip's own, NMT is mapped by ``vegrip.canopen``."""
 
     UNCONFIGURED = 0
     INACTIVE = 1

@@ -8,12 +8,14 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from tests.bridges.messages_of_a_hand import SENT
 from vegrip.bridges import ros2_types as ros2
 from vegrip.cli import main
+from vegrip.clock import NS
 from vegrip.errors import DeviceError
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
@@ -152,6 +154,20 @@ def test_a_joint_of_the_fingers_name_is_its_displacement(link: Link, peer) -> No
     until(turn)
     assert states[-1].displacement == 1e-3
     assert math.isnan(states[-1].slip)  # not measured
+
+
+def test_a_displacement_that_came_a_tenth_of_a_second_ago_is_missing_until_the_next_one() -> None:
+    came: dict[str, list[object]] = {}
+    source = SimpleNamespace(read=lambda topic, _: came.pop(topic, []))
+    incoming = Incoming(source, ("thumb",))  # type: ignore[arg-type]
+    vector = SimpleNamespace(x=0.0, y=0.0, z=1.0)
+    wrench = SimpleNamespace(wrench=SimpleNamespace(force=vector, torque=vector))
+    felt = []
+    for now, positions in ((5, [1e-3]), (NS // 10 + 5, []), (NS // 10 + 6, []), (NS, [2e-3])):
+        came["/hand/thumb/wrench"] = [wrench]
+        came["/joint_states"] = [SimpleNamespace(name=["thumb"], position=[one]) for one in positions]
+        felt += [state.displacement for state in incoming.read(now)]
+    assert felt == pytest.approx([1e-3, 1e-3, math.nan, 2e-3], nan_ok=True)
 
 
 def test_what_nodes_say_goes_out_and_what_comes_in_goes_to_a_node(link: Link, peer) -> None:

@@ -2,15 +2,21 @@
 
 import struct
 
+import can
 import canopen
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from vegrip.canopen.device import HEARTBEAT_LOST, NOT_ITS_EDS, Emergencies
+from vegrip.canopen.hand_endpoint import HandEndpoint
 from vegrip.canopen.network import (
+    OF_A_FINGER,
+    OPERATIONAL,
     STATE_OF,
+    SYNC,
     TIME_COB_ID,
+    CanopenSettings,
     LoopNetwork,
     finger_nodes,
     identifiers,
@@ -19,7 +25,8 @@ from vegrip.canopen.network import (
 )
 from vegrip.canopen.sensors import ANSWER_TIMEOUT_NS, RETRIES, HeartbeatConsumer, SdoReader
 from vegrip.errors import ConfigError
-from vegrip.messages import Lifecycle
+from vegrip.messages import FingertipState, Lifecycle
+from vegrip.transport.codec import CanCodec
 
 MS = 1_000_000
 
@@ -107,6 +114,30 @@ def test_periodic_messages_stay_on_their_grid_and_are_not_made_up_for():
         network.serve(clock[0])
     assert sent == [(0x710, t) for t in (0, 230, 900, 1000)]
     assert network.due == 1200 * MS
+
+
+@pytest.mark.parametrize(
+    ("kind", "arrived"),
+    [(0, [0, 1, 1]), (1, [0, 1, 1]), (2, [0, 0, 1]), (240, [0, 0, 0]), (254, [1, 1, 1]), (255, [1, 1, 1])],
+)
+def test_a_state_leaves_by_itself_or_with_the_sync_that_its_transmission_type_says(kind, arrived):
+    with can.Bus("sync", interface="virtual") as other:
+        bus = can.Bus("sync", interface="virtual")
+        hand = HandEndpoint(bus, CanCodec(("thumb",), fd=False), CanopenSettings(), (32,))
+        hand.devices[32].store(0x1800, 2, bytes([kind]))
+        hand.devices[32].set_state(OPERATIONAL)
+        while other.recv(0) is not None:
+            pass
+        hand.send(FingertipState(1, "thumb", 0, normal_force=1.0))
+        counts, states = [], 0
+        for sync in range(3):
+            if sync:
+                hand.network.receive(SYNC, b"", sync)
+            while (frame := other.recv(0)) is not None:
+                states += frame.arbitration_id == OF_A_FINGER["FingertipState1"] + 32
+            counts.append(int(states > 0))
+        hand.can.close()
+    assert counts == arrived
 
 
 @given(st.integers(0, 0x7FF), st.binary(max_size=8))

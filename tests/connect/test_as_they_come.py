@@ -7,12 +7,15 @@ import pytest
 
 from vegrip.cli import main
 from vegrip.config import parse_toml
+from vegrip.connect.drafts import BY_USER, Draft, FingerDraft
 from vegrip.connect.guess import finger_of, words_of
+from vegrip.connect.proposal import Proposal
+from vegrip.connect.questions import learn
 from vegrip.errors import ConfigError
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import open_plan
-from vegrip.transport.maps.database import read_dbc
+from vegrip.transport.maps.database import Database, read_dbc
 from vegrip.transport.maps.signals import says_nothing
 
 NAN = float("nan")
@@ -313,3 +316,25 @@ def test_letters_with_marks_make_no_words_of_their_own(name, words):
 @pytest.mark.parametrize("name", ["Kraft_längs_Fx", "Kraft_rückwärts_Fx", "Größe_Fz"])
 def test_no_finger_is_made_of_the_letter_before_an_umlaut(name):
     assert finger_of("Tip", name, ()) == ""
+
+
+def test_a_key_that_was_said_is_changed_by_saying_it_again_and_by_no_traffic():
+    draft = Draft({})
+    draft.set("zero", 1.0, "the mean at rest")
+    draft.set("zero", 2.0)
+    draft.set("zero", 3.0, "the mean at rest")
+    assert (draft.keys, draft.notes) == ({"zero": 2.0}, {"zero": BY_USER})
+    draft.set("zero", 4.0)
+    assert draft.keys == {"zero": 4.0}
+
+
+def test_a_finger_whose_sign_was_said_is_not_turned_round_as_another_one_was():
+    turned = Draft({"sign": -1}, {"sign": "a press is positive", "seen": "a press is positive"})
+    fingers = {"thumb": turned, "index": Draft({"sign": 1}, {"sign": BY_USER}), "middle": Draft({})}
+    drafts = {name: FingerDraft({"normal_force": draft}) for name, draft in fingers.items()}
+    proposal = Proposal("hand.dbc", drafts)
+    learn(proposal, {}, {}, Database("hand.dbc", {}))
+    assert {name: draft.keys["sign"] for name, draft in fingers.items()} == {
+        "thumb": -1, "index": 1, "middle": -1,
+    }  # fmt: skip
+    assert proposal.learned == ["middle: normal_force turned round as at thumb"]

@@ -6,7 +6,8 @@ import pytest
 import vegrip.launch
 
 from vegrip.errors import ConfigError
-from vegrip.runtime.launch_file import FINGERS, find_launch_file, read_launch_file
+from vegrip.messages import USUAL_FINGERS
+from vegrip.runtime.launch_file import find_launch_file, read_launch_file
 from vegrip.runtime.node import NodeContext, find_program
 
 SHIPPED = sorted(Path(vegrip.launch.__file__).parent.glob("*.toml"))
@@ -94,7 +95,7 @@ def test_an_unknown_file_names_those_there_are():
 
 def test_the_default_is_a_hand_of_five_fingers(tmp_path):
     (node,) = read_launch_file(written(tmp_path, "[[node]]\nprogram = 'echo'"))
-    assert node.fingers == FINGERS
+    assert node.fingers == USUAL_FINGERS
 
 
 def test_realtime_is_on_unless_the_file_or_the_node_switches_it_off(tmp_path):

@@ -7,8 +7,6 @@ from vegrip.bridges.foxglove_channels import ALARMS
 from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, ModelHealth, SlipMargin
 from vegrip.transport.codec.schema import Topics
 
-FINGERS = ("thumb", "index", "middle", "ring", "little")
-"""Of the demonstration; for a layout that is written while no hand runs."""
 COLOURS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd")
 """One a finger, the same in every plot; from the sixth finger on again."""
 FRICTION = "friction_coefficient"

@@ -247,8 +247,8 @@ class FoxgloveServer:
                     client.subscriptions = {channel: one for channel, one in kept if one not in ended}
                 case {"op": "getParameters", "parameterNames": list(names)}:
                     found = await asyncio.to_thread(_parameters, frozenset(map(str, names)))
-                    reported = {"op": "parameterValues", "parameters": found}
-                    await _say(client, reported | ({"id": asked["id"]} if "id" in asked else {}))
+                    message = {"op": "parameterValues", "parameters": found}
+                    await _say(client, message | ({"id": asked["id"]} if "id" in asked else {}))
                 case {"op": "setParameters"}:
                     raise ValueError("parameters are read here; set them with `vegrip param set`")
                 case _:
@@ -270,8 +270,8 @@ class FoxgloveServer:
                 raise ValueError("a subscription needs the numbers id and channelId")
 
 
-async def _say(client: Client, reported: Mapping[str, Any]) -> None:
-    await client.connection.send(json.dumps(reported))
+async def _say(client: Client, message: Mapping[str, Any]) -> None:
+    await client.connection.send(json.dumps(message))
 
 
 def _parameters(names: frozenset[str]) -> list[dict[str, Any]]:

@@ -27,6 +27,7 @@ from cyclonedds.util import duration
 
 from vegrip.bridges import ros2_types as ros2
 from vegrip.bridges.node_topics import READ_PERIOD, NodeTopics
+from vegrip.clock import NS
 from vegrip.errors import DeviceError
 from vegrip.messages import FingertipState, Message
 
@@ -34,6 +35,7 @@ DEPTH: Final = 100  # messages kept for a reader that is slow, then the oldest g
 BLOCKED_MS: Final = 10  # [ms] that a write waits for such a reader at most
 LOOK_PERIOD_S: Final = 1.0  # [s] between two looks at which topics and other programs there are
 COMMANDED_PERIOD_S: Final = 0.001  # [s] of one look at the telemetry: by so much what comes in may be late
+MAX_AGE: Final = NS // 10  # [ns] of a displacement; an older one is missing, as of hands with a map
 MOST_AT_ONCE: Final = 256  # messages taken from one topic in a turn
 CONFIG: Final = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface {interface}/></Interfaces>
 <AllowMulticast>{multicast}</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>
@@ -200,22 +202,24 @@ class Incoming:
     def __init__(self, link: Link, fingers: tuple[str, ...], namespace: str = "") -> None:
         self._link, self._fingers, self._namespace = link, fingers, namespace
         self._seq = dict.fromkeys(fingers, 0)
-        self._displacement = dict.fromkeys(fingers, math.nan)
+        self._displacement = dict.fromkeys(fingers, (math.nan, 0))  # and when it came [ns]
 
     def read(self, now: int) -> list[FingertipState]:
         """Return the states that came; they are stamped ``now`` [ns], for clocks of others are theirs."""
         for sample in self._link.read(f"{self._namespace}/joint_states", idl_type(ros2.JOINTS)):
             for name, position in zip(sample.name, sample.position, strict=False):
                 if name in self._displacement:
-                    self._displacement[name] = position
+                    self._displacement[name] = position, now
         states = []
         for finger in self._fingers:
+            position, received = self._displacement[finger]
+            displacement = position if now - received <= MAX_AGE else math.nan
             for sample in self._link.read(f"{self._namespace}/hand/{finger}/wrench", idl_type(ros2.WRENCH)):
                 force, torque = sample.wrench.force, sample.wrench.torque
                 self._seq[finger] += 1
                 states.append(FingertipState(
                     now, finger, self._seq[finger], normal_force=force.z, tangential_force_x=force.x,
-                    tangential_force_y=force.y, torque_z=torque.z, displacement=self._displacement[finger],
+                    tangential_force_y=force.y, torque_z=torque.z, displacement=displacement,
                 ))  # fmt: skip
         return states
 

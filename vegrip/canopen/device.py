@@ -8,12 +8,17 @@ from canopen.objectdictionary import ObjectDictionary
 
 from vegrip.canopen.network import (
     EMCY,
+    ENTER_PRE_OPERATIONAL,
     HEARTBEAT,
     INITIALISING,
     OPERATIONAL,
     PRE_OPERATIONAL,
+    RESET_COMMUNICATION,
+    RESET_NODE,
     SDO_ANSWER,
     SDO_REQUEST,
+    START,
+    STOP,
     STOPPED,
     LoopNetwork,
 )
@@ -83,7 +88,6 @@ class Device:
         self.emergencies = Emergencies(self.local.emcy.send)
         self.foreign = 0  # frames of another node that bears our node-ID
         self._foreign_until = 0.0  # [s] when the last of them is forgotten
-        self._network = network
         self._on_command = on_command or self._obey  # called with each NMT command for this device
         network[node] = self.local
         network.unsubscribe(self.local.sdo.rx_cobid, self.local.sdo.on_request)
@@ -124,10 +128,10 @@ class Device:
             self._on_command(data[0])
 
     def _obey(self, command: int) -> None:
-        states = {1: OPERATIONAL, 2: STOPPED, 128: PRE_OPERATIONAL}
+        states = {START: OPERATIONAL, STOP: STOPPED, ENTER_PRE_OPERATIONAL: PRE_OPERATIONAL}
         if command in states:
             self.set_state(states[command])
-        elif command in (129, 130):
+        elif command in (RESET_NODE, RESET_COMMUNICATION):
             self.boot()
 
     def _on_sdo(self, can_id: int, data: bytes, stamp: float) -> None:

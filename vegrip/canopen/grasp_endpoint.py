@@ -107,7 +107,6 @@ class Mirror:
         return float(estimate.std if is_std else estimate.value)
 
 
-STATE_COB_IDS = {network.OF_A_FINGER[name] for name in network.OUT_OF_A_FINGER}
 IS_IT = "is it connected, switched on, and at the same bit rate (transport.bitrate)?"
 LOOK_PERIOD_NS = (
     10_000_000  # [ns] between two looks at the fingers; what it finds is reported with the next heartbeat
@@ -195,7 +194,7 @@ class GraspEndpoint(CanopenEndpoint):
         """States, of fingers that are what they should be, while we are operational."""
         sensor = self.sensors.all.get(cob_id & 0x7F)
         return (
-            cob_id & 0x780 in STATE_COB_IDS
+            cob_id & 0x780 in network.STATE_COB_IDS
             and sensor is not None
             and sensor.is_verified
             and self.device.is_operational
@@ -203,7 +202,7 @@ class GraspEndpoint(CanopenEndpoint):
 
     def speaks(self, cob_id: int) -> bool:
         return self.device.is_operational and (
-            cob_id & 0x7F == self.device.id or cob_id & 0x780 not in STATE_COB_IDS
+            cob_id & 0x7F == self.device.id or cob_id & 0x780 not in network.STATE_COB_IDS
         )
 
     def keep(self, message: Message | None, frames: list[Frame]) -> None:

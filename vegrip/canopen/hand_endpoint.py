@@ -19,8 +19,8 @@ from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.open import CanSettings, Hand, open_bus
 
-STATE_COB_IDS = {network.OF_A_FINGER[name] for name in network.OUT_OF_A_FINGER}
 SYNCHRONOUS = 240  # transmission types up to this wait for SYNC
+BY_ITSELF = 255  # one that does not
 
 
 class HandEndpoint(CanopenEndpoint):
@@ -69,11 +69,11 @@ class HandEndpoint(CanopenEndpoint):
 
     def accepts(self, cob_id: int) -> bool:
         device = self.devices.get(cob_id & 0x7F)
-        return cob_id & 0x780 not in STATE_COB_IDS and device is not None and device.is_operational
+        return cob_id & 0x780 not in network.STATE_COB_IDS and device is not None and device.is_operational
 
     def speaks(self, cob_id: int) -> bool:
         device = self.devices.get(cob_id & 0x7F)
-        return cob_id & 0x780 in STATE_COB_IDS and device is not None and device.is_operational
+        return cob_id & 0x780 in network.STATE_COB_IDS and device is not None and device.is_operational
 
     def close(self) -> None:
         for node in self.devices:
@@ -83,8 +83,8 @@ class HandEndpoint(CanopenEndpoint):
     def _every(self, finger: str) -> int:
         """Return how many SYNCs make one state; 0: none, it is sent by itself."""
         device = self._by_name.get(finger)
-        kind = device.number(0x1800, 2) if device is not None else 0
-        return kind if kind <= SYNCHRONOUS else 0
+        kind = device.number(0x1800, 2) if device is not None else BY_ITSELF
+        return max(kind, 1) if kind <= SYNCHRONOUS else 0  # 0: with the next one, if there is a new state
 
     def _on_sync(self, _: int, __: bytes, ___: float) -> None:
         self._syncs += 1

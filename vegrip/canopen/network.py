@@ -2,10 +2,9 @@
 
 A heartbeat that a thread or the kernel keeps sending says nothing about the loop; this one stops with it.
 
-Which COB-ID carries what: the predefined connection set of CiA 301, seen from the fingers.
-
-A finger is one node, sensor and drive: its TPDOs are its state, its RPDOs what the grasp force node commands.
-So a finger needs no configuration, and the grasp force node sends on the RPDO identifiers of the fingers.
+Which COB-ID carries what is the predefined connection set of CiA 301, seen from the fingers. A finger is one
+node, sensor and drive: its TPDOs are its state, its RPDOs what the grasp force node commands. So a finger
+needs no configuration, and the grasp force node sends on the RPDO identifiers of the fingers.
 """
 
 import configparser
@@ -25,7 +24,7 @@ from canopen.objectdictionary import ObjectDictionary, ODVariable
 
 from vegrip.clock import NS
 from vegrip.config import parameter
-from vegrip.errors import ConfigError, DeviceError
+from vegrip.errors import ConfigError, DeviceError, first_line
 from vegrip.messages import ContactEstimate, Lifecycle
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.database import database
@@ -56,6 +55,7 @@ OF_A_FINGER: Final = {
 }
 OF_THE_GRASP: Final = {"NodeStatus": 0x180}  # TPDO 1 of the grasp force node
 OUT_OF_A_FINGER: Final = frozenset(name for name in OF_A_FINGER if name.startswith("FingertipState"))
+STATE_COB_IDS: Final = frozenset(OF_A_FINGER[name] for name in OUT_OF_A_FINGER)
 
 
 @dataclass(frozen=True)
@@ -193,8 +193,7 @@ def _import(path: Path, node: int) -> ObjectDictionary:
     except OSError as error:
         raise ConfigError(f"{path} cannot be read ({error.strerror})") from None
     except (configparser.Error, ValueError, KeyError, AttributeError) as error:
-        reason = str(error).strip().splitlines()[0] if str(error) else type(error).__name__
-        raise ConfigError(f"{path} is not a valid EDS file: {reason}") from None
+        raise ConfigError(f"{path} is not a valid EDS file: {first_line(error)}") from None
 
 
 def _hex(value: object) -> str:

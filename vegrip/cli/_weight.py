@@ -123,7 +123,7 @@ def _fingers_in(place: Path, hand: Path | None) -> "Mapping[str, Recording]":
 
 def _of_own_layout(log: Path) -> "Mapping[str, Recording]":
     from vegrip.identification.recording.can_log import read_can_log
-    from vegrip.transport.open import USUAL_FINGERS
+    from vegrip.messages import USUAL_FINGERS
 
     remedy = "vegrip import --channel {0}, and give the folder that it makes"
     found = read_can_log(log, USUAL_FINGERS, remedy=remedy)

@@ -178,16 +178,17 @@ def _give_way() -> None:
 
 
 def _write_layout(path: Path) -> None:
-    from vegrip.bridges.foxglove_layout import FINGERS, layout
+    from vegrip.bridges.foxglove_layout import layout
     from vegrip.bridges.plotjuggler_layout import plotjuggler_layout
     from vegrip.errors import InputError
+    from vegrip.messages import USUAL_FINGERS
     from vegrip.runtime.registry import running_nodes
     from vegrip.whole_file import write_whole, writing
 
     hands: dict[str, dict[str, None]] = {}
     for entry in running_nodes():
         hands.setdefault(entry.namespace, {}).update(dict.fromkeys(entry.fingers))
-    fingers = {namespace: tuple(names) for namespace, names in hands.items() if names} or {"": FINGERS}
+    fingers = {namespace: tuple(names) for namespace, names in hands.items() if names} or {"": USUAL_FINGERS}
     is_xml = path.suffix.lower() == ".xml"
     text = plotjuggler_layout(fingers) if is_xml else json.dumps(layout(fingers), indent=2) + "\n"
     with writing(path, InputError):

@@ -41,7 +41,8 @@ class Draft:
 
     def set(self, key: str, value: Any, why: str = BY_USER) -> None:
         """Set a key with its reason; a key that the user set is not changed by what the traffic shows."""
-        self.keys[key], self.notes[key] = value, why
+        if why == BY_USER or not self.is_set_by_user(key):
+            self.keys[key], self.notes[key] = value, why
 
 
 @dataclass(slots=True)

@@ -141,7 +141,7 @@ def guesses(database: Database, numbers: tuple[str, ...] = ()) -> list[Guess]:
 
 
 def all_signals(database: Database, numbers: tuple[str, ...] = ()) -> list[Guess]:
-    """Return the same with the signals that may be nothing, whose channel is ""."""
+    """Return what each signal may be; the channel of one that may be nothing is ""."""
     names: dict[tuple[str, str], Pattern] = {
         (message.name, signal): (tuple(words_of(message.name)), tuple(words_of(signal)))
         for message in database.messages.values()

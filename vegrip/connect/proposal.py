@@ -14,12 +14,12 @@ from vegrip.connect.guess import Guess, all_signals, guesses, quantity_of, words
 from vegrip.connect.traffic import Trace, Traffic, rate_of
 from vegrip.errors import InputError
 from vegrip.identification.recording.report import LEAST_REFUSED, REFUSED_SHARE, WARNED_SHARE
+from vegrip.messages import USUAL_FINGERS
 from vegrip.transport.maps.database import Database
 from vegrip.transport.maps.map_text import Setting
 from vegrip.transport.maps.schema import MAPPED_CHANNELS
 from vegrip.transport.maps.units import SI, is_force
 
-USUAL: Final = ("thumb", "index", "middle", "ring", "little")
 FEW_TAXELS: Final = 4
 """Forces of no known axis that make an array."""
 
@@ -72,7 +72,7 @@ def propose(
     settings: Sequence[Setting] = (),
 ) -> Proposal:
     """Return the map that names, units and traffic suggest; ``settings`` of the user go over every guess."""
-    found, silent = guesses(database, tuple(names) or USUAL), list[str]()
+    found, silent = guesses(database, tuple(names) or USUAL_FINGERS), list[str]()
     if any(not database.messages[one.message].asked for one in found if one.channel in MAPPED_CHANNELS):
         found = [one for one in found if not database.messages[one.message].asked]
     if traffic is not None:
@@ -87,7 +87,7 @@ def propose(
         found = [one for one in found if one.message in spoken or one.channel not in MAPPED_CHANNELS]
     fingers = _by_finger(found, tuple(names))
     drafts = {name: _finger(own, database) for name, own in fingers.items()}
-    guessed = all_signals(database, tuple(names) or USUAL)
+    guessed = all_signals(database, tuple(names) or USUAL_FINGERS)
     for name, draft in drafts.items():
         places = {one.finger for one in fingers[name]} - {""}
         own = {one.own: one.name for one in guessed if one.finger in places}
@@ -153,7 +153,7 @@ def _nothing_received(database: Database, traffic: Traffic) -> str:
 
 def _by_finger(found: list[Guess], names: tuple[str, ...]) -> dict[str, list[Guess]]:
     numbers = sorted({int(one.finger[1:]) for one in found if one.finger.startswith("#")})
-    order = names or USUAL
+    order = names or USUAL_FINGERS
     first = 0 if 0 in numbers else 1
     of_number = {n: order[n - first] if 0 <= n - first < len(order) else f"finger{n}" for n in numbers}
     fingers: dict[str, list[Guess]] = {}
@@ -332,7 +332,7 @@ def _doubt_names(
             f"{', '.join(left)}: no name, letter or number shows a further finger in {database.name}; "
             f"if there is one, say its force: --set fingers.{left[0]}.normal_force.signal=MESSAGE.SIGNAL"
         )
-    numbers = {one.finger for one in guesses(database, USUAL) if one.channel in MAPPED_CHANNELS}
+    numbers = {one.finger for one in guesses(database, USUAL_FINGERS) if one.channel in MAPPED_CHANNELS}
     numbers = {number for number in numbers if number.startswith("#")}
     if 0 < len(names) < len(numbers):
         proposal.doubts.append(
@@ -394,7 +394,7 @@ def leave_out_unknown_units(proposal: Proposal) -> None:
 
 def name_unused(proposal: Proposal, database: Database, received: Mapping[str, Trace]) -> None:
     """Say which signals that move in the traffic are in no map, and how one of them becomes a channel."""
-    guessed = {one.name: one for one in all_signals(database, USUAL)}
+    guessed = {one.name: one for one in all_signals(database, USUAL_FINGERS)}
     protection = {
         f"{name}.{signal}"
         for name, draft in proposal.messages.items()

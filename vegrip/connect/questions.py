@@ -444,7 +444,8 @@ def _inherit(proposal: Proposal) -> None:
     for name, finger in proposal.fingers.items():
         for channel, draft in finger.channels.items():
             found = shown.get((channel, draft.keys.get("unit", "")))
-            if "seen" in draft.notes or found is None or "sign" not in found[1].keys:
+            is_known = "seen" in draft.notes or draft.is_set_by_user("sign")
+            if is_known or found is None or "sign" not in found[1].keys:
                 continue
             draft.set("sign", -1, f"as at {found[0]}, which showed it")
             proposal.learned.append(f"{name}: {channel} turned round as at {found[0]}")

@@ -51,7 +51,6 @@ class Traffic:
     frames: dict[int, list[Frame]] = field(default_factory=lambda: defaultdict(list))
     start: int = 0  # [ns]
     end: int = 0
-    order: list[int] = field(default_factory=list)  # identifiers as they came, of the first frames
     short: dict[str, int] = field(default_factory=dict)  # message -> frames without all of its signals
     report: LoadReport = field(default_factory=lambda: LoadReport(place="frame"))
 
@@ -60,8 +59,6 @@ class Traffic:
             self.start = frame.stamp
         self.end = max(self.end, frame.stamp)
         self.frames[frame.arbitration_id].append(frame)
-        if len(self.order) < 20_000:
-            self.order.append(frame.arbitration_id)
 
     @property
     def duration(self) -> float:

@@ -14,6 +14,7 @@ from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.estimator.memory import FingerMemory
 from vegrip.estimator.origins import Origins
 from vegrip.grip.settings import ControlSettings
+from vegrip.messages import USUAL_FINGERS
 from vegrip.model import ContactModel
 
 
@@ -33,7 +34,6 @@ class Unit:
     """Bytes of a command."""
 
 
-HAND = ("thumb", "index", "middle", "ring", "little")
 ENTRIES = ("estimator", "finger")
 PREFIX = re.compile(r"[a-z][a-z0-9]{0,19}(_[a-z0-9]+)*")
 FRAMES = 500
@@ -60,7 +60,7 @@ class Request:
     frames: int = FRAMES
     entry: str = "estimator"
     control: ControlSettings = field(default_factory=ControlSettings)
-    fingers: tuple[str, ...] = HAND
+    fingers: tuple[str, ...] = USUAL_FINGERS
 
     @property
     def estimator(self) -> EstimatorSettings:

@@ -15,6 +15,7 @@ from typing import Any
 
 from vegrip.config import build, merged, parameter, read_toml
 from vegrip.errors import ConfigError, suggestion
+from vegrip.messages import USUAL_FINGERS
 from vegrip.runtime.runner import LoopSettings
 from vegrip.transport.open import (
     TRANSPORTS,
@@ -36,7 +37,6 @@ def full_name(namespace: str, name: str) -> str:
     return "/" + "/".join(parts)
 
 
-FINGERS = ("thumb", "index", "middle", "ring", "little")
 SHARED = ("fingers", "hand", "namespace", "transport", "realtime")
 PARTS = ("sensors", "drive", "serves", "load")
 """What names the parts of a hand; each map has a transport of its own."""
@@ -49,7 +49,7 @@ class NodeConfig:
     program: str = parameter(doc="name of a program or module:function")
     name: str = parameter("", doc="of the node; empty: that of the program")
     namespace: str = parameter("", doc="in front of names and topics, one per hand")
-    fingers: tuple[str, ...] = parameter(FINGERS, doc="in the order of their numbers on the bus")
+    fingers: tuple[str, ...] = parameter(USUAL_FINGERS, doc="in the order of their numbers on the bus")
     hand: int = parameter(0, low=0, high=7, doc="number of the hand on a CAN bus")
     transport: dict[str, Any] = parameter({}, doc="kind and what belongs to it")
     loop: LoopSettings = parameter(LoopSettings(), doc="tick_period, status_period, deadline")
@@ -63,7 +63,7 @@ class NodeConfig:
     def __post_init__(self) -> None:
         if not self.fingers:
             raise ConfigError(
-                f"{self.program}: 'fingers' is empty; name at least one, as in {list(FINGERS[:2])}"
+                f"{self.program}: 'fingers' is empty; name at least one, as in {list(USUAL_FINGERS[:2])}"
             )
 
     @property
@@ -74,7 +74,7 @@ class NodeConfig:
 @dataclass(frozen=True)
 class _LaunchFile:
     node: tuple[dict[str, Any], ...] = parameter(doc="one [[node]] for each")
-    fingers: tuple[str, ...] = parameter(FINGERS)
+    fingers: tuple[str, ...] = parameter(USUAL_FINGERS)
     hand: int = parameter(0)
     namespace: str = parameter("")
     transport: dict[str, Any] = parameter({})

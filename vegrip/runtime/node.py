@@ -8,8 +8,8 @@ from importlib.metadata import entry_points
 from typing import Any, NamedTuple
 
 from vegrip.clock import Clock
-from vegrip.errors import UsageError, suggestion
-from vegrip.messages import Message
+from vegrip.errors import UsageError, first_line, suggestion
+from vegrip.messages import USUAL_FINGERS, Message
 from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
@@ -133,7 +133,7 @@ class NodeContext:
 
     name: str
     namespace: str = ""  # "" or like "left" or "lab/left"
-    fingers: tuple[str, ...] = ("thumb", "index", "middle", "ring", "little")  # in the order of the bus
+    fingers: tuple[str, ...] = USUAL_FINGERS  # in the order of the bus
     tick_period: float = 0.002  # [s] of on_tick
 
 
@@ -147,7 +147,7 @@ def find_program(name: str) -> Build:
     try:
         build: Build = getattr(importlib.import_module(module), function)
     except Exception as error:  # noqa: BLE001 (whatever a program of another package raises when imported)
-        reason = str(error).partition("\n")[0] or type(error).__name__
+        reason = first_line(error)
         raise UsageError(f"the program {name!r} cannot be loaded from {target}: {reason}") from None
     if not callable(build):
         raise UsageError(f"the program {name!r} cannot be used: {target} is not a function")

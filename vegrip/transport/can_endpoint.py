@@ -108,9 +108,9 @@ class CanEndpoint(Endpoint):
     """Frames in and out, decoded and encoded.
 
     After opening nothing raises. Besides the names of the codec ``rejected`` has ``unsent`` for frames the
-    bus did not take; ``bus_lost``; ``bus_off``, ``error_passive`` and ``error_frame`` as the controller
-    reports them; ``overrun`` for frames lost because this program did not read; ``fd_refused`` for CAN FD
-    frames on a bus opened for classic ones; ``lost`` and ``clipped``;
+    bus did not take; ``bus_lost``; ``bus_off``, ``error_passive``, ``bus_restarted`` and ``error_frame`` as
+    the controller reports them; ``overrun`` for frames lost because this program did not read;
+    ``fd_refused`` for CAN FD frames on a bus opened for classic ones; ``lost`` and ``clipped``;
     with an ``order_window`` [s] ``reordered`` and ``late``, see :class:`InOrder`;
     with the ``clock`` of the hand ``clock_jump``.
     """

@@ -3,8 +3,7 @@
 ``can.Message`` is built for comfort: one for each of some thousand frames a second costs more than decoding
 them. Every other interface goes through python-can's own interface.
 
-Whether a SocketCAN interface can carry what is asked of it: asked of the kernel before the bus is opened.
-
+Whether a SocketCAN interface can carry what is asked of it is asked of the kernel before the bus is opened.
 The kernel lets a socket be bound to an interface that is down or too small for CAN FD, and complains only
 when the first frame is read or sent; a node should say so when it starts. One that is missing is found here
 too, because python-can leaves a socket open when it finds none.

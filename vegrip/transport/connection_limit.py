@@ -23,7 +23,7 @@ import zmq
 
 from vegrip.host import descriptors
 from vegrip.host.folders import ASIDE
-from vegrip.transport.socket_monitor import SocketMonitor
+from vegrip.transport.socket_monitor import HANDSHAKE, SocketMonitor
 
 MAX_CONNECTIONS: Final = 256
 """Connections to one socket; a sixteenth of the descriptors where that is less."""
@@ -32,7 +32,6 @@ SPARE: Final = 1024
 """Descriptors that stay free; three quarters of all where that is less."""
 
 ACCEPT_BACKLOG: Final = 4  # connections that the kernel keeps until they are accepted
-HANDSHAKE: Final = 3000  # [ms] in which one that connects must greet; who says nothing must not keep a place
 LOOK_PERIOD_S: Final = 0.2  # [s] between two looks without an event
 
 _EVENTS: Final = zmq.EVENT_ACCEPTED | zmq.EVENT_DISCONNECTED | zmq.EVENT_MONITOR_STOPPED

@@ -47,10 +47,8 @@ NONE_BROKEN: Final[Mapping[str, int]] = MappingProxyType({})
 class Endpoint(ABC):
     """One place on a bus or network, closed by ``with``. Owned by one thread.
 
-    Nothing here raises once it is open.
-
-    Opening may raise :class:`~vegrip.errors.DeviceError`; afterwards whatever goes wrong is counted by
-    name in :attr:`rejected`, and a lost bus is reopened by the endpoint itself.
+    Opening may raise :class:`~vegrip.errors.DeviceError`; afterwards nothing raises: whatever goes wrong is
+    counted by name in :attr:`rejected`, and a lost bus is reopened by the endpoint itself.
     """
 
     arrivals: Sequence[int] = ()

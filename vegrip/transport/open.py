@@ -11,7 +11,8 @@ from typing import Any
 import can
 
 from vegrip.config import build, parameter
-from vegrip.errors import ConfigError, DeviceError
+from vegrip.errors import ConfigError, DeviceError, first_line
+from vegrip.messages import USUAL_FINGERS
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.can_port import check_link, check_rates
 from vegrip.transport.canbus.frame_time import BitTiming
@@ -42,8 +43,6 @@ SETTINGS: dict[str, str] = {
 
 GROUP = "vegrip.transports"
 """Entry-point group under which other packages offer transports, each a function like :data:`Opener`."""
-
-USUAL_FINGERS = ("thumb", "index", "middle", "ring", "little")
 
 ORDER_REACH_STATES = 16
 """States by which another may be overtaken while its order can be restored."""
@@ -162,9 +161,8 @@ def _opener(kind: object, where: str) -> Opener:
     except Exception as error:
         if kind in TRANSPORTS:
             raise
-        reason = str(error).partition("\n")[0] or type(error).__name__
         raise ConfigError(
-            f"{where}: the transport {kind!r} cannot be loaded from {known[kind]}: {reason}"
+            f"{where}: the transport {kind!r} cannot be loaded from {known[kind]}: {first_line(error)}"
         ) from None
     return opener
 

@@ -1,6 +1,4 @@
-"""The events of the connections of one ZeroMQ socket.
-
-One publisher that is listened to, and connected to anew when libzmq has given it up.
+"""The events of the connections of one ZeroMQ socket, and a subscription that is made anew when it ends.
 
 libzmq connects again by itself to a publisher that has gone. After an error of the protocol (a message
 above MAXMSGSIZE, or bytes that are no message) it does not: it ends the session silently, and the
@@ -10,7 +8,7 @@ DISCONNECTED at once.
 
 import struct
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
 import zmq
@@ -26,11 +24,8 @@ class Handshakes:
     """
 
     def __init__(self) -> None:
-        self._counts: Counter[str] = Counter()
+        self.refused: Counter[str] = Counter()
         self._failing: set[str] = set()  # addresses of publishers that cannot be received
-
-    def refused(self) -> Mapping[str, int]:
-        return self._counts
 
     @property
     def in_trouble(self) -> bool:
@@ -41,7 +36,7 @@ class Handshakes:
         """Note the outcome of a handshake with a subscriber."""
         if event != zmq.EVENT_HANDSHAKE_SUCCEEDED:
             known = event == zmq.EVENT_HANDSHAKE_FAILED_AUTH
-            self._counts["key_unknown" if known else "key_stale"] += 1
+            self.refused["key_unknown" if known else "key_stale"] += 1
 
     def subscribed(self, address: str, event: int) -> None:
         """Take note of how a handshake with the publisher at ``address`` went."""
@@ -49,7 +44,7 @@ class Handshakes:
             self._failing.discard(address)
             return
         known = event == zmq.EVENT_HANDSHAKE_FAILED_AUTH
-        self._counts["key_refused" if known else "key_wrong"] += 1
+        self.refused["key_refused" if known else "key_wrong"] += 1
         self._failing.add(address)
 
 
@@ -102,7 +97,7 @@ HANDSHAKES: Final = (
     | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL
 )
 HANDSHAKE: Final = 3000
-"""[ms] in which a publisher must greet; libzmq waits ten times as long for what only holds its place."""
+"""[ms] in which the other side must greet; libzmq waits ten times as long for what only holds its place."""
 
 _TRIED_AGAIN: Final = (zmq.EVENT_CONNECT_RETRIED, zmq.EVENT_CONNECT_DELAYED, zmq.EVENT_CONNECTED)
 _EVENTS: Final = HANDSHAKES | zmq.EVENT_DISCONNECTED | sum(_TRIED_AGAIN)

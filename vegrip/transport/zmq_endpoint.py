@@ -22,7 +22,7 @@ from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.connection_limit import ConnectionLimit
 from vegrip.transport.curve import Keys, check_reach, resolve
 from vegrip.transport.endpoint import BATCHES, Endpoint, losses
-from vegrip.transport.socket_monitor import HANDSHAKES, Handshakes, Subscription
+from vegrip.transport.socket_monitor import DONTWAIT, HANDSHAKES, Handshakes, Subscription
 
 SUBSCRIBER_QUEUE_MESSAGES = 1000  # messages kept for one subscriber; then the newest are lost for it
 MAX_MESSAGE_BYTES = 65_536  # [bytes] a peer that sends more is cut off by ZeroMQ, and connected to anew by us
@@ -78,7 +78,7 @@ class ZmqEndpoint(Endpoint):
     @property
     def rejected(self) -> Mapping[str, int]:
         self._look(time.monotonic())
-        refused = self._handshakes.refused() if self._handshakes is not None else {}
+        refused = self._handshakes.refused if self._handshakes is not None else {}
         more = {"cut_off": sum(each.cut_off for each in self._subscriptions), "crowded": self._codec.crowded}
         more = {name: count for name, count in more.items() if count}
         return {**self._codec.rejected, **self._faults, **losses(self._codec), **refused, **more}
@@ -196,7 +196,7 @@ def _sentence(error: zmq.ZMQError, publish: str, subscribe: Sequence[str]) -> st
     return f"cannot publish at {publish} and listen to {', '.join(subscribe)}: {error}"
 
 
-DONTWAIT, TOPIC_FLAGS = int(zmq.DONTWAIT), int(zmq.DONTWAIT) | int(zmq.SNDMORE)
+TOPIC_FLAGS = DONTWAIT | int(zmq.SNDMORE)
 
 BatchIntercept = Callable[[bytes, int, int], Sequence[int] | None]
 """Looks at a batch of states first, with its number of rows and its arrival [ns].

@@ -7,6 +7,7 @@ import numpy as np
 
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
+from vegrip.messages import USUAL_FINGERS
 from vegrip.virtual.history import Relaxation, power_law, prony
 
 
@@ -163,7 +164,7 @@ class ThermalSettings:
 class HandSettings:
     """The whole virtual hand. The first finger opposes all the others."""
 
-    fingers: tuple[str, ...] = parameter(("thumb", "index", "middle", "ring", "little"), doc="names")
+    fingers: tuple[str, ...] = parameter(USUAL_FINGERS, doc="names")
     x: tuple[float, ...] = parameter((0.0, -0.033, -0.011, 0.011, 0.033), unit="m", doc="contact places")
     y: tuple[float, ...] = parameter((0.0, 0.0, 0.004, 0.003, -0.004), unit="m", doc="contact places")
     opposing_radius: float = parameter(13e-3, unit="m", low=1e-9, high=1.0, doc="tip radius, first finger")

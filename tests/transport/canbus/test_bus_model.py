@@ -104,7 +104,7 @@ def test_the_next_event_is_when_there_is_something_to_do(asked):
 @given(requests)
 def test_load_is_the_sum_of_durations_over_the_time(asked):
     sent = run(asked)
-    load = BusLoad(window=1.0)
+    load = BusLoad()
     for t in sent:
         load.add(t.end, t.end - t.start)
     busy, elapsed = sum(t.end - t.start for t in sent), sent[-1].end - sent[0].start
@@ -112,7 +112,7 @@ def test_load_is_the_sum_of_durations_over_the_time(asked):
 
 
 def test_load_forgets_what_is_older_than_its_window():
-    load = BusLoad(window=1.0)
+    load = BusLoad()
     for i in range(1000):
         load.add(i * 1000 * US, 500 * US)
     assert load.share(999 * 1000 * US) == pytest.approx(0.5, rel=0.01)

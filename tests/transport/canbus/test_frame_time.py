@@ -12,6 +12,7 @@ from vegrip.transport.canbus.frame_time import (
     FD_SIZES,
     BitTiming,
     BusFrame,
+    fd_size,
     frame_bits,
     frame_duration,
     typical_duration,
@@ -200,3 +201,12 @@ def test_a_typical_frame_lies_between_the_shortest_and_the_longest():
 def test_a_length_that_no_frame_has_takes_as_long_as_the_next_one(length, carried):
     timing = BitTiming()
     assert typical_duration(length, True, timing) == typical_duration(carried, True, timing)
+
+
+def test_a_frame_holds_what_it_carries_and_the_next_smaller_one_does_not():
+    for length in range(65):
+        size = fd_size(length)
+        assert size in FD_SIZES
+        assert size >= length
+        assert all(other < length or other >= size for other in FD_SIZES)
+    assert fd_size(65) == 64

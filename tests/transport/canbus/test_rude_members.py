@@ -1,6 +1,7 @@
 """Members of the virtual bus that misbehave: the bus lives on for the others, and ends when all have left."""
 
 import json
+import select
 import socket
 import time
 from itertools import pairwise
@@ -218,6 +219,31 @@ def test_more_members_than_there_is_room_for_are_refused_with_the_reason(bus):
         each.close()
     assert frames_go_through(one, other)
     bus()
+
+
+def test_a_member_that_stays_keeps_its_number_for_itself_while_all_numbers_pass(tmp_path, monkeypatch):
+    monkeypatch.setattr(hub, "NODES", 3)
+    path, numbers, here = str(tmp_path / "bus"), [], []
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as listener:
+        listener.bind(path)
+        listener.listen()
+        door = hub.Hub(listener)
+        for _ in range(6):
+            here.append(socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET))
+            here[-1].connect(path)
+            here[-1].send(make_greeting({}))
+            while not select.select(here[-1:], [], [], 0)[0]:
+                door._step()
+            numbers.append(json.loads(here[-1].recv(MAX_PACKET_BYTES))["node"])
+            if len(here) > 1:  # only the first one stays
+                here.pop().close()
+            while len(door._members) > 1:
+                door._step()
+        here.pop().close()
+        while door._members:
+            door._step()
+    assert numbers[0] not in numbers[1:]
+    assert set(numbers[1:]) == {0, 2, 3}
 
 
 def test_who_says_nothing_is_let_go(bus):

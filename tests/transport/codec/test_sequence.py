@@ -199,34 +199,3 @@ def test_a_frame_refused_for_its_checksum_counts_as_lost_when_the_next_comes() -
     receiver.decode(Frame(frames[1].arbitration_id, bytes(48), fd=True))
     receiver.decode(frames[2])
     assert (receiver.rejected, receiver.lost) == ({"checksum": 1}, 1)
-
-
-@pytest.mark.parametrize("fd", [False, True])
-def test_after_a_reset_old_traffic_is_new(fd: bool) -> None:
-    sender, receiver = (CanCodec(FINGERS, fd=fd) for _ in range(2))
-    traffic = [
-        f for seq in range(5) for f in sender.encode(FingertipState(0, "thumb", seq, 1.0, torque_z=0.1))
-    ]
-    first = [receiver.decode(frame) for frame in traffic]
-    receiver.reset()
-    assert repr([receiver.decode(frame) for frame in traffic]) == repr(first)
-    assert (receiver.rejected, receiver.lost) == ({}, 0)
-
-
-def test_after_a_reset_old_payloads_are_new() -> None:
-    sent = MsgpackCodec().encode(FingertipState(0, "thumb", 3)) or ("", b"")
-    receiver = MsgpackCodec()
-    assert receiver.decode(*sent, stamp=0) is not None
-    assert receiver.decode(*sent, stamp=0) is None
-    receiver.reset()
-    assert receiver.decode(*sent, stamp=0) is not None
-
-
-def test_after_a_new_begin_nothing_of_before_is_awaited() -> None:
-    """3 is lost, then the stream begins anew; what comes before its first message then is refused."""
-    stream = Sequence(2**32, reach=2)
-    for counter in (1, 2, 4):
-        stream.advance(counter, stamp=0)
-    stream.begin()
-    assert [stream.advance(counter, stamp=0) for counter in (101, 100, 102)] == [101, None, 102]
-    assert stream.lost == 1

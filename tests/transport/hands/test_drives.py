@@ -17,8 +17,9 @@ from vegrip.transport.hands.link_endpoint import MappedLinkEndpoint, PacketStrea
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import make_plan, open_plan, read_database
 from vegrip.transport.mapped.price import price
+from vegrip.transport.maps.checksums import appended
 from vegrip.transport.maps.conditions import ConditionMap, Conditions
-from vegrip.transport.maps.modbus import crc16, framed, silence
+from vegrip.transport.maps.modbus import framed, silence
 from vegrip.transport.maps.products import about, map_of, names, virtual_text
 from vegrip.transport.maps.schema import parse_map
 
@@ -96,7 +97,7 @@ def test_where_a_finger_presses_there_is_an_object(plan):
 
 
 def test_the_checksum_of_modbus_is_the_one_of_the_catalogue_of_crcs():
-    assert crc16(b"123456789") == 0x4B37
+    assert appended("modbus", b"123456789")[9:].hex() == "374b"
     assert framed("tcp", 7, bytes.fromhex("01 03 062E 0006")).hex() == "0007000000060103062e0006"
 
 
@@ -131,6 +132,20 @@ BAD = {
     "no framing": ("modbus.framing", "ascii", "'framing'"),
     "too many registers": ("packets.status.registers", 200, "200 registers"),
     "no register": ("packets.status.read", 70_000, "the first register"),
+    "registers that are no number": ("packets.status.registers", "3", "'3' registers"),
+    "a field of no text": ("packets.status.fields.object", 5, "'fields', number"),
+    "fields that are none": ("packets.status.fields", [1], "'fields' is [1]; it must be a table"),
+    "a packet that is none": ("packets.status", 5, "'status' is 5; it must be a table"),
+    "packets that are none": ("packets", [1], "'packets' is [1]; it must be a table"),
+    "a device that is none": ("device", 5, "'device' is 5; it must be a table"),
+    "a transport that is none": ("transport", [1], "'transport' is [1]; it must be a table"),
+    "a rate of no number": ("transport.baud", "x", "'baud' is 'x'"),
+    "a rate of nothing": ("transport.baud", 0, "'baud' is 0"),
+    "no registers of modbus": ("modbus", 9, "'modbus' is 9; it must be a table"),
+    "bytes that are none": ("device.opening", [{"write": 1, "data": "xyz"}], "'data' is 'xyz'"),
+    "half a register": ("device.opening", [{"write": 1, "data": "010203"}], "write whole registers"),
+    "an entry that is none": ("device.poll", ["status"], "'status' is no entry"),
+    "an entry that reads a list": ("device.poll", [{"reads": ["status"]}], "'reads' is ['status']"),
     "an entry that reads nothing": ("device.poll", [{"reads": "statu"}], "'reads' is 'statu'"),
     "a motion without an end": ("fingers.*.command.closed", [], "needs 'closed'"),
     "no field for the motion": ("fingers.*.command.motion", "place", "place"),
@@ -153,6 +168,7 @@ def test_a_map_that_cannot_be_is_refused_in_one_sentence(case):
     with pytest.raises(ConfigError) as refused:
         opened(table, path)
     assert said in str(refused.value)
+    assert str(path) in str(refused.value)
     assert "\n" not in str(refused.value)
 
 

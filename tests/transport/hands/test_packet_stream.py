@@ -280,6 +280,11 @@ GOOD = 'start = "AA"\nlength = 5\nfields = { fz = "f32 le @1" }'
         (GOOD + '\nlike = "p"', "'like' is 'p'"),
         (GOOD + "\nlenght = 5", "unknown key 'lenght'"),
         ("fields = 3", "it must be"),
+        ('text = "SET {fz} {a-b}"', "its numbers are {name}"),
+        ('text = "SET {fz} {"', "its numbers are {name}"),
+        ('text = "SET {fz} {0}"', "its numbers are {name}"),
+        ('text = "SET {fz} {fz}"', "each of another name"),
+        ('text = "SET {fz} \u2026"', "must be those of Latin-1"),
     ],
 )
 def test_a_packet_that_cannot_be_is_refused_in_one_sentence(packet, said, tmp_path):

@@ -20,6 +20,7 @@ from vegrip.demo.product import open_product
 from vegrip.errors import ConfigError, DeviceError, InputError
 from vegrip.messages import DeviceReport, FingertipState, ForceCommand, Reason
 from vegrip.transport.byte_link import Link
+from vegrip.transport.canbus.hub_wire import PLAIN_FLAGS, pack_request
 from vegrip.transport.codec import Frame
 from vegrip.transport.hands import link_endpoint
 from vegrip.transport.hands.link_endpoint import MappedLinkEndpoint
@@ -73,7 +74,7 @@ class Wire:
         self.now, self.is_cut, self.harm = NS, False, lambda data: data
         self.arriving, self.reports = deque(), []
         plan = product.plan
-        self.device = VirtualDevice(plan, 0, product.latency)
+        self.device = VirtualDevice(plan, product.latency)
         self.codec = MappedCodec(plan)
         self.endpoint = None
         monkeypatch.setattr(dialogue, "SILENT_AFTER", 3 * NS // 10)
@@ -331,6 +332,25 @@ def test_a_hand_of_a_database_is_its_own_device_with_position_commands(tmp_path)
         device.take_in(frame, now)
     assert device.taken() == [("thumb", pytest.approx(3.5, abs=0.02))]
     assert device.taken() == []
+
+
+@pytest.mark.parametrize("length", [9, 10, 11, 13, 17, 21, 25, 33, 49])
+def test_a_frame_of_a_length_that_can_fd_has_not_leaves_filled_up_and_is_understood(length, tmp_path):
+    dbc = PLAIN_DBC.replace("BO_ 512 Set1: 8 X", f"BO_ 512 Set1: {length} X")
+    opening = f'device.opening = [{{ identifier = 9, data = "{"7F" * length}" }}]\nrate = 200.0'
+    path = written(tmp_path, dbc, PLAIN_MAP.replace("rate = 200.0", opening))
+    device, codec = VirtualDevice(open_plan(path)), MappedCodec(open_plan(path))
+    device.sense(FingertipState(0, "thumb", 1, **FELT))
+    assert device.due(NS) == []
+    said = codec.due(NS)
+    given = codec.encode(ForceCommand(NS, "thumb", 1, 3.5, 0.0, Reason.RAISE, 2 * NS))
+    for frame in (*said, *given):
+        assert frame.fd
+        assert pack_request(0, frame.arbitration_id, frame.data, PLAIN_FLAGS)
+        device.take_in(frame, NS)
+    assert (len(said), len(given)) == (1, 1)
+    assert device.due(2 * NS)
+    assert device.taken() == [("thumb", pytest.approx(3.5))]
 
 
 POSITION = """signal = "Set1.Grip"

@@ -17,7 +17,7 @@ B = 0.6  # two relative standard deviations of the share, 0.5 +- 0.15
 
 
 def settings(**keys):
-    return read_load({"from": "wrist.toml", "mass": GRIPPER, **keys}, "[load]")
+    return read_load({"from": "wrist.toml", "mass": GRIPPER, **keys}, "hand.toml [load]")
 
 
 def shares(mass, *, acceleration=lambda _: 0.0, pull=lambda _: 0.0, seconds=10.0, zero=(3.0, -2.0, 1.0)):
@@ -134,5 +134,5 @@ def test_without_a_reach_no_torque_is_told():
     ],
 )
 def test_what_cannot_be_is_refused(keys):
-    with pytest.raises(ConfigError, match=next(iter(keys))):
+    with pytest.raises(ConfigError, match=rf"^hand\.toml \[load\]: .*{next(iter(keys))}"):
         settings(**keys)

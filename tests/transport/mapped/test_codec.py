@@ -1,6 +1,7 @@
 """Laws of decoding a foreign hand: what cantools reads, we read, in SI, under our names."""
 
 import math
+import struct
 
 import pytest
 from hypothesis import given
@@ -11,6 +12,7 @@ from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
+from vegrip.transport.mapped.commands import rounding
 from vegrip.transport.mapped.compiled import compile_reader, groups_of, packing
 from vegrip.transport.mapped.plan import Slot, open_plan
 from vegrip.transport.maps.checksums import make_crc
@@ -228,6 +230,19 @@ def test_a_force_in_a_float_with_scale_and_offset_is_what_cantools_reads(tmp_pat
     hand = MappedCodec(open_plan(written(tmp_path, real, PLAIN_MAP)))
     (frame,) = hand.encode(command(12.3))
     assert load(real).decode_message(512, frame.data)["Grip"] == pytest.approx(12.3)
+
+
+@pytest.mark.parametrize(("bits", "form"), [(16, "<e"), (32, "<f")])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_force_beyond_a_float_stops_at_its_largest_value_and_never_becomes_zero(bits, form, sign):
+    write = rounding(Signal("f", 0, bits, False, False, True, 1.0, 0.0))
+    raw, is_beyond = write(sign * 1e39)
+    largest = struct.unpack(form, raw.to_bytes(bits // 8, "little"))[0]
+    assert is_beyond
+    assert math.isfinite(largest)
+    assert sign * largest >= 65504.0
+    assert write(largest) == (raw, False)
+    assert math.isinf(struct.unpack(form, (raw + 1).to_bytes(bits // 8, "little"))[0])
 
 
 @pytest.mark.parametrize("besides", ["tangential_force_x", "tangential_force_y"])

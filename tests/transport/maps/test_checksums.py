@@ -40,7 +40,14 @@ def test_a_crc_by_polynomial_is_the_one_of_the_catalogue(name):
 @pytest.mark.parametrize("final", [0, 0xC3, 0xFF])
 @pytest.mark.parametrize(
     ("width", "polynomial", "reflected"),
-    [(8, 0x1D, False), (8, 0x2F, False), (16, 0x1021, False), (32, 0x04C11DB7, True)],
+    [
+        (8, 0x1D, False),
+        (8, 0x2F, False),
+        (16, 0x1021, False),
+        (16, 0x8005, True),
+        (32, 0x04C11DB7, True),
+        (32, 0xF4ACFB13, True),
+    ],
 )
 def test_the_quick_way_of_a_crc_is_the_slow_one(width, polynomial, reflected, start, final):
     data = seeded(4).randbytes(23)

@@ -74,6 +74,17 @@ BAD = {
     ),
     "set": ("Enable = 1", "Enabel = 1", "did you mean Enable?"),
     "nodes": ("rate = 200.0", "nodes = { thumb = 1 }", "'nodes' belongs to an .eds"),
+    "a condition on CAN": (
+        "rate = 200.0",
+        'rate = 200.0\n[conditions.hot]\nwhere = { "Tip1.Cnt" = 1 }',
+        "are of devices on UDP, TCP or a serial line",
+    ),
+    "ready on CAN": ("rate = 200.0", 'device.ready = "hot"', "are of devices on UDP, TCP or a serial line"),
+    "an entry until something on CAN": (
+        "rate = 200.0",
+        'device.opening = [{ identifier = 1, data = "00", until = "hot" }]',
+        "are of devices on UDP, TCP or a serial line",
+    ),
     "too old": (HEAD, "[fingers.thumb]\nmax_age = -1.0\n" + HEAD, "must lie in 0 .. 10 s"),
     "no unit of an angle": (
         '[fingers.thumb.tangential_force_x]\nsignal = "Tip1.Fx"',

@@ -13,7 +13,7 @@ import functools
 import importlib
 from importlib.metadata import entry_points
 
-from vegrip.errors import ConfigError, suggestion
+from vegrip.errors import ConfigError, first_line, suggestion
 from vegrip.grip.policies.policy import GripPolicy, PolicyKind
 
 __all__ = ["GROUP", "POLICIES", "GripPolicy", "PolicyKind", "find_policy", "policy_names"]
@@ -60,6 +60,5 @@ def _added(name: str) -> object:
     try:
         return point.load()
     except Exception as error:  # noqa: BLE001 (whatever a policy of another package raises when imported)
-        reason = str(error).partition("\n")[0] or type(error).__name__
         what = f"the grip policy {name!r} cannot be loaded from {point.value}"
-        raise ConfigError(f"{what}: {reason}") from None
+        raise ConfigError(f"{what}: {first_line(error)}") from None

@@ -51,12 +51,12 @@ NO_FAULTS = NodeFaults()
 
 
 class BusLoad:
-    """Sum of frame durations over the last ``window``; memory is bounded by buckets of a twentieth of it."""
+    """Sum of frame durations over the last second; memory is bounded by buckets of a twentieth of it."""
 
     BUCKETS = 20
+    WIDTH = NS // BUCKETS  # [ns]
 
-    def __init__(self, window: float = 1.0, busy: int = 0) -> None:
-        self._width = round(window * NS / self.BUCKETS)  # [ns]
+    def __init__(self, busy: int = 0) -> None:
         self._buckets: deque[list[int]] = deque(maxlen=self.BUCKETS + 1)  # [number, busy ns]
         self._first: int | None = None  # [ns]
         self._busy = busy  # [ns] of all frames so far
@@ -65,7 +65,7 @@ class BusLoad:
         """Count a frame that took ``duration`` [ns] and ended at ``end`` [ns]."""
         if self._first is None:
             self._first = end - duration
-        number = end // self._width
+        number = end // self.WIDTH
         if self._buckets and self._buckets[-1][0] >= number:
             self._buckets[-1][1] += duration
         else:
@@ -80,8 +80,8 @@ class BusLoad:
         """Return the load (0 .. 1) at ``now`` [ns], over the window or since the first frame."""
         if self._first is None:
             return 0.0
-        last = now // self._width
-        start = max((last - self.BUCKETS) * self._width, self._first)
+        last = now // self.WIDTH
+        start = max((last - self.BUCKETS) * self.WIDTH, self._first)
         elapsed = now - start
         busy = sum(busy for number, busy in self._buckets if number >= last - self.BUCKETS)
         return min(busy / elapsed, 1.0) if elapsed > 0 else 0.0

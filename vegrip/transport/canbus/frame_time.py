@@ -13,6 +13,11 @@ from vegrip.transport.canbus import frame_bits as text
 FD_SIZES = wire.DATA_SIZES  # bytes of data by length code
 
 
+def fd_size(length: int) -> int:
+    """Return how many bytes a CAN FD frame has that holds ``length`` of them; 64 where none does."""
+    return next((size for size in FD_SIZES if size >= length), FD_SIZES[-1])
+
+
 class BusFrame(NamedTuple):
     """A frame as the bus sees it."""
 
@@ -109,7 +114,7 @@ def typical_duration(length: int, fd: bool, timing: BitTiming) -> int:
     For estimates of the load where the exact count would cost more than it is worth. A length that no frame
     has, as other programs on a bus in software may send, counts as the next one that CAN FD has.
     """
-    length = next((size for size in FD_SIZES if size >= length), FD_SIZES[-1])
+    length = fd_size(length)
     generator = Random(length)  # noqa: S311 (no secret)
     frames = [
         BusFrame(generator.getrandbits(11), generator.randbytes(length), fd=fd, has_bit_rate_switch=fd)

@@ -19,6 +19,7 @@ import socket
 import sys
 import time
 from collections import deque
+from itertools import count
 from pathlib import Path
 
 from vegrip.clock import NS
@@ -35,6 +36,7 @@ LINGER = 1.0  # [s] the hub waits for a member to come (back)
 AT_ONCE = int(
     socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL
 )  # a number: to join the flags takes as long as to send
+NODES = 0xFFFF  # numbers of nodes have 16 bits
 MOST_MEMBERS = 256  # far below what select() can watch and a process may open
 MOST_NEWCOMERS = 64  # besides; they are accepted, and answered so when there is no room
 GREETING_WITHIN = 2.0  # [s] from the connection on; who says nothing must not keep a place
@@ -198,7 +200,8 @@ class Hub:
             connection, _ = self._listener.accept()
         except OSError:  # it has gone again, or there is no descriptor for it
             return
-        self._last_node = (self._last_node + 1) & 0xFFFF
+        taken = {member.number for member in self._members.values()}
+        self._last_node = next(node for n in count(1) if (node := self._last_node + n & NODES) not in taken)
         self._members[connection.fileno()] = Member(self._last_node, connection)
         self._door.register(connection.fileno(), select.EPOLLIN)
 

@@ -11,7 +11,7 @@ from vegrip.transport.codec.frame_codec import FrameCodec, HandClock, Line
 from vegrip.transport.codec.schema import message_set
 
 NODES: Final = ("grasp_force", "virtual_hand", "monitor", "record", "replay")
-"""The numbers of nodes in the identifier of NodeStatus, unless stated otherwise."""
+"""Nodes whose NodeStatus travels, in the order of their numbers in its identifier."""
 
 FOREIGN_COUNT: Final = "foreign"
 
@@ -41,7 +41,6 @@ class CanCodec(FrameCodec):
         fingers: names in the order of their numbers in the identifier, at most 8.
         fd: CAN FD layout, else classic.
         hand: number of this hand on the bus, 0 to 7.
-        nodes: names of the nodes whose NodeStatus travels, in the order of their numbers, at most 8.
         use_sender_time: stamp decoded FD messages with the time of the sender, which must run on the same
             monotonic clock (one machine, or synchronised). Otherwise the receive time is the stamp.
         hand_clock: from the hand's stamp and the receive time [ns] to the time on our clock, for states in FD
@@ -56,7 +55,6 @@ class CanCodec(FrameCodec):
         *,
         fd: bool,
         hand: int = 0,
-        nodes: Sequence[str] = NODES,
         use_sender_time: bool = False,
         hand_clock: HandClock | None = None,
         reach: int = 0,
@@ -66,16 +64,14 @@ class CanCodec(FrameCodec):
             raise ConfigError(
                 f"hand {hand} does not fit into the identifier; it must lie in 0 .. {plan.hands - 1}"
             )
-        super().__init__(_names("fingers", fingers, plan.fingers))
-        self.nodes = _names("nodes", nodes, plan.fingers)
-        self.fd = fd
+        super().__init__(_names(fingers, plan.fingers))
         self.foreign = 0
         self._hand = hand
         self._refusals = _refusals(plan, hand, fd)
         self._has_line = fd and hand_clock is None and not reach
         for layout in (one for one in plan.layouts if one.fd == fd):
             clock = hand_clock if layout.schema.cls is FingertipState else None
-            for number, owner in enumerate(self.nodes if layout.schema.cls is NodeStatus else self.fingers):
+            for number, owner in enumerate(NODES if layout.schema.cls is NodeStatus else self.fingers):
                 offset = hand * plan.hand_stride + number * plan.finger_stride
                 self.add_stream(layout, owner, offset, use_sender_time, clock, reach)
 
@@ -123,9 +119,9 @@ def _refusals(plan: Layouts, hand: int, fd: bool) -> dict[int, str]:
     return found
 
 
-def _names(what: str, names: Sequence[str], limit: int) -> tuple[str, ...]:
+def _names(names: Sequence[str], limit: int) -> tuple[str, ...]:
     if len(names) > limit or len(set(names)) != len(names):
-        raise ConfigError(f"{what} {list(names)} must be at most {limit} different names")
+        raise ConfigError(f"fingers {list(names)} must be at most {limit} different names")
     return tuple(names)
 
 

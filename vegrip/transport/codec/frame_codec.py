@@ -52,10 +52,6 @@ class Assembly:
         self._counter, self._expected = -1, 0  # of the open message; 0 expected: none is open
         self._stamp = self._time = 0
 
-    def reset(self) -> None:
-        self.sequence.begin()
-        self._counter, self._expected = -1, 0
-
     @property
     def lost(self) -> int:
         """Messages that never arrived, or not whole."""
@@ -204,10 +200,6 @@ class FrameCodec:
     def lost(self) -> int:
         """Messages that never arrived or not whole, over all streams."""
         return sum({id(d.assembly): d.assembly.lost for d in self._decoders.values()}.values())
-
-    def reset(self) -> None:
-        for decoder in self._decoders.values():
-            decoder.assembly.reset()
 
     def line(self, finger: str) -> Line | None:
         """Return how the bytes of ``finger`` travel; None: not in FD frames of ours."""

@@ -359,9 +359,6 @@ class MsgpackCodec:
             self._note_broken(topic, refused.name)
             return None
 
-    def reset(self) -> None:
-        self._streams.reset()
-
     def _note_broken(self, topic: str, why: str) -> None:
         route = None if why in WHOLE else self.topics.incoming(topic)
         if route is None or route.owner is None or route.schema.cls is not FingertipState:

@@ -44,10 +44,6 @@ class Sequence:
         self._reach = reach
         self.stamp = 0
         self.lost = 0
-        self.begin()
-
-    def begin(self) -> None:
-        """Take any message as the first one; what was lost stays counted."""
         self.last = -1
         self._seen = (1 << self._reach + 1) - 1  # bit i: last - i has been taken, or is before the first
 
@@ -120,10 +116,6 @@ class Streams:
         stream = self._strangers.pop(key) if key in self._strangers else self._new_stranger()
         self._strangers[key] = stream
         return stream
-
-    def reset(self) -> None:
-        for stream in (*self._own.values(), *self._strangers.values()):
-            stream.begin()
 
     def _new_stranger(self) -> Sequence:
         if len(self._strangers) >= MOST_STRANGERS:

@@ -22,8 +22,9 @@ from vegrip.clock import NS, WallClock
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.messages import FingertipState, ForceCommand, Message, Reason
+from vegrip.transport.byte_link import CHUNK
 from vegrip.transport.can_port import CanPort, open_port
-from vegrip.transport.canbus.frame_time import FD_SIZES
+from vegrip.transport.canbus.frame_time import fd_size
 from vegrip.transport.codec import Frame
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.hands.virtual_device import VirtualDevice
@@ -34,7 +35,6 @@ from vegrip.transport.hands.virtual_wsg import Wsg
 from vegrip.transport.mapped.plan import Plan, open_plan
 from vegrip.transport.open import CanSettings, Hand, open_bus
 
-CHUNK: Final = 4096  # [bytes] read at once
 LIFETIME_PERIODS: Final = 10  # of repeated commands, after which silence counts as the end of them
 DRIVES: Final[dict[str, type[VirtualDrive]]] = {
     "robotiq": RobotiqRtu,
@@ -179,9 +179,8 @@ class BusPort(DevicePort):
         return self._port.receive(0.0)
 
     def write(self, frame: Frame) -> None:
-        size = next(each for each in FD_SIZES if each >= len(frame.data))
         with suppress(can.CanError, OSError):
-            self._port.send(frame._replace(data=frame.data.ljust(size, b"\0")))
+            self._port.send(frame._replace(data=frame.data.ljust(fd_size(len(frame.data)), b"\0")))
 
     def close(self) -> None:
         self._bus.shutdown()
@@ -256,7 +255,7 @@ def open_device(table: Mapping[str, Any], hand: Hand, where: str) -> VirtualDevi
 def virtual_device(plan: Plan, latency: float = 0.0) -> Simulated:
     """Return the simulation of a drive, or else of any device by its map."""
     speaks = plan.hand.product.get("virtual", {}).get("speaks", "")
-    return DRIVES[speaks](plan, latency) if speaks in DRIVES else VirtualDevice(plan, 0, latency)
+    return DRIVES[speaks](plan, latency) if speaks in DRIVES else VirtualDevice(plan, latency)
 
 
 def _port(transport: Mapping[str, Any], settings: DeviceSettings) -> DevicePort:

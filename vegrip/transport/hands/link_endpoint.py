@@ -593,8 +593,7 @@ def _is_read(plan: Plan, packet: str) -> bool:
 
 def _conditions(plan: Plan, counts: Counter[str]) -> Conditions:
     messages, maps, device = plan.database.messages, plan.hand.conditions, plan.hand.device
-    asked = {entry.get(key, "") for entry in device.opening for key in ("unless", "until")}
-    for name in sorted((asked | {device.ready}) - {"", *maps}):
+    for name in sorted(device.conditions.difference(maps)):
         hint = suggestion(name, maps, "there are")
         raise ConfigError(f"{plan.hand.path} [device]: there is no condition {name!r}; {hint}")
     needed = fields_of(maps, {name: one.signals for name, one in messages.items()}, str(plan.hand.path))

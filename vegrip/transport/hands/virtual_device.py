@@ -20,10 +20,9 @@ from vegrip.transport.hands.virtual_drive import Simulated
 from vegrip.transport.mapped.commands import FrameCommands, Outgoing, Target, rounding
 from vegrip.transport.mapped.compiled import Group, compile_raw, groups_of, made, packing
 from vegrip.transport.mapped.plan import VECTORS, ChannelPlan, FingerPlan, Plan
-from vegrip.transport.maps.checksums import protection
 from vegrip.transport.maps.dialogue import Dialogue, Step
 from vegrip.transport.maps.packets import Index, Packet, PacketMap, read_field
-from vegrip.transport.maps.schema import POLAR, MessageMap
+from vegrip.transport.maps.schema import POLAR
 from vegrip.transport.maps.signals import ForeignMessage, Signal
 
 USUAL_RATE: Final = 100.0  # [Hz] of a device that sends by itself and whose map states none
@@ -31,20 +30,20 @@ TURN: Final = 2.0 * math.pi  # [rad]
 
 
 class VirtualDevice(Simulated):
-    """One device of a hand."""
+    """The first device of a hand."""
 
-    def __init__(self, plan: Plan, number: int = 0, latency: float = 0.0) -> None:
+    def __init__(self, plan: Plan, latency: float = 0.0) -> None:
         if plan.hand.format or plan.hand.nodes:
             raise ConfigError(
                 f"{plan.hand.path}: only packets and frames of a CAN database have a virtual device"
             )
         super().__init__(latency)
         self._plan = plan
-        self._packets = {one.name: one for one in plan.database.packets if one.device == number}
+        self._packets = {one.name: one for one in plan.database.packets if one.device == 0}
         hand, on_can = plan.hand, not plan.database.packets
         self._on_can = on_can
         self._dialogue = Dialogue(
-            hand.device, number, hand.command.period, Counter(), str(hand.path), on_can=on_can
+            hand.device, 0, hand.command.period, Counter(), str(hand.path), on_can=on_can
         )
         commands = FrameCommands(plan, self._state_of, Counter())
         self._commands = {
@@ -94,7 +93,7 @@ class VirtualDevice(Simulated):
 
     def _take_whole(self, frame: Frame, now: int) -> None:
         asked = frame.arbitration_id, bytes(frame.data)
-        for step in (one for one in self._steps if (one.identifier, one.data) == asked):
+        for step in (one for one in self._steps if one.frame[:2] == asked):
             self._obey(step, now)
             return
         for finger, reader in self._commands.items():
@@ -303,9 +302,7 @@ class _Writer:
             for one, each in plan.hand.packets.items()
             if each.of == name
         ]
-        spec = plan.protection.get(name, MessageMap())
-        where = f"{plan.hand.path} [messages.{name}.checksum]"
-        self._guard = protection(spec.checksum, self._message, where) if self._packet is None else None
+        self._guard = plan.guard_of(name) if self._packet is None else None
 
     def frames(self, raws: Mapping[int, int], now: int, asked: bytes) -> list[Frame]:
         """Return the pages that ``asked`` asks for, or else all."""
@@ -373,10 +370,9 @@ class _Page:
             (compile_raw(self._message, self._message.signals[name]), values)
             for name, values in group.condition
         ]
-        spec = plan.protection.get(name)
+        spec = plan.hand.messages.get(name)
         if spec is not None and spec.counter:
-            modulus = spec.modulus or 1 << self._message.signals[spec.counter].length
-            fields[spec.counter] = f"count % {modulus}"
+            fields[spec.counter] = f"count % {plan.modulus_of(name)}"
         text = f" return bytearray({packing(self._message, fields)})"
         self._pack = made(["def pack(raws, count):", text], "pack", {})
         self._count = -1

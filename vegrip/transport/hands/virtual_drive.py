@@ -68,8 +68,8 @@ class Jaws:
     Places are counted as the device counts them, rising as the jaws close.
     """
 
-    def __init__(self, place: float = 0.0) -> None:
-        self.place = self.target = place
+    def __init__(self) -> None:
+        self.place = self.target = 0.0
         self.speed = 0.0  # [counts/s]
         self.object_at: float | None = None
         self._then: int | None = None  # [ns]

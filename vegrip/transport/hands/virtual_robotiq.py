@@ -10,7 +10,7 @@ from typing import Final
 from vegrip.clock import NS
 from vegrip.transport.hands.virtual_drive import NO_FRAME, VirtualDrive
 from vegrip.transport.mapped.plan import Plan
-from vegrip.transport.maps.modbus import crc16
+from vegrip.transport.maps.checksums import appended
 
 UNIT: Final = 9
 OUTPUTS, INPUTS, REGISTERS = 0x03E8, 0x07D0, 3
@@ -88,7 +88,7 @@ class RobotiqRtu(Robotiq):
         size = {16: 9 + data[6], 23: 13 + (data[10] if len(data) > 10 else 255)}.get(function, 8)
         if len(data) < size:
             return (NO_FRAME, b"") if size <= 255 else (1, b"")
-        if crc16(data[: size - 2]) != int.from_bytes(data[size - 2 : size], "little"):
+        if appended("modbus", data[: size - 2]) != data[:size]:
             self.counts["unknown_request"] += 1
             return 1, b""
         if unit != UNIT:
@@ -96,7 +96,7 @@ class RobotiqRtu(Robotiq):
         answer = self._answer(function, first, count, data[:size], now)
         is_refused = len(answer) == 1
         body = bytes([UNIT, function | is_refused << 7]) + answer
-        return size, body + crc16(body).to_bytes(2, "little")
+        return size, appended("modbus", body)
 
     def _answer(self, function: int, first: int, count: int, data: bytes, now: int) -> bytes:
         """Return what follows the function; one byte is an exception."""

@@ -62,7 +62,7 @@ class LoadSettings:
     def __post_init__(self) -> None:
         if self.reach and not (len(self.reach) == 2 and math.hypot(*self.reach) < MOST_REACH):
             raise ConfigError(
-                f"[load]: 'reach' is {list(self.reach)}; it has two values in m, each below {MOST_REACH:g}"
+                f"'reach' is {list(self.reach)}; it has two values in m, each below {MOST_REACH:g}"
             )
 
     @property
@@ -150,4 +150,8 @@ def read_load(table: Mapping[str, Any], where: str) -> LoadSettings:
             raise ConfigError(f"{where}: unknown key {key!r}; {suggestion(key, names, 'known are')}")
     if not isinstance(table.get("from"), str):
         raise ConfigError(f"{where} needs from = 'wrist.toml', the map of the sensor at the wrist")
-    return build(LoadSettings, {names[key]: value for key, value in table.items()}, where)
+    try:
+        return build(LoadSettings, {names[key]: value for key, value in table.items()}, where)
+    except ConfigError as error:
+        said = str(error)
+        raise ConfigError(said if said.startswith(where) else f"{where}: {said}") from None

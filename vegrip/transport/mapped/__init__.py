@@ -1,6 +1,6 @@
 """A hand of any make: a file says which of its signals make up a FingertipState and a ForceCommand.
 
-``schema`` declares the file, ``plan`` resolves it, ``codec`` (CAN) and ``topics`` (a network) turn messages
-into states and commands into messages, ``price`` says what the hand does not send and what that costs.
-``guess``, ``proposal``, ``questions`` and ``find_protection`` make the map of an unknown hand.
+:mod:`vegrip.transport.maps` declares the file, ``plan`` resolves it, ``codec`` turns messages of a CAN bus, a
+device or a network into states, ``commands`` turns commands into messages, and ``price`` says what the hand
+does not send and what that costs. :mod:`vegrip.connect` makes the map of an unknown hand.
 """

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from vegrip.clock import NOT_YET, NS
-from vegrip.errors import ConfigError
+from vegrip.errors import ConfigError, first_line
 from vegrip.text_encoding import decoded
 from vegrip.transport.codec import Frame
 from vegrip.transport.maps.database import Database
@@ -62,9 +62,7 @@ def read_eds(path: Path, nodes: Mapping[str, int]) -> Database:
         except FileNotFoundError:
             raise ConfigError(f"{path}: there is no such file; 'database' is relative to the map") from None
         except Exception as error:  # noqa: BLE001 (the parser has errors of its own)
-            raise ConfigError(
-                f"{path}: cannot be read as an EDS ({str(error)[:200] or type(error).__name__})"
-            ) from None
+            raise ConfigError(f"{path}: cannot be read as an EDS ({first_line(error)[:200]})") from None
         for kind in PDOS:
             messages += _pdos(objects, kind, finger, node, path, left_out)
         messages += _asked(objects, finger, node)
@@ -310,10 +308,10 @@ class CanopenNodes:
         """Return the frames to send at ``now`` [ns]."""
         frames = []
         for one in self._starts.values():
-            is_new = not one.is_booted
+            is_repeated = not one.is_booted
             if one.is_due(now):
                 frames.append(Frame(0, bytes((START, one.node))))
-                self.rejected["started_again"] += is_new
+                self.rejected["started_again"] += is_repeated
             if now - one.received > AWAY_NS and not one.is_away:
                 one.is_away = True
                 self.rejected[f"away_{one.name}"] += 1

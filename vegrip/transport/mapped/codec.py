@@ -19,7 +19,6 @@ from vegrip.transport.mapped.canopen_nodes import CanopenNodes
 from vegrip.transport.mapped.commands import Commands, FrameCommands, TopicCommands
 from vegrip.transport.mapped.compiled import reading
 from vegrip.transport.mapped.plan import ChannelPlan, FingerPlan, Plan, Slot
-from vegrip.transport.maps.checksums import protection
 from vegrip.transport.maps.dialogue import Dialogue, Step
 from vegrip.transport.maps.schema import REPORTED, MessageMap
 from vegrip.transport.maps.signals import ForeignMessage
@@ -140,10 +139,6 @@ class ForeignHand(ABC):
     def lost(self) -> int:
         return sum(sequence.lost for sequence in self._sequences)
 
-    def reset(self) -> None:
-        for sequence in self._sequences:
-            sequence.begin()
-
     def state_of(self, finger: str) -> tuple[float, float]:
         """Return the last normal force of ``finger`` [N] and its position in the unit of their signal."""
         slot = self.plan.feedback.get(finger)
@@ -161,10 +156,10 @@ class ForeignHand(ABC):
         scope |= {"refuse": self._refuse, "owners": self._owners(name)}
         scope |= {"s": self._slots, "received": self._received}
         lines = ["def take(data, stamp):", *head, " seq = None"]
-        spec = self.plan.protection.get(name)
+        spec = self.plan.hand.messages.get(name)
         if spec is not None and spec.counter:
             counting, modulus = self._counting(name, scope)
-            self._sequences.append(Counted(spec.modulus or modulus))
+            self._sequences.append(Counted(modulus))
             scope["advance"] = self._sequences[-1].advance
             lines += [*counting, " seq = None if raw is None else advance(raw, stamp)"]
             lines += [" if seq is None:", "  return refuse('counter')"]
@@ -220,7 +215,6 @@ class MappedCodec(ForeignHand):
             found[name] = count, own
             count += len(own)
         super().__init__(plan, groups)
-        self.fingers = tuple(self._states)
         self.foreign = 0
         self._takes: dict[int, Take] = {}
         for name, each in found.items():
@@ -283,8 +277,8 @@ class MappedCodec(ForeignHand):
 
     def _counting(self, name: str, scope: dict[str, Any]) -> tuple[list[str], int]:  # noqa: ARG002
         message = self.plan.database.messages[name]
-        signal = message.signals[self.plan.protection[name].counter]
-        return compiled.raw_reading(message, signal), 1 << signal.length
+        signal = message.signals[self.plan.hand.messages[name].counter]
+        return compiled.raw_reading(message, signal), self.plan.modulus_of(name)
 
     def _of_frame(self, message: ForeignMessage, first: int, groups: list[compiled.Group]) -> Take:
         length = message.length
@@ -293,9 +287,8 @@ class MappedCodec(ForeignHand):
             for number, group in enumerate(groups, first)
         }
         scope: dict[str, Any] = {"trim": self._trimming(ends)}
-        spec = self.plan.protection.get(message.name)
-        where = f"{self.plan.hand.path} [messages.{message.name}.checksum]"
-        guard = protection(spec.checksum, message, where) if spec and not message.checked else None
+        spec = self.plan.hand.messages.get(message.name)
+        guard = None if message.checked else self.plan.guard_of(message.name)
         if guard is not None:
             scope["check"] = guard.check
         needed = _least_bytes(message, ends, spec, groups) if guard is None else length
@@ -370,9 +363,6 @@ class TopicCodec(ForeignHand):
         self._topics = {name: self._of_topic(name, number) for number, name in enumerate(names)}
         self.encoder = TopicCommands(plan, self.state_of, self.clipped, self._bodies)
 
-    def decode(self, topic: str, payload: bytes, stamp: int) -> Message | None:
-        return next(iter(self.decode_all(topic, payload, stamp)), None)
-
     def decode_all(self, topic: str, payload: bytes, stamp: int) -> Sequence[FingertipState]:
         take = self._topics.get(topic)
         if take is None:
@@ -416,7 +406,7 @@ class TopicCodec(ForeignHand):
         return self._taking(name, (), (" read(data)", f" found = ({group},)"), {"read": read}, False)
 
     def _counting(self, name: str, scope: dict[str, Any]) -> tuple[list[str], int]:
-        spec = self.plan.protection[name]
+        spec = self.plan.hand.messages[name]
         get, modulus = self._getter(name, spec.counter), spec.modulus or MODULUS
 
         def count(body: Any) -> int | None:

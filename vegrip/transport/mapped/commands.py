@@ -16,12 +16,13 @@ from typing import Any, Final
 from vegrip.clock import NOT_YET, NS
 from vegrip.errors import ConfigError, suggestion
 from vegrip.messages import ForceCommand, make_row
+from vegrip.transport.canbus.frame_time import fd_size
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.bodies import Bodies
 from vegrip.transport.mapped.body_paths import parse_path
 from vegrip.transport.mapped.compiled import made, packing
 from vegrip.transport.mapped.plan import Plan, find_signal
-from vegrip.transport.maps.checksums import Protection, protection
+from vegrip.transport.maps.checksums import Protection
 from vegrip.transport.maps.schema import CommandMap
 from vegrip.transport.maps.signals import ForeignMessage, Signal
 from vegrip.transport.maps.units import conversion, product, quantity, worth
@@ -33,6 +34,7 @@ Write = Callable[[float], tuple[Any, bool]]
 """From a value in its unit to that on the wire, and whether the signal cannot hold it."""
 
 FLOATS: Final = {16: "<e", 32: "<f", 64: "<d"}
+LARGEST: Final = {16: 65504.0, 32: (2.0 - 2.0**-23) * 2.0**127}  # that such a float holds
 ROUNDED: Final = 1e-5  # of a gain and an offset that are written in a map, times the largest value
 ON_STATE: Final = frozenset({"position", "increment"})
 """Kinds of commands that rest on what is measured."""
@@ -157,7 +159,7 @@ class Commands(ABC):
         self._state_of = state_of
         self._clipped = clipped
         self._period = round(plan.hand.command.period * NS)
-        self._stops = plan.hand.command.silence == "holds"
+        self._holds_itself = plan.hand.command.silence == "holds"
         self._outgoing: dict[Any, Outgoing] = {}
         self._of: dict[str, tuple[Outgoing, Target]] = {}  # by finger
         for finger in plan.fingers:
@@ -209,7 +211,7 @@ class Commands(ABC):
             expired = all(
                 each.command is not None and each.command.expires <= now for each in outgoing.targets
             )
-            if expired and self._stops:
+            if expired and self._holds_itself:
                 continue
             if outgoing.waits:
                 outgoing.is_wanted = True
@@ -301,7 +303,7 @@ class TopicCommands(Commands):
         outgoing = self._outgoing.setdefault(topic, Outgoing(topic))
         steps, law = parse_path(path.strip(), where), law_of(command, command.unit, where)
         outgoing.constants |= {parse_path(name, where): value for name, value in command.set.items()}
-        spec = self._plan.protection.get(topic)
+        spec = self._plan.hand.messages.get(topic)
         if spec is not None and spec.counter:
             outgoing.counter = parse_path(spec.counter, where)
         for each in (steps, *outgoing.constants, *filter(None, [outgoing.counter])):
@@ -340,7 +342,8 @@ class FrameCommands(Commands):
             scope["protect"] = outgoing.guard.protect
             text = f"bytearray({text})\n protect(data)"
         head = f" data = {text}\n"
-        return f"{head} made = row(Frame, ({message.identifier}, bytes(data), {message.fd}, 0))"
+        whole = f"bytes(data).ljust({fd_size(message.length)}, b'\\0')" if message.fd else "bytes(data)"
+        return f"{head} made = row(Frame, ({message.identifier}, {whole}, {message.fd}, 0))"
 
     def _add(self, finger: str, command: CommandMap, where: str) -> tuple[Outgoing, Target]:
         message, signal = find_signal(self._plan.database, command.signal, where)
@@ -377,15 +380,11 @@ class FrameCommands(Commands):
         waits = packet is not None and bool(packet.answer)
         opens = packet is not None and bool(packet.opened)
         outgoing = Outgoing(message.name, constants=dict(selectors), waits=waits, opens=opens)
-        spec = self._plan.protection.get(message.name)
+        spec = self._plan.hand.messages.get(message.name)
         if spec is not None:
-            where = f"{self._plan.hand.path} [messages.{message.name}.checksum]"
-            outgoing.guard = protection(spec.checksum, message, where)
+            outgoing.guard = self._plan.guard_of(message.name)
             outgoing.checksum = spec.checksum.signal
-            outgoing.counter = spec.counter
-            outgoing.modulus = spec.modulus or (
-                1 << message.signals[spec.counter].length if spec.counter else 1
-            )
+            outgoing.counter, outgoing.modulus = spec.counter, self._plan.modulus_of(message.name)
         return outgoing
 
 
@@ -402,11 +401,13 @@ def rounding(signal: Signal, *, raw: bool = False) -> Write:
         return (found, False) if low <= found <= high else (min(max(found, low), high), True)
 
     def real(value: float) -> tuple[int, bool]:
+        steps, is_beyond = (value - offset) / scale, False
         try:
-            packed = struct.pack(FLOATS[signal.length], (value - offset) / scale)
+            packed = struct.pack(FLOATS[signal.length], steps)
         except OverflowError:
-            return 0, True
-        return int.from_bytes(packed, "little"), False
+            end = math.copysign(LARGEST[signal.length], steps)
+            packed, is_beyond = struct.pack(FLOATS[signal.length], end), True
+        return int.from_bytes(packed, "little"), is_beyond
 
     return real if signal.is_float else whole
 
@@ -427,10 +428,7 @@ def _filled(outgoing: Outgoing) -> set[str]:
 
 def _bounds(command: CommandMap, low: float, high: float) -> tuple[float, float]:
     """Return the least and largest value in the unit: of the map, else those declared, NaN where none are."""
-    least, most = (
-        declared if math.isnan(stated) else stated
-        for stated, declared in ((command.low, low), (command.high, high))
-    )
+    least, most = command.range_or(low, high)
     return -math.inf if math.isnan(least) else least, math.inf if math.isnan(most) else most
 
 

@@ -112,11 +112,7 @@ def _counting(declared: float, by_bits: float, why: str) -> Iterator[LargestForc
 def _stated(command: CommandMap, signal: Signal | None, carried: Ends) -> Ends:
     """Return the range of the map, else that of the database, in the unit of the signal."""
     known = _narrower(signal, carried) if signal is not None and not command.raw else (math.nan, math.nan)
-    low, high = (
-        declared if math.isnan(stated) else stated
-        for stated, declared in ((command.low, known[0]), (command.high, known[1]))
-    )
-    return low, high
+    return command.range_or(*known)
 
 
 def _narrower(signal: Signal, carried: Ends) -> Ends:

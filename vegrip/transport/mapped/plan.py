@@ -15,6 +15,7 @@ from typing import Final
 from vegrip.errors import ConfigError, suggestion
 from vegrip.identification.recording.channels import CHANNELS as MEASURED
 from vegrip.transport.maps import schema
+from vegrip.transport.maps.checksums import Protection, protection
 from vegrip.transport.maps.database import Database, read_dbc
 from vegrip.transport.maps.packet_database import packet_database
 from vegrip.transport.maps.signals import ForeignMessage, Signal, expanded
@@ -97,12 +98,24 @@ class Plan:
     database: Database
     slots: tuple[Slot, ...]
     fingers: tuple[FingerPlan, ...]
-    protection: Mapping[str, schema.MessageMap] = field(default_factory=dict)
     feedback: Mapping[str, int] = field(default_factory=dict)  # finger -> slot of its position, in its unit
 
     @property
     def messages(self) -> tuple[str, ...]:
         return tuple(dict.fromkeys(slot.message for slot in self.slots))
+
+    def guard_of(self, name: str) -> Protection | None:
+        """Return how frames of the message ``name`` are protected, None when they are not."""
+        where = f"{self.hand.path} [messages.{name}.checksum]"
+        spec = self.hand.messages.get(name)
+        return None if spec is None else protection(spec.checksum, self.database.messages[name], where)
+
+    def modulus_of(self, name: str) -> int:
+        """Return what the counter in frames of the message ``name`` counts to, 1 without one."""
+        spec = self.hand.messages.get(name)
+        if spec is None or not spec.counter:
+            return 1
+        return spec.modulus or 1 << self.database.messages[name].signals[spec.counter].length
 
 
 VECTORS: Final = (
@@ -121,9 +134,9 @@ def make_plan(hand: schema.HandMap, database: Database, fingers: tuple[str, ...]
         )
     maker = _Maker(hand, database)
     plans = tuple(maker.finger(name, hand.fingers[name]) for name in fingers)
-    for name, protection in hand.messages.items():
-        _check_protection(hand, database, name, protection)
-    return Plan(hand, database, tuple(maker.slots), plans, hand.messages, maker.feedback)
+    for name, spec in hand.messages.items():
+        _check_protection(hand, database, name, spec)
+    return Plan(hand, database, tuple(maker.slots), plans, maker.feedback)
 
 
 def find_signal(database: Database, name: str, where: str) -> tuple[ForeignMessage, Signal]:
@@ -131,18 +144,23 @@ def find_signal(database: Database, name: str, where: str) -> tuple[ForeignMessa
     head, dot, tail = name.partition(".")
     if not dot:
         raise ConfigError(f"{where}: {name!r} must be MESSAGE.SIGNAL, both names of {database.name}")
-    message = database.messages.get(head)
-    if message is None:
-        raise ConfigError(
-            f"{where}: {database.name} has no message {head!r}; "
-            f"{suggestion(head, database.messages, 'it has')}"
-        )
+    message = _find_message(database, head, where)
     signal = message.signals.get(tail)
     if signal is None:
         raise ConfigError(
             f"{where}: {head} has no signal {tail!r}; {suggestion(tail, message.signals, 'it has')}"
         )
     return message, signal
+
+
+def _find_message(database: Database, name: str, where: str) -> ForeignMessage:
+    message = database.messages.get(name)
+    if message is None:
+        raise ConfigError(
+            f"{where}: {database.name} has no message {name!r}; "
+            f"{suggestion(name, database.messages, 'it has')}"
+        )
+    return message
 
 
 class _Maker:
@@ -343,11 +361,7 @@ def _check_protection(hand: schema.HandMap, database: Database, name: str, spec:
         if spec.checksum.kind != "none":
             raise ConfigError(f"{where}: a checksum is of frames; messages of a network have none here")
         return
-    if name not in database.messages:
-        raise ConfigError(
-            f"{where}: {database.name} has no message {name!r}; "
-            f"{suggestion(name, database.messages, 'it has')}"
-        )
+    _find_message(database, name, where)
     if spec.counter:
         find_signal(database, f"{name}.{spec.counter}", f"{where}: 'counter'")
 

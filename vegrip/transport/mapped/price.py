@@ -189,7 +189,7 @@ def _messages(plan: Plan) -> list[str]:
     if plan.hand.format:
         return [UNPROTECTED]
     asked = [name for name in plan.messages if plan.database.messages[name].asked]
-    specs = {name: plan.protection.get(name, MessageMap()) for name in plan.messages}
+    specs = {name: plan.hand.messages.get(name, MessageMap()) for name in plan.messages}
     bare = [name for name, spec in specs.items() if not spec.counter]
     open_ = [name for name, spec in specs.items() if spec.checksum.kind == "none"]
     said = []

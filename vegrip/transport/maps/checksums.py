@@ -3,9 +3,9 @@
 import binascii
 import importlib
 import zlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import cache, reduce
 from operator import xor
 from typing import Any, Final
 
@@ -137,10 +137,16 @@ def make_crc(
         case 32, 0x04C11DB7, True:
             return lambda data: zlib.crc32(bytes(data), begin) ^ end
         case 8, 0x1D, False:
-            return lambda data: int(crc.calculate_crc8(bytes(data), begin, False)) ^ end
+            quick, first, last = crc.calculate_crc8, begin, end
         case 8, 0x2F, False:
-            return lambda data: int(crc.calculate_crc8_h2f(bytes(data), begin, False)) ^ end
-    return table_crc(width, polynomial, start, final, reflected=reflected)
+            quick, first, last = crc.calculate_crc8_h2f, begin, end
+        case 16, 0x8005, True:
+            quick, first, last = crc.calculate_crc16_arc, begin ^ ones, final
+        case 32, 0xF4ACFB13, True:
+            quick, first, last = crc.calculate_crc32_p4, begin, end
+        case _:
+            return table_crc(width, polynomial, start, final, reflected=reflected)
+    return lambda data: int(quick(bytes(data), first, False)) ^ last
 
 
 def table_crc(
@@ -153,10 +159,7 @@ def table_crc(
     >>> hex(table_crc(8, 0x31, 0xFF, 0, reflected=False)(b"123456789"))
     '0xf7'
     """
-    divisor, begin = _turned(polynomial, width), _turned(start, width)
-    table = list(range(256))
-    for _ in range(8):
-        table = [value >> 1 ^ divisor if value & 1 else value >> 1 for value in table]
+    table, begin = _table(_turned(polynomial, width)), _turned(start, width)
 
     def crc(data: Iterable[int]) -> int:
         value = begin
@@ -165,6 +168,14 @@ def table_crc(
         return (value if reflected else _turned(value, width)) ^ final
 
     return crc
+
+
+@cache
+def _table(divisor: int) -> Sequence[int]:
+    table = list(range(256))
+    for _ in range(8):
+        table = [value >> 1 ^ divisor if value & 1 else value >> 1 for value in table]
+    return table
 
 
 def appended(kind: str, data: bytes) -> bytes:

@@ -33,6 +33,16 @@ class ConditionMap:
     def __post_init__(self) -> None:
         if not self.where:
             raise ConfigError("'where' is empty; name a field: where = { \"status.fault\" = 8 }")
+        if not all(isinstance(one, int) for values in self.values.values() for one in values):
+            raise ConfigError("'where' takes whole numbers, or lists of them")
+
+    @property
+    def values(self) -> dict[str, tuple[Any, ...]]:
+        """The values that each field may have."""
+        return {
+            place: tuple(value) if isinstance(value, (list, tuple)) else (value,)
+            for place, value in self.where.items()
+        }
 
 
 class Conditions:
@@ -50,7 +60,7 @@ class Conditions:
         self.now: set[str] = set()
         self._maps, self._readers, self._counts = maps, readers, counts
         self._last: dict[str, int] = {}
-        self._wanted = {name: _values(each, name) for name, each in maps.items()}
+        self._wanted = {name: each.values for name, each in maps.items()}
         self._judged_by = {name: next(iter(each.where)).partition(".")[0] for name, each in maps.items()}
         self._held_before: set[str] = set()  # conditions whose ``after`` has held since they held last
 
@@ -102,14 +112,4 @@ def fields_of(
                 hint = suggestion(place, known, "there are")
                 raise ConfigError(f"{where} [conditions.{name}]: there is no {place!r}; {hint}")
             found.setdefault(packet, []).append(field)
-    return found
-
-
-def _values(each: ConditionMap, name: str) -> dict[str, frozenset[int]]:
-    found = {
-        place: frozenset(value if isinstance(value, (list, tuple)) else [value])
-        for place, value in each.where.items()
-    }
-    if not all(isinstance(one, int) for values in found.values() for one in values):
-        raise ConfigError(f"[conditions.{name}]: 'where' takes whole numbers, or lists of them")
     return found

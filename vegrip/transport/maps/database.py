@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
-from vegrip.errors import ConfigError
+from vegrip.errors import ConfigError, first_line
 from vegrip.text_encoding import decoded
 from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.maps.packets import Packet
@@ -59,7 +59,7 @@ def read_dbc(path: Path) -> Database:
     except ConfigError:
         raise
     except Exception as error:  # noqa: BLE001 (each parser has errors of its own)
-        raise ConfigError(f"{path}: cannot be read as a CAN database ({_first_line(error)})") from None
+        raise ConfigError(f"{path}: cannot be read as a CAN database ({first_line(error)[:200]})") from None
     messages = getattr(database, "messages", None)
     if not messages or not hasattr(messages[0], "frame_id"):
         raise ConfigError(f"{path}: declares no CAN message")
@@ -94,7 +94,7 @@ def _loaded(text: str, kind: str | None) -> tuple[Any, dict[int, str]]:
         try:
             message.refresh(strict=True)
         except Exception as error:  # noqa: BLE001
-            left_out.setdefault(message.frame_id, f"{message.name}: {_first_line(error)}")
+            left_out.setdefault(message.frame_id, f"{message.name}: {first_line(error)[:200]}")
     if all(message.frame_id in left_out for message in database.messages):
         raise refusal
     return database, left_out
@@ -107,10 +107,6 @@ def _named_apart(messages: Sequence[ForeignMessage]) -> list[ForeignMessage]:
         replace(one, name=f"{one.name}_{one.identifier & ~EXTENDED:X}") if counts[one.name] > 1 else one
         for one in messages
     ]
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).strip().partition("\n")[0][:200] or type(error).__name__
 
 
 def _message(message: Any) -> ForeignMessage:

@@ -33,6 +33,7 @@ from typing import Any, Final, NamedTuple
 from vegrip.clock import NS
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
+from vegrip.transport.canbus.frame_time import fd_size
 from vegrip.transport.codec import Frame
 from vegrip.transport.maps.checksums import APPENDED, appended
 from vegrip.transport.maps.packets import on_bus
@@ -57,6 +58,13 @@ class DeviceMap:
     offset: int = parameter(
         0, low=-0x7FF, high=0x7FF, doc="CAN: added to all identifiers, as for another hand"
     )
+
+    @property
+    def conditions(self) -> set[str]:
+        """The names of those that it asks for."""
+        entries = [entry for entry in self.opening if isinstance(entry, dict)]
+        asked = [self.ready, *(entry.get(key) for entry in entries for key in ("unless", "until"))]
+        return {name for name in asked if name and isinstance(name, str)}
 
 
 @dataclass(frozen=True)
@@ -91,7 +99,9 @@ class Step(NamedTuple):
 
     @property
     def frame(self) -> Frame:
-        return Frame(self.identifier, self.data, len(self.data) > 8)
+        """It as CAN carries it."""
+        size = len(self.data)
+        return Frame(self.identifier, self.data.ljust(fd_size(size), b"\0"), size > 8)
 
 
 Order = Callable[[int], Sequence[Step]]

@@ -13,6 +13,8 @@ import struct
 from collections.abc import Mapping
 from typing import Any, Final
 
+from vegrip.errors import ConfigError
+
 NUMBER: Final = re.compile(r"\{(\w+)\}")
 NEWLINE: Final = "\n"
 DIGITS: Final = r" *(-?\d{1,9})"  # nine digits fit into 32 bits
@@ -39,13 +41,20 @@ class Line:
         return self._text.format(**numbers).encode("latin-1")
 
 
-def with_line(keys: Mapping[str, Any]) -> dict[str, Any]:
+def with_line(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Return the keys of a packet of text with its start, end, length and fields.
 
-    >>> with_line({"text": "POS {place}"})["fields"]
+    >>> with_line({"text": "POS {place}"}, "hand.toml [packets.position]")["fields"]
     {'place': 'i32 be @0'}
     """
-    head = NUMBER.split(str(keys["text"]))[0]
-    fields = {name: f"i32 be @{4 * number}" for number, name in enumerate(Line(str(keys["text"])).names)}
+    text = str(keys["text"])
+    head, *rest = NUMBER.split(text)
+    names = rest[::2]
+    literal = "".join([head, *rest[1::2]])
+    if {"{", "}"} & set(literal) or not all(map(str.isidentifier, names)) or len(set(names)) < len(names):
+        raise ConfigError(f"{where}: 'text' is {text!r}; its numbers are {{name}}, each of another name")
+    if max(text, default="") > "\xff":
+        raise ConfigError(f"{where}: 'text' is {text!r}; its characters must be those of Latin-1")
+    fields = {name: f"i32 be @{4 * number}" for number, name in enumerate(names)}
     given = {"start": head.encode("latin-1").hex(" "), "end": "0A", "length": "end", "fields": fields}
     return {**given, **keys}

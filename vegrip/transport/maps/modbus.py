@@ -37,15 +37,13 @@ from typing import Any, Final
 
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
-from vegrip.transport.maps.checksums import table_crc
+from vegrip.transport.maps.checksums import appended
 
 FRAMINGS: Final = ("rtu", "tcp")
 CHARACTER_BITS: Final = 11  # start, 8 bits, parity or second stop, stop
 SILENT_CHARACTERS: Final = 3.5
 FAST_BAUD, FAST_SILENCE_S = 19_200, 0.00175  # above that rate the silence is fixed [ModbusSerial]_, 2.5.1.1
 MOST_REGISTERS: Final = 123  # that function 16 writes
-crc16: Final = table_crc(16, 0x8005, 0xFFFF, 0, reflected=True)
-"""CRC-16 of Modbus: 0x4B37 of b"123456789"."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +62,7 @@ def framed(framing: str, transaction: int, body: bytes) -> bytes:
     """
     if framing == "tcp":
         return struct.pack(">HHH", transaction, 0, len(body)) + body
-    return body + crc16(body).to_bytes(2, "little")
+    return appended("modbus", body)
 
 
 def silence(baud: int) -> float:
@@ -76,15 +74,19 @@ def with_registers(table: Mapping[str, Any], where: str) -> Mapping[str, Any]:
     """Return a map whose packets and requests are bytes; one without ``[modbus]`` is returned as it is."""
     if "modbus" not in table:
         return table
-    modbus = build(ModbusMap, table["modbus"], f"{where} [modbus]")
+    modbus = build(ModbusMap, _table(table, "modbus", where), f"{where} [modbus]")
     expander = _Expander(modbus, where)
-    packets = {name: expander.packet(name, dict(each)) for name, each in table.get("packets", {}).items()}
+    given = _table(table, "packets", where)
+    packets = {name: expander.packet(name, dict(_table(given, name, f"{where} [packets]"))) for name in given}
     device = {
-        name: [expander.entry(dict(each), packets) for each in value] if isinstance(value, list) else value
-        for name, value in table.get("device", {}).items()
+        name: [expander.entry(each, packets) for each in value] if isinstance(value, list) else value
+        for name, value in _table(table, "device", where).items()
     }
     if modbus.framing == "rtu":
-        device.setdefault("silence", silence(table.get("transport", {}).get("baud", 115_200)))
+        baud = _table(table, "transport", where).get("baud", 115_200)
+        if not isinstance(baud, int) or baud < 1:
+            raise ConfigError(f"{where} [transport]: 'baud' is {baud!r}; it must be a number of bit/s")
+        device.setdefault("silence", silence(baud))
     return {**table, "packets": packets | expander.answers(packets), "device": device}
 
 
@@ -112,15 +114,20 @@ class _Expander:
         head = self._begin(transaction, body, 2 * count)
         keys["fields"] = {
             field: re.sub(r"@ *(\d+)", lambda at: f"@{int(at[1]) + len(head)}", text)
-            for field, text in keys.get("fields", {}).items()
+            if isinstance(text, str)
+            else text
+            for field, text in _table(keys, "fields", where).items()
         }
         return self._guarded(keys, head, len(head) + 2 * count + self._tail)
 
-    def entry(self, entry: dict[str, Any], packets: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    def entry(self, given: Any, packets: dict[str, dict[str, Any]]) -> Any:
         """Return an entry of ``[device]`` in bytes."""
+        if not isinstance(given, Mapping):
+            raise ConfigError(f"{self._where} [device]: {given!r} is no entry; write {{ reads = 'PACKET' }}")
+        entry = dict(given)
         if "reads" in entry:
             name = entry.pop("reads")
-            request = packets.get(name, {}).get("_request")
+            request = packets.get(str(name), {}).get("_request")
             if request is None:
                 raise ConfigError(
                     f"{self._where} [device]: 'reads' is {name!r}, which is no packet with 'read'"
@@ -132,10 +139,21 @@ class _Expander:
             }
         if "write" not in entry:
             return entry
-        first, data = entry.pop("write"), bytes.fromhex(entry.get("data", ""))
+        first, data = entry.pop("write"), self._registers(entry.get("data", ""))
         _check(first, len(data) // 2, f"{self._where} [device]")
         body = struct.pack(">BBHHB", self._unit, 16, first, len(data) // 2, len(data)) + data
         return {"expects": "written", **entry, "data": framed(self._framing, 0, body).hex()}
+
+    def _registers(self, text: Any) -> bytes:
+        try:
+            data = bytes.fromhex(text)
+        except (TypeError, ValueError):
+            data = b"?"
+        if len(data) % 2:
+            raise ConfigError(
+                f"{self._where} [device]: 'data' is {text!r}; write whole registers, like data = '0100 00FF'"
+            )
+        return data
 
     def answers(self, packets: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
         """Return the packets that no map has to name; takes from the others what was for requests."""
@@ -172,7 +190,14 @@ class _Expander:
 
 
 def _check(first: Any, count: Any, where: str) -> None:
-    if not (isinstance(first, int) and isinstance(count, int) and 0 <= first <= 0xFFFF):
+    if not (isinstance(first, int) and 0 <= first <= 0xFFFF):
         raise ConfigError(f"{where}: the first register is {first!r}; it must be a number up to 0xFFFF")
-    if not 1 <= count <= MOST_REGISTERS:
-        raise ConfigError(f"{where}: {count} registers; it must be 1 to {MOST_REGISTERS}")
+    if not (isinstance(count, int) and 1 <= count <= MOST_REGISTERS):
+        raise ConfigError(f"{where}: {count!r} registers; it must be 1 to {MOST_REGISTERS}")
+
+
+def _table(tables: Mapping[str, Any], name: str, where: str) -> Mapping[str, Any]:
+    value = tables.get(name, {})
+    if not isinstance(value, Mapping):
+        raise ConfigError(f"{where}: {name!r} is {value!r}; it must be a table")
+    return value

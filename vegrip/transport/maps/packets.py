@@ -195,8 +195,9 @@ def read_packets(tables: Mapping[str, Any], where: str) -> dict[str, PacketMap]:
                 )
             seen.add(like)
             keys = {**_table(tables, like, where), **keys}
-        keys = with_line(keys) if "text" in keys else keys
-        found[name] = build(PacketMap, keys, f"{where} [packets.{name}]")
+        place = f"{where} [packets.{name}]"
+        keys = with_line(keys, place) if "text" in keys else keys
+        found[name] = build(PacketMap, keys, place)
     return found
 
 

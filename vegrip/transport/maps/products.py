@@ -1,4 +1,4 @@
-"""The maps in the box: products whose bytes are public, one file each in ``maps``."""
+"""The maps in the box: products whose bytes are public, one file each in the folder ``box``."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path

@@ -162,6 +162,10 @@ class CommandMap:
         if self.motion and (not self.closed or math.isnan(self.low)):
             raise ConfigError("a command with 'motion' needs 'closed', and 'low': what is sent as it opens")
 
+    def range_or(self, low: float, high: float) -> tuple[float, float]:
+        """Return the least and largest value that are stated, ``low`` and ``high`` where they are not."""
+        return low if math.isnan(self.low) else self.low, high if math.isnan(self.high) else self.high
+
 
 @dataclass(frozen=True)
 class FingerMap:
@@ -284,9 +288,15 @@ def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
         name: MessageMap(counter=each.counter, checksum=each.checksum) for name, each in packets.items()
     }
     conditions = {
-        name: build(ConditionMap, _table(each, path, f"conditions.{name}"), f"{path} [conditions.{name}]")
+        name: _built(ConditionMap, _table(each, path, f"conditions.{name}"), f"{path} [conditions.{name}]")
         for name, each in top.conditions.items()
     }
+    on_line = bool(packets) and all(each.identifier < 0 for each in packets.values())
+    if (conditions or top.device.conditions) and not on_line:
+        raise ConfigError(
+            f"{path}: [conditions], 'ready', 'unless' and 'until' are of devices on UDP, TCP or a serial "
+            "line; leave them out"
+        )
     read = {"messages": messages, "fingers": fingers, "packets": packets, "conditions": conditions}
     return HandMap(**{**vars(top), **read}, path=path, open=unknown)
 
