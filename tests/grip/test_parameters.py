@@ -2,16 +2,19 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import asdict, replace
 from typing import Any
 
 import pytest
 
-from vegrip.config import build
+from vegrip.config import build, declaration
 from vegrip.errors import ConfigError
 from vegrip.estimator import EstimatorSettings
 from vegrip.grip.parameters import GraspParameters, estimator_factory
 from vegrip.grip.policies.baselines import ConeSettings, ConstantSettings, ElasticSettings
+from vegrip.grip.safety import WatchdogSettings
 from vegrip.grip.safety.drive import DriveLimits
+from vegrip.grip.settings import ControlSettings, check_settings
 from vegrip.runtime.lifecycle import rows, with_value
 
 NUMBERS = {
@@ -71,10 +74,39 @@ NUMBERS = {
     """,
 }
 """Name, default, least and largest value, unit: what is promised of every number that a file may set."""
+CONSTANTS = """
+    health_period                 0.2     0      3600      s
+    learned_period                1       0      3600      s
+    grip.probability              0.95    1e-6   0.999999  1
+    grip.known_probability        0.76    1e-6   0.999999  1
+    grip.dead_band                0.04    0      0.9       1
+    grip.release_time             0.3     0.001  3600      s
+    grip.settle_time              0.1     0      3600      s
+    grip.usual_time               2.5     0      3600      s
+    grip.proven_time              20      0.001  3600      s
+    grip.burst_rate               20      0      10000     1/s
+    grip.slip_growth              8       -inf   inf       1/s
+    grip.slide_growth             40      -inf   inf       1/s
+    friction.own_spread           0.08    0      2         1
+    friction.sliding_speed        0.001   0      10        m/s
+    limits.lower_rate             8       0      100000    N/s
+    fail_safe.hold_time           0.25    0      3600      s
+    fail_safe.ramp_rate           10      0      100000    N/s
+    watchdog.frozen_chance        1e-7    0      1         1
+    watchdog.doubt_after          0.05    0      3600      s
+    watchdog.recover_after        5       0      1000000   states
+"""
+"""The same of every number of the grip that only Python sets."""
+RANGES = {
+    "normal_force": (-5.0, 60.0), "tangential_force_x": (-60.0, 60.0), "tangential_force_y": (-60.0, 60.0),
+    "torque_z": (-2.0, 2.0), "displacement": (-0.05, 0.02), "temperature": (-40.0, 150.0),
+    "slip": (0.0, 1.0), "slip_speed": (-10.0, 10.0), "contact_radius": (0.0, 0.05),
+}  # fmt: skip
+"""What is believed of a channel where nothing else is said."""
 
 
-def promised(group: type[Any]) -> Iterator[tuple[str, float, float, float, str]]:
-    for line in NUMBERS[group].strip().splitlines():
+def promised(group: type[Any] | None) -> Iterator[tuple[str, float, float, float, str]]:
+    for line in (NUMBERS[group] if group is not None else CONSTANTS).strip().splitlines():
         name, default, least, largest, unit = line.split()
         yield name, float(default), float(least), float(largest), unit.replace("_", " ")
 
@@ -104,6 +136,34 @@ def test_a_number_may_reach_its_bounds_and_no_float_beyond_them(group: type[Any]
             for value in (math.nextafter(least, -math.inf), least, largest, math.nextafter(largest, math.inf))
         ]
         assert refused == [True, False, False, largest < math.inf], name
+
+
+def test_what_only_python_sets_has_its_default_and_unit_and_is_refused_beyond_its_bounds() -> None:
+    settings = ControlSettings()
+    for name, default, least, largest, unit in promised(None):
+        *section, key = name.split(".")
+        group: Any = getattr(settings, section[0]) if section else settings
+        kind = type(getattr(group, key))
+        assert (getattr(group, key), declaration(group, key).unit) == (default, unit), name
+        below, above = math.nextafter(least, -math.inf), math.nextafter(largest, math.inf)
+        for value in (below, least, largest, above) if kind is float else (least - 1, least, largest, largest + 1):
+            changed = replace(group, **{key: kind(value)})
+            given = replace(settings, **{section[0]: changed}) if section else changed
+            if least <= value <= largest:
+                check_settings(given, ("index",))
+            else:
+                with pytest.raises(ConfigError, match=f"'{key}' is .*; it must lie in"):
+                    check_settings(given, ("index",))
+
+
+def test_a_channel_is_believed_within_its_range_and_a_range_has_two_different_ends() -> None:
+    ranges = WatchdogSettings().ranges
+    assert asdict(ranges) == RANGES
+    for name in RANGES:
+        for wrong in ((), (1.0,), (1.0, 2.0, 3.0), (1.0, 1.0), (2.0, 1.0), (1.0, math.nan)):
+            with pytest.raises(ConfigError, match=f"ranges: '{name}' is .*must be \\[least, largest\\]"):
+                replace(ranges, **{name: wrong})
+        assert getattr(replace(ranges, **{name: (0.5, 1.5)}), name) == (0.5, 1.5)
 
 
 def test_what_is_no_number_begins_so() -> None:
