@@ -146,7 +146,9 @@ def test_what_only_python_sets_has_its_default_and_unit_and_is_refused_beyond_it
         kind = type(getattr(group, key))
         assert (getattr(group, key), declaration(group, key).unit) == (default, unit), name
         below, above = math.nextafter(least, -math.inf), math.nextafter(largest, math.inf)
-        for value in (below, least, largest, above) if kind is float else (least - 1, least, largest, largest + 1):
+        for value in (
+            (below, least, largest, above) if kind is float else (least - 1, least, largest, largest + 1)
+        ):
             changed = replace(group, **{key: kind(value)})
             given = replace(settings, **{section[0]: changed}) if section else changed
             if least <= value <= largest:
