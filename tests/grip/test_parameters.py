@@ -10,11 +10,13 @@ import pytest
 from vegrip.config import build, declaration
 from vegrip.errors import ConfigError
 from vegrip.estimator import EstimatorSettings
-from vegrip.grip.parameters import GraspParameters, estimator_factory
+from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.parameters import GraspParameters, TipParameters, estimator_factory, models_of
 from vegrip.grip.policies.baselines import ConeSettings, ConstantSettings, ElasticSettings
 from vegrip.grip.safety import WatchdogSettings
 from vegrip.grip.safety.drive import DriveLimits
 from vegrip.grip.settings import ControlSettings, check_settings
+from vegrip.model import paper_model
 from vegrip.runtime.lifecycle import rows, with_value
 
 NUMBERS = {
@@ -190,6 +192,26 @@ def test_an_estimate_at_a_low_rate_bears_longer_gaps_and_is_judged_by_as_many_sa
 ) -> None:
     settings = estimator_of({"watchdog": {"time_out": time_out}})
     assert (settings.longest_gap, settings.health_time) == (gap, pytest.approx(memory))
+
+
+def test_a_tip_has_the_friction_of_its_model_where_none_is_given_and_that_of_the_grasp_goes_before() -> None:
+    mu = [
+        model.values["mu"]
+        for tip in (TipParameters(), TipParameters(friction=0.5), TipParameters(friction_spread=0.2))
+        for model in models_of(GraspParameters(tip=tip), ("index",), "hand.toml")
+    ]
+    known = paper_model(9e-3).values["mu"]
+    assert [(one.value, one.std) for one in mu] == [
+        (known.value, known.std),
+        (0.5, known.std),
+        (known.value, 0.2),
+    ]
+    for coefficient, believed in ((0.0, 0.5), (0.4, 0.4)):
+        friction = FrictionSettings(coefficient=coefficient)
+        made = estimator_factory(
+            GraspParameters(tip=TipParameters(friction=0.5), friction=friction), ("index",), "hand.toml"
+        )
+        assert made("index").settings.friction.coefficient == believed
 
 
 @pytest.mark.parametrize(
