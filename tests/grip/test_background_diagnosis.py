@@ -327,6 +327,7 @@ def test_nothing_is_looked_at_before_four_thousand_samples_or_while_a_look_goes_
         for part in (slice(0, -1), slice(-1, None))
     )
     inquiries._samples.clear()
+    assert looked_at(inquiries, [failing(LATER - 20 * SECOND), failing(LATER - SECOND)]) == []
     inquiries.note(first)
     assert looked_at(inquiries, [failing(LATER), failing(LATER + 20 * SECOND)]) == []
     inquiries.note(last)
