@@ -4,14 +4,19 @@ import dataclasses
 import math
 from collections.abc import Callable
 from itertools import pairwise
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from vegrip.config import build
+from vegrip.errors import ConfigError, UsageError
+from vegrip.grip.learned_store import InMemory
 from vegrip.grip.node import GraspForce
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.safety import LimitSettings
 from vegrip.grip.settings import ControlSettings
+from vegrip.grip.wires import LEFT_ALONE
 from vegrip.messages import (
     Condition,
     ContactEstimate,
@@ -219,3 +224,99 @@ def test_parameters_changed_while_running_take_effect(make_node: MakeNode, state
     node.parameters = dataclasses.replace(node.parameters, limits=LimitSettings(max_force=5.0))
     command = feed(node, state(10, normal_force=8.0))
     assert (command.normal_force, command.reason) == (5.0, Reason.MAX_LIMIT)
+
+
+class Store(InMemory):
+    """Counts how often what is learned was to be kept."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.saved = 0
+
+    def save(self) -> None:
+        self.saved += 1
+
+
+def test_before_it_is_configured_and_active_a_node_answers_nothing(
+    make_node: MakeNode, state: MakeState
+) -> None:
+    made = make_node()
+    node = GraspForce("grasp", ("index",), made._make_estimator, ControlSettings())
+    frame = np.zeros(64, dtype=np.uint8)
+
+    def silent() -> bool:
+        answers = [*node.on_message(state(1), PERIOD), *node.on_tick(PERIOD), *node.on_fault(PERIOD)]
+        found = (
+            node.on_batch(b"", 0, 0, 0),
+            node.on_packet(b"", 0, 0),
+            node.on_frame("index", frame, 48, 0, 0),
+        )
+        return answers == [] and found == (None, None, LEFT_ALONE)
+
+    assert node.fingers == {}
+    assert node.path_taken == "no finger is configured"
+    assert list(node.reports("index", 0)) == []
+    assert silent()
+    with pytest.raises(ConfigError, match="'contacts' has toe"):
+        node.parameters = ControlSettings(contacts={"toe": {}})
+    with pytest.raises(UsageError, match="is not active"):
+        node.grasp({})
+    node.configure()
+    assert silent()
+    with pytest.raises(UsageError, match="is not active"):
+        node.grasp({})
+    node.activate()
+    assert node.on_frame("toe", frame, 48, 0, 0) == LEFT_ALONE
+    assert not silent()
+    node.cleanup()
+    assert node.fingers == {}
+    assert silent()
+
+
+def test_what_is_learned_is_kept_at_each_end_of_a_use_and_an_unused_estimate_is_not_reset(
+    make_node: MakeNode,
+) -> None:
+    store, make = Store(), make_node()._make_estimator
+    node = GraspForce("grasp", ("index",), make, ControlSettings(), store)
+    kept = []
+    for transition in (
+        *("configure", "activate", "deactivate", "activate", "cleanup"),
+        "configure",
+        "activate",
+    ):
+        getattr(node, transition)()
+        kept.append(store.saved)
+    assert kept == [0, 0, 0, 1, 2, 2, 2]
+    assert node.fingers["index"].estimator.resets == 0  # type: ignore[attr-defined]
+
+
+def test_a_tick_tells_of_a_finger_at_fault_and_of_no_other(make_node: MakeNode, state: MakeState) -> None:
+    nan = math.nan
+    for changes, condition in (({}, Condition.OK), ({"tangential_force_x": nan}, Condition.DEGRADED)):
+        node = make_node()
+        for i in range(1, 100):
+            list(node.on_message(state(i, **changes if i > 50 else {}), i * PERIOD))
+        assert node.fingers["index"].condition is condition
+        renewed = list(node.on_tick(99 * PERIOD + 40_000_000))
+        assert [type(one) for one in renewed] == [ForceCommand]
+    silent = list(node.on_tick(99 * PERIOD + 60_000_000))
+    assert {type(one) for one in silent} >= {ContactEstimate, SlipMargin, ModelHealth}
+
+
+@pytest.mark.parametrize(
+    ("carries", "end"),
+    [
+        ({}, ", as messages: one does not come in one CAN FD frame of our own layout, or comes in"
+         " restored order (order_window) or by the hand's clock (estimate_clock)"),
+        ({"thumb": True, "index": False},
+         ", as messages: no frame can say that a command lives for 0.1 s (limits.lifetime)"),
+        ({"thumb": True, "index": True}, ", in halves: the estimator is of another make"),
+    ],
+)  # fmt: skip
+def test_how_states_are_answered_is_said_with_the_reason(
+    make_node: MakeNode, carries: dict[str, bool], end: str
+) -> None:
+    node = make_node(("thumb", "index"))
+    node._lines = {name: SimpleNamespace(carries=lambda _, can=can: can) for name, can in carries.items()}  # type: ignore[misc]
+    assert node.path_taken.startswith("states are answered by the compiled step (")
+    assert node.path_taken.endswith(f"){end}")
