@@ -12,6 +12,7 @@ import pytest
 
 from validation.compiled_finger import Log
 from vegrip.clock import WallClock
+from vegrip.grip.compiled_rows import CompiledBatch, CompiledPackets, join
 from vegrip.grip.frame_path import BatchPath
 from vegrip.grip.node import GraspForce
 from vegrip.grip.wires import COMMANDED, LEFT_ALONE, REPORT
@@ -104,6 +105,51 @@ def test_a_row_that_is_refused_is_left_alone_and_the_others_are_answered(hand_lo
     assert answered is not None
     assert answered[0][2] == LEFT_ALONE
     assert answered[1] == len(hand_log.fingers) - 1
+
+
+def fingers_of(*state_ids: int, reports: tuple[int, ...] = (7, 8, 9), module: object = "one") -> Any:
+    return [
+        SimpleNamespace(
+            name=f"f{i}",
+            numbers=SimpleNamespace(
+                module=module if module != "each" else [i],
+                on_wire=SimpleNamespace(state_id=state_id, command_id=i, report_ids=reports),
+            ),
+        )
+        for i, state_id in enumerate(state_ids)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("fingers", "kind"),
+    [
+        (fingers_of(2048, 4096), CompiledBatch),
+        (fingers_of(2048), CompiledBatch),
+        (fingers_of(2047, 0), CompiledPackets),
+        (fingers_of(5), CompiledPackets),
+        (fingers_of(2047, 2048), type(None)),
+        (fingers_of(1, 2, reports=()), type(None)),
+        (fingers_of(1, 2, module="each"), type(None)),
+    ],
+)
+def test_fingers_of_one_step_are_joined_by_how_their_states_travel(fingers: Any, kind: type[Any]) -> None:
+    """There is room for the commands of thirty rows, each with its identifier or the head of a request."""
+    found = join(fingers, np.zeros(3))
+    assert type(found) is kind
+    if isinstance(found, CompiledBatch):
+        assert len(found.commands) == FIRST_ROW + 30 * COMMAND_ROW
+    elif found is not None:
+        assert len(found.commands) == 30 * (14 + 24)
+
+
+def test_a_row_is_of_the_finger_with_its_identifier_and_else_of_nobody() -> None:
+    batch = CompiledBatch(fingers_of(2048, 4096, 6150), np.zeros(3))
+    for known in ((6150, 2048, 4096), (2048, 2049, 6150, 4097), (6151, 4096), (4096 + 256, 6150, 6150)):
+        payload = bytes(FIRST_ROW) + b"".join(ROW_ID.pack(one) + bytes(STATE_ROW - 2) for one in known)
+        names = [{2048: "f0", 4096: "f1", 6150: "f2"}.get(one, "") for one in known]
+        assert batch.names_in(payload, len(known)) == names
+        found = [batch.finger_of(payload, row) for row in range(len(known))]
+        assert ["" if one is None else one.name for one in found] == names
 
 
 @pytest.mark.parametrize("done", sorted(set(permutations((LEFT_ALONE, LEFT_ALONE, COMMANDED, REPORT)))))
