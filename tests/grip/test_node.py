@@ -65,6 +65,23 @@ def test_reports_of_a_kind_count_up_one_by_one_from_0(make_node: MakeNode, state
         assert [m.seq for m in answers if isinstance(m, kind)] == list(range(count))
 
 
+def test_reports_of_up_to_five_groups_of_fingers_come_at_different_times_of_a_period(
+    make_node: MakeNode, state: MakeState
+) -> None:
+    """Each begins with the first state of its finger; the second is early by its share of a period."""
+    fingers, shares = tuple("abcdefg"), (0.0, 0.0, 0.2, 0.4, 0.4, 0.6, 0.8)
+    node, told = make_node(fingers), {}
+    for i in range(1, 150):
+        for name in fingers:
+            for message in node.on_message(state(i, name), i * PERIOD):
+                told.setdefault((type(message), name), []).append(i * PERIOD / 1e9)
+    for kind, period in ((SlipMargin, 0.02), (ContactEstimate, 0.02), (ModelHealth, 0.2)):
+        for name, share in zip(fingers, shares, strict=True):
+            first, *later = told[kind, name]
+            second = next(time for time in later if time > first + 0.01 or kind is not ModelHealth)
+            assert 0.0 <= second - first - period * (1.0 - share) + 1e-9 <= PERIOD / 1e9 + 2e-9
+
+
 def test_a_change_of_the_condition_is_told_with_the_state_or_tick_that_shows_it(
     make_node: MakeNode, state: MakeState
 ) -> None:
