@@ -80,7 +80,7 @@ def test_names_are_told_built_in_ones_first() -> None:
     ("table", "sentence"),
     [
         ({"policy": "proportionl"}, "there is no grip policy 'proportionl'; .*did you mean proportional"),
-        ({"policy": "broken"}, "'broken' cannot be loaded from no_such_package:POLICY"),
+        ({"policy": "broken"}, "'broken' cannot be loaded from no_such_package:POLICY: No module named 'no_"),
         ({"policy": "wrong"}, "'wrong' is not a PolicyKind"),
         (
             {"policy": "proportional", "policy_settings": {"gain": -1.0}},
