@@ -1,6 +1,7 @@
 """When a finger tells what it has learned: at once, then every period, apart from the other fingers."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -8,9 +9,12 @@ import pytest
 
 from vegrip.estimator.learning import Learned
 from vegrip.grip.finger_reports import FingerReports
+from vegrip.grip.node import GraspForce
 from vegrip.grip.settings import ControlSettings
-from vegrip.messages import Condition, ContactEstimate, Estimate, ModelHealth, SlipMargin
+from vegrip.messages import Condition, ContactEstimate, Estimate, FingertipState, ModelHealth, SlipMargin
 
+MakeNode = Callable[..., GraspForce]
+MakeState = Callable[..., FingertipState]
 MS = 1_000_000  # [ns]
 PERIOD = 2 * MS
 LEARNED = {"K": Learned(Estimate(2.0, 0.1, True, 0.0), 1.9, valid=True, excited=3.0)}
@@ -33,7 +37,9 @@ def test_a_clock_that_was_set_back_does_not_silence_what_is_learned() -> None:
     assert told(reports, [5000, 5500, 100, 600, 1100]) == [5000, 100, 1100]
 
 
-def test_whether_something_is_due_is_known_beforehand_to_the_nanosecond(make_node, state) -> None:
+def test_whether_something_is_due_is_known_beforehand_to_the_nanosecond(
+    make_node: MakeNode, state: MakeState
+) -> None:
     node = make_node()
     controller, reports = node.controller, node.fingers["index"].reports
     found = {True: 0, False: 0}
@@ -47,7 +53,9 @@ def test_whether_something_is_due_is_known_beforehand_to_the_nanosecond(make_nod
 
 
 @pytest.mark.parametrize(("before", "after"), [(1.0, 0.02), (0.02, 0.3), (0.5, 0.5)])
-def test_another_period_counts_from_the_last_report_on(make_node, state, before: float, after: float) -> None:
+def test_another_period_counts_from_the_last_report_on(
+    make_node: MakeNode, state: MakeState, before: float, after: float
+) -> None:
     node = make_node(settings=ControlSettings(report_period=before))
     told = []
     for i in range(1, 500):
@@ -58,7 +66,9 @@ def test_another_period_counts_from_the_last_report_on(make_node, state, before:
     assert min(i for i in told if i >= 100) == max(last + after / 2e-3, 100)
 
 
-def test_after_a_clock_was_set_back_contact_and_health_are_told_at_once(make_node, state) -> None:
+def test_after_a_clock_was_set_back_contact_and_health_are_told_at_once(
+    make_node: MakeNode, state: MakeState
+) -> None:
     node = make_node()
     for i in range(5000, 5050):
         list(node.on_message(state(i), i * PERIOD))
@@ -67,7 +77,7 @@ def test_after_a_clock_was_set_back_contact_and_health_are_told_at_once(make_nod
     assert list(node.fingers["index"].reports.due(4000 * PERIOD + 10 * MS)) == []
 
 
-def test_of_a_silent_finger_nothing_is_known_but_how_old_it_is(make_node, state) -> None:
+def test_of_a_silent_finger_nothing_is_known_but_how_old_it_is(make_node: MakeNode, state: MakeState) -> None:
     node = make_node()
     reports = node.fingers["index"].reports
     for i in range(1, 100):

@@ -9,6 +9,7 @@ import pytest
 from vegrip.nodes.grasp_force import build
 
 from vegrip.errors import ModelError
+from vegrip.grip import compile_worker
 from vegrip.grip import model_swap as module
 from vegrip.grip.parameters import GraspParameters
 from vegrip.messages import FingertipState, ForceCommand, ModelHealth
@@ -133,3 +134,15 @@ def test_a_model_that_does_not_compile_is_refused_with_the_last_that_was_said(sa
         module.compile_in_subprocess(paper_model(9e-3))
     (one,) = asked
     assert one[:3] == ("vegrip.grip.compile_worker", ["/dev/stdin"], False)  # it is waited for
+
+
+def test_the_worker_compiles_for_a_finger_and_says_in_a_sentence_why_it_does_not(
+    tmp_path, capsys, monkeypatch
+):
+    asked = []
+    monkeypatch.setattr(compile_worker, "GripController", lambda *given: asked.append(given))
+    write_model(paper_model(9e-3), tmp_path / "tip.toml")
+    assert compile_worker.main(tmp_path / "tip.toml") == 0
+    assert [fingers for fingers, _ in asked] == [("finger",)]
+    assert compile_worker.main(tmp_path / "none.toml") == ModelError.exit_code != 0
+    assert capsys.readouterr().err.count("\n") == 1

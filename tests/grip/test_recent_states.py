@@ -1,5 +1,8 @@
 """What a finger has felt of late, in order, and none of it a message before somebody asks."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,6 +10,7 @@ from hypothesis import strategies as st
 
 from vegrip.grip.background_diagnosis import KeptStates
 from vegrip.grip.finger_step import NOT_NUMBERS, as_whole
+from vegrip.grip.node import GraspForce
 from vegrip.messages import FingertipState
 
 
@@ -19,7 +23,9 @@ def test_those_after_a_stamp_are_the_last_ones_in_order(count: int, after: int) 
     assert kept.after(10 * after) == expected[max(after + 1, 0) :]
 
 
-def test_a_finger_keeps_two_thousand_states_and_gives_sixty_four_at_once_or_all(make_node, state) -> None:
+def test_a_finger_keeps_two_thousand_states_and_gives_sixty_four_at_once_or_all(
+    make_node: Callable[..., GraspForce], state: Callable[..., FingertipState]
+) -> None:
     finger = make_node().fingers["index"]
     numbers, memory = finger.numbers, finger.memory
 
@@ -58,11 +64,11 @@ LARGEST = 2**63 - 1
         (-LARGEST - 1, LARGEST), (10**400, LARGEST), (np.int64(5), 5),
     ],
 )  # fmt: skip
-def test_a_counter_beyond_64_bits_counts_as_the_largest(number, whole) -> None:
+def test_a_counter_beyond_64_bits_counts_as_the_largest(number: Any, whole: int) -> None:
     assert as_whole(number) == whole
 
 
 @pytest.mark.parametrize("number", [None, "3", [3.0], 1j, float("nan"), float("inf")])
-def test_what_is_no_counter_raises_what_is_caught(number) -> None:
+def test_what_is_no_counter_raises_what_is_caught(number: object) -> None:
     with pytest.raises(NOT_NUMBERS):
         as_whole(number)
