@@ -1,7 +1,7 @@
 """What of a finger's settings follows from others, and what a file may not set."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -11,6 +11,7 @@ from vegrip.config import build, declaration
 from vegrip.errors import ConfigError
 from vegrip.estimator import EstimatorSettings
 from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters, TipParameters, estimator_factory, models_of
 from vegrip.grip.policies.baselines import ConeSettings, ConstantSettings, ElasticSettings
 from vegrip.grip.safety import WatchdogSettings
@@ -168,6 +169,30 @@ def test_a_channel_is_believed_within_its_range_and_a_range_has_two_different_en
             with pytest.raises(ConfigError, match=f"ranges: '{name}' is .*must be \\[least, largest\\]"):
                 replace(ranges, **{name: wrong})
         assert getattr(replace(ranges, **{name: (0.5, 1.5)}), name) == (0.5, 1.5)
+
+
+IN_NANOSECONDS = ("time_out", "frozen_after", "force_frozen_after", "doubt_after")
+ELSEWHERE = ("probability", "known_probability", "drive_lag", "burst_rate")
+
+
+@pytest.mark.parametrize("policy", ["margin", "cone"])
+def test_the_step_reads_each_number_in_its_place_and_times_of_the_watchdog_in_nanoseconds(
+    make_node: Callable[..., GraspForce], policy: str
+) -> None:
+    settings = ControlSettings(policy=policy)
+    memory = make_node(settings=settings).fingers["index"].memory
+    for group in (settings.grip, settings.limits, settings.fail_safe, settings.watchdog):
+        for name, value in asdict(group).items():
+            if isinstance(value, float) and name not in ELSEWHERE:
+                place = f"RULE_{'SAFE_FORCE' if name == 'force' else name.upper()}"
+                assert memory[place] == value * (1e9 if name in IN_NANOSECONDS else 1.0), name
+    assert memory["RULE_QUANTILE"] == pytest.approx(1.6448536269514722)
+    assert memory["SETUP_RECOVER_AFTER"] == 5
+    assert list(zip(memory.section("LOWEST"), memory.section("HIGHEST"), strict=True)) == [*RANGES.values()]
+    assert memory["SETUP_RENEWAL"] == 25_000_000  # a quarter of the life of a command
+    cone = {"FORCE": 0.0, "FRICTION": 0.8, "SAFETY": 0.5, "RADIUS": 0.0, "POWER": 0.0, "EXPONENT": 0.0}
+    for name, value in cone.items():
+        assert memory[f"BASELINE_{name}"] == (value if policy == "cone" else 0.0)
 
 
 def test_what_is_no_number_begins_so() -> None:
