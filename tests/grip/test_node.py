@@ -337,3 +337,54 @@ def test_how_states_are_answered_is_said_with_the_reason(
     node._lines = {name: SimpleNamespace(carries=lambda _, can=can: can) for name, can in carries.items()}  # type: ignore[misc]
     assert node.path_taken.startswith("states are answered by the compiled step (")
     assert node.path_taken.endswith(f"){end}")
+
+
+def test_before_the_first_state_of_a_finger_nothing_is_held_proven_or_heard(make_node: MakeNode) -> None:
+    memory = make_node().fingers["index"].memory
+    for name in ("HELD", "ENVELOPE"):
+        assert math.isnan(memory[f"GRIP_{name}"])
+    assert [memory[f"GRIP_{name}"] for name in ("ELAPSED", "PRESENT", "MEDIAN")] == [-math.inf] * 3
+    assert memory["GRIP_PROVEN"] == math.inf
+    assert memory["TURN_REPORTED_CONDITION"] not in [*Condition]
+    assert (memory["INPUT_CONDITION"], memory["INPUT_QUICKEST"]) == (Condition.MISSING, 2**62)
+
+
+def test_a_finger_that_is_restarted_knows_its_command_and_nothing_of_its_input(
+    make_node: MakeNode, state: MakeState
+) -> None:
+    node = make_node()
+    finger = node.fingers["index"]
+    for i in range(1, 100):
+        list(node.on_message(state(i, normal_force=1e3 if i == 50 else 3.0, slip=float(i == 99)), i * PERIOD))
+    held, seq = finger.held, finger.memory["TURN_SEQ"]
+    assert finger.faults == {Condition.OUT_OF_RANGE: 1}
+    (standing,) = node.standing_commands()
+    assert finger.command().adjustment != 0.0
+    assert dataclasses.replace(standing, reason=finger.command().reason) == dataclasses.replace(
+        finger.command(), adjustment=0.0
+    )
+    finger.restart()
+    assert (finger.faults, finger.condition, finger.held) == ({}, Condition.MISSING, held)
+    names = ("TURN_SEEN", "TURN_HAS_MARGIN", "INPUT_IS_RECEIVED", "INPUT_RECEIVED", "TURN_SEQ")
+    assert [finger.memory[name] for name in names] == [0, 0, 0, 0, seq]
+    finger.note_broken(7)
+    assert (finger.memory["INPUT_CORRUPT"], finger.memory["INPUT_IS_CORRUPT"]) == (7, 1)
+
+
+def test_all_times_of_a_finger_move_with_its_clock_and_none_beyond_64_bits(make_node: MakeNode) -> None:
+    finger = make_node().fingers["index"]
+    memory, since = finger.memory, finger.memory.section("REPEAT_SINCE")
+    times = (
+        *("INPUT_RECEIVED", "INPUT_CORRUPT", "INPUT_STILL_SINCE", "INPUT_FORCE_STILL_SINCE"),
+        *("INPUT_TRAVEL_SINCE", "TURN_TRANSFER_SINCE", "TURN_COMMANDED", "TURN_ASKED", "TURN_USED"),
+    )
+    for i, name in enumerate(times):
+        memory[name] = 1000 + i
+    since[:] = 2000 + np.arange(since.size)
+    memory["INPUT_QUICKEST"] = 5
+    finger.move_times(-300)
+    assert [memory[name] for name in times] == [700 + i for i in range(len(times))]
+    assert since.tolist() == [1700 + i for i in range(since.size)]
+    assert memory["INPUT_QUICKEST"] == 2**62
+    finger.move_times(2**63 - 1)
+    assert {memory[name] for name in times} | set(since.tolist()) == {2**63 - 1}
