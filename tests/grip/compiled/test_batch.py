@@ -155,7 +155,10 @@ def test_a_row_is_of_the_finger_with_its_identifier_and_else_of_nobody() -> None
 @pytest.mark.parametrize("done", sorted(set(permutations((LEFT_ALONE, LEFT_ALONE, COMMANDED, REPORT)))))
 def test_the_rows_that_were_answered_are_counted_wherever_they_stand(done: tuple[int, ...]) -> None:
     names, counted, felt = ["a", "b", "c", "d"], [], []
-    fingers = {name: SimpleNamespace(numbers=SimpleNamespace(felt=lambda: (3.0, 1.0))) for name in names}
+    fingers = {
+        name: SimpleNamespace(numbers=SimpleNamespace(felt=lambda force=3.0 + i: (force, 1.0)))
+        for i, name in enumerate(names)
+    }
     node: Any = SimpleNamespace(
         fingers=fingers,
         batch=SimpleNamespace(commands=bytearray(COMMAND_ROW), names_in=lambda *_: names),

@@ -191,6 +191,7 @@ def test_rows_of_a_batch_are_shown_that_were_taken_and_commands_leave_sealed() -
     rig.node.batch = SimpleNamespace(
         commands=bytearray(range(100)), names_in=lambda *_: ["index", "thumb", "thumb"]
     )
+    assert rig.path.answer_batch(b"", 2, 4) is None  # type: ignore[attr-defined]
     rig.node.answers["on_batch"] = lambda *_: (done, 1)
     rig.calls.clear()
     assert rig.path.answer_batch(b"", 3, 4) == (done, ["thumb"])  # type: ignore[attr-defined]
@@ -219,5 +220,9 @@ def test_reports_of_a_batch_leave_sealed_but_those_that_somebody_reads(watched: 
     ]  # fmt: skip
     assert [call[2:] for call in rig.named("seal")] == [(ContactEstimate, 2 * rows), (SlipMargin, rows)]
     assert [call[2] for call in rig.named("count")] == [name for name in names for _ in range(2)]
+    rig.calls.clear()
+    rig.node.batch.report = lambda *_: []
+    assert list(rig.path.reports(["thumb"], 10)) == ["thumb"]
     rig.node.batch = None
     assert list(rig.path.reports(["thumb"], 10)) == ["thumb"]
+    assert rig.named("put_off_batch", "seal", "count") == []
