@@ -22,6 +22,7 @@ from vegrip.messages import (
     ContactEstimate,
     FingertipState,
     ForceCommand,
+    GraspPhase,
     ModelHealth,
     Reason,
     SlipMargin,
@@ -388,3 +389,39 @@ def test_all_times_of_a_finger_move_with_its_clock_and_none_beyond_64_bits(make_
     assert memory["INPUT_QUICKEST"] == 2**62
     finger.move_times(2**63 - 1)
     assert {memory[name] for name in times} | set(since.tolist()) == {2**63 - 1}
+
+
+def test_a_goal_sets_the_limits_at_once_and_stands_through_a_fault_of_the_node_but_not_a_new_use(
+    make_node: MakeNode, state: MakeState
+) -> None:
+    node = make_node()
+
+    def kept() -> tuple[float, float, bool]:
+        limits = node.controller.settings.limits
+        return limits.min_force, limits.max_force, node.controller.force_limit.is_letting_go
+
+    assert node.limit_is_stated  # only who builds a node of a file knows that it is not
+    assert kept() == (0.3, 15.0, False)
+    feed(node, state(1))
+    node.grasp({"force": 3.0, "max_force": 4.0})
+    assert kept() == (3.0, 4.0, False)
+    node.parameters = dataclasses.replace(node.parameters, limits=LimitSettings(max_force=3.5))
+    assert kept() == (3.0, 3.5, False)
+    node.on_fault(2 * PERIOD)
+    for transition in ("deactivate", "activate"):
+        getattr(node, transition)()
+    assert (kept(), node.grasp_status(0).phase) == ((3.0, 3.5, False), GraspPhase.CLOSING)
+    node.release({})
+    assert kept() == (0.3, pytest.approx(node.fingers["index"].held), True)
+    for transition in ("deactivate", "activate"):
+        getattr(node, transition)()
+    assert (kept(), node.grasp_status(0).phase) == ((0.3, 3.5, False), GraspPhase.NONE)
+
+
+def test_a_state_without_numbers_is_answered_by_nothing(make_node: MakeNode, state: MakeState) -> None:
+    node = make_node()
+    for i in range(1, 20):
+        broken = dataclasses.replace(state(i), slip=None)  # type: ignore[arg-type]
+        assert list(node.on_message(broken, i * PERIOD)) == []
+    assert feed(node, state(20)).seq == 1
+    assert list(node.on_message(broken, 21 * PERIOD)) == []
