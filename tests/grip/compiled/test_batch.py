@@ -94,17 +94,35 @@ def test_plain_python_answers_as_what_runs_compiled(hand_log: Log, mode: str) ->
     assert answers_to_batches(hand_log, "python", given) == answers_to_batches(hand_log, mode, given)
 
 
-def test_a_row_that_is_refused_is_left_alone_and_the_others_are_answered(hand_log: Log, mode: str) -> None:
+def test_fingers_are_answered_at_once_when_each_of_them_has_a_line(hand_log: Log, mode: str) -> None:
+    node, codec = node_for(hand_log, mode), BatchCodec(hand_log.fingers)
+    assert isinstance(node.batch, CompiledBatch)
+    assert node.packets is None
+    assert node.path_taken.endswith("), all fingers at once")
+    node.run_compiled({"thumb": line for line in [codec.line("thumb")] if line is not None}, mode)
+    assert (node.batch, node.packets, [*node.compiled_fingers]) == (None, None, ["thumb"])
+    assert node.path_taken.endswith("), finger by finger")
+    node.run_compiled({}, mode)
+    assert (node.batch, node.packets, [*node.compiled_fingers]) == (None, None, [])
+
+
+@pytest.mark.parametrize("refused", [(2,), (0,), (0, 1), (1, 3, 4)])
+def test_a_row_that_is_refused_is_left_to_the_codec_and_the_others_are_answered(
+    hand_log: Log, mode: str, refused: tuple[int, ...]
+) -> None:
     node, given = node_for(hand_log, mode), batches_of(hand_log)
-    for now, payload in given[:100]:
+    for now, payload in given[:20]:
         node.on_batch(payload, payload[13], now, now)
-    now, payload = given[100]
+    now, payload = given[20]
     broken = bytearray(payload)
-    broken[FIRST_ROW + 2 * STATE_ROW + 20] ^= 1
+    for row in refused:
+        broken[FIRST_ROW + row * STATE_ROW + 20] ^= 1
     answered = node.on_batch(bytes(broken), payload[13], now, now)
     assert answered is not None
-    assert answered[0][2] == LEFT_ALONE
-    assert answered[1] == len(hand_log.fingers) - 1
+    assert [row for row in range(payload[13]) if answered[0][row] == LEFT_ALONE] == [*refused]
+    assert answered[1] == len(hand_log.fingers) - len(refused)
+    left = {node.batch.finger_of(payload, row).name for row in refused}
+    assert {name for name, finger in node.fingers.items() if not finger.numbers.is_on_line} == left
 
 
 def fingers_of(*state_ids: int, reports: tuple[int, ...] = (7, 8, 9), module: object = "one") -> Any:
