@@ -99,7 +99,9 @@ def test_fingers_are_answered_at_once_when_each_of_them_has_a_line(hand_log: Log
     assert isinstance(node.batch, CompiledBatch)
     assert node.packets is None
     assert node.path_taken.endswith("), all fingers at once")
-    node.run_compiled({"thumb": line for line in [codec.line("thumb")] if line is not None}, mode)
+    line = codec.line("thumb")
+    assert line is not None
+    node.run_compiled({"thumb": line}, mode)
     assert (node.batch, node.packets, [*node.compiled_fingers]) == (None, None, ["thumb"])
     assert node.path_taken.endswith("), finger by finger")
     node.run_compiled({}, mode)
