@@ -1,8 +1,10 @@
 """The running node notices that its model fails, says where, and names who may be behind it."""
 
+import io
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +20,7 @@ from vegrip.identification.diagnosis.error_ladder import add_effect
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.messages import BEYOND_FIT, FingertipState, ForceCommand, ModelHealth
-from vegrip.model import write_model
+from vegrip.model import paper_model, write_model
 from vegrip.runtime import NodeContext
 from vegrip.virtual import FingertipSettings
 
@@ -195,16 +197,46 @@ def test_evidence_begins_in_the_middle_of_a_true_stay_in_the_air() -> None:
     ring = SampleRing()
     ring.note(kept(2000, lambda i: (i < 500 and not 300 < i < 320) or i > 700))  # lost for a moment
     assert ring.columns()["normal_force"][0] == pytest.approx(600.0, abs=4)
+    short = SampleRing()  # where none is long, the longest
+    short.note(kept(200, lambda i: not (30 <= i < 35 or 100 <= i < 120 or 150 <= i < 160), 6_000_000))
+    assert short.columns()["normal_force"][0] == 110.0
 
 
-def test_of_a_long_air_the_second_after_the_contact_and_the_end_are_kept() -> None:
-    """At 6 ms a second is 166 rows; 32 rows stand before the next contact, however long the air was."""
-    for air in (500, 517):
-        ring = SampleRing()
-        ring.note(kept(400 + air, lambda i, end=100 + air: not 100 <= i < end, 6_000_000))
-        rows = [*range(100, 266), *range(100 + air - 32, 100 + air)]
-        expected = [*rows[len(rows) // 2 :], *range(100 + air, 400 + air)]
-        assert ring.columns()["normal_force"].tolist() == expected
+@pytest.mark.parametrize(("period", "second"), [(6_000_000, 166), (5_000_000, 200)])
+@pytest.mark.parametrize("air", [500, 517])
+def test_of_a_long_air_the_second_after_the_contact_and_the_end_are_kept(period, second, air) -> None:
+    """At 6 ms a second is 166 rows, at 5 ms 200; 32 stand before the next contact, however long it is."""
+    ring = SampleRing()
+    ring.note(kept(400 + air, lambda i: not 100 <= i < 100 + air, period))
+    rows = [*range(100, 100 + second), *range(100 + air - 32, 100 + air)]
+    expected = [*rows[len(rows) // 2 :], *range(100 + air, 400 + air)]
+    assert ring.columns()["normal_force"].tolist() == expected
+
+
+def test_ten_thousand_samples_are_kept_one_every_five_milliseconds() -> None:
+    ring, count = SampleRing(), 10_003
+    ring.note(KeptStates("index", 5_000_000 * np.arange(count), np.arange(count), np.ones((count, 10))))
+    assert len(ring) == 10_000
+    assert ring.columns()["t"] == pytest.approx(0.005 * np.arange(10_000))
+
+
+def test_evidence_counts_its_seconds_from_its_first_row_to_the_stamp_that_is_asked_for() -> None:
+    ring = SampleRing()
+    ring.note(kept(100, lambda i: i >= 20, 6_000_000))
+    columns = ring.columns(50 * 6_000_000)
+    assert columns["t"] == pytest.approx(0.006 * np.arange(41))
+    assert columns["normal_force"].tolist() == [*range(10, 51)]  # from the middle of the air
+
+
+def test_a_stamp_that_comes_twice_is_there_once_and_with_an_earlier_one_evidence_begins_anew() -> None:
+    ring, felt = SampleRing(), kept(50, lambda _: True, 6_000_000)
+    ring.note(felt)
+    ring.note(KeptStates("index", felt.stamps[-1:], felt.numbers[-1:], felt.values[-1:]))
+    assert ring.columns()["normal_force"].tolist() == [*range(50)]
+    ring._stamps[7] = ring._stamps[6]  # as a reader may find it while the loop goes on
+    assert ring.columns()["normal_force"].tolist() == [*range(7), *range(8, 50)]
+    ring.note(kept(3, lambda _: True, 6_000_000))
+    assert ring.columns()["normal_force"].tolist() == [0.0, 1.0, 2.0]
 
 
 def test_evidence_in_which_the_touch_never_ends_is_all_there() -> None:
@@ -255,6 +287,83 @@ def test_it_asks_once_in_a_while_and_forgets_with_the_model(inquiries) -> None:
     assert inquiries.annotate(failing(t + 141 * 10**9)).suspect == ""
     healthy = ModelHealth(t + 150 * 10**9, "index", 0, consistent=True)
     assert inquiries.annotate(healthy) == healthy
+
+
+SECOND, LATER = 10**9, 10**12
+
+
+def looked_at(inquiries, healths) -> list[float]:
+    """Return after how many seconds the look began, of those at which the health is told."""
+    begun = []
+    for health in healths:
+        before = len(inquiries.asked)
+        inquiries.annotate(health)
+        if inquiries.busy is not None:
+            inquiries.busy.join()
+        begun += [(health.stamp - LATER) / SECOND] * (len(inquiries.asked) - before)
+    return begun
+
+
+def test_what_fails_for_ten_seconds_is_looked_at_and_again_after_two_minutes(inquiries, caplog) -> None:
+    after = (0, 10 * SECOND - 1, 10 * SECOND, 130 * SECOND - 1, 130 * SECOND)
+    with caplog.at_level("INFO"):
+        assert looked_at(inquiries, [failing(LATER + one) for one in after]) == [10.0, 130.0]
+    assert [record.getMessage() for record in caplog.records] == ["index: adhesion"] * 2
+
+
+@pytest.mark.parametrize("good", [{"consistent": True}, {"consistent": False, "channel": ""}])
+def test_once_nothing_fails_the_ten_seconds_begin_anew(inquiries, good) -> None:
+    healths = [failing(LATER + i * SECOND) for i in range(22)]
+    healths[9] = replace(healths[9], **good)
+    assert looked_at(inquiries, healths) == [20.0]
+    assert inquiries.annotate(healths[9]) is healths[9]
+
+
+def test_nothing_is_looked_at_before_four_thousand_samples_or_while_a_look_goes_on(inquiries) -> None:
+    count = 4000
+    felt = KeptStates("index", 5_000_000 * np.arange(count), np.arange(count), np.ones((count, 10)))
+    first, last = (
+        KeptStates("index", felt.stamps[part], felt.numbers[part], felt.values[part])
+        for part in (slice(0, -1), slice(-1, None))
+    )
+    inquiries._samples.clear()
+    assert looked_at(inquiries, [failing(LATER - 20 * SECOND), failing(LATER - SECOND)]) == []
+    inquiries.note(first)
+    assert looked_at(inquiries, [failing(LATER), failing(LATER + 20 * SECOND)]) == []
+    inquiries.note(last)
+    inquiries.busy = SimpleNamespace(is_alive=lambda: True, join=lambda: None)
+    assert looked_at(inquiries, [failing(LATER + 21 * SECOND)]) == []
+    inquiries.busy = None
+    assert looked_at(inquiries, [failing(LATER + 22 * SECOND)]) == [22.0]
+
+
+@pytest.mark.parametrize(("said", "reason"), [("one\ntwo\n", "two"), (" ", "it died")])
+def test_a_process_that_diagnoses_gets_ten_minutes_and_the_noise_that_is_known(
+    said, reason, monkeypatch
+) -> None:
+    asked, done = [], SimpleNamespace(returncode=0, stdout="adhesion\n", stderr=said)
+
+    def run(worker, sensors, *, patience, given):
+        asked.append((worker, sensors, patience))
+        assert np.load(io.BytesIO(given))["t"].tolist() == [0.0, 1.0]
+        return done
+
+    monkeypatch.setattr(background_diagnosis, "run_behind", run)
+    noise = {
+        "normal_force": 0.01,
+        "torque_z": 0.0,
+        "displacement": np.inf,
+        "temperature": np.nan,
+        "slip": 0.5,
+    }
+    given = {"t": np.array([0.0, 1.0])}, paper_model(8e-3), noise
+    assert background_diagnosis.diagnose_in_subprocess(*given) == "adhesion"
+    done.returncode = 1
+    with pytest.raises(RuntimeError, match=f"^{reason}$"):
+        background_diagnosis.diagnose_in_subprocess(*given)
+    assert (
+        asked == [("vegrip.runtime.workers.diagnosis_worker", ["normal_force=0.01", "slip=0.5"], 600.0)] * 2
+    )
 
 
 def test_a_look_that_fails_is_logged_and_nothing_else(inquiries, monkeypatch, caplog) -> None:

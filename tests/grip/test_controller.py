@@ -350,11 +350,26 @@ def test_a_clock_that_is_set_is_followed(set_by: int, hand: GripController, mode
     check_end(hand, odd, usual)
 
 
-@pytest.mark.parametrize("passed", [5_000_000_000, 0])
-def test_a_time_that_pauses_or_stands_still_is_believed(passed: int) -> None:
+@pytest.mark.parametrize(
+    ("times", "taken"),
+    [
+        ((5 * 10**18, 5 * 10**18 + 1), (0, 0)),  # whatever the first one is
+        ((7, 9, 9, 9 + 10**9), (0, 0, 0, 0)),  # it stands still, or goes on by a second
+        ((7, 9, 10 + 10**9, 10 + 10**9), (0, 0, None, 0)),  # it pauses, which two say
+        ((7, 8 + 10**9, 9 + 10**9), (0, None, 2 + 10**9)),  # after a first one that was of no other clock
+        ((7, 9, 8, 8, 10), (0, 0, None, -1, 0)),  # it was set back
+        ((7, 9, 8, 8, 9 + 10**9, 9 + 10**9), (0, 0, None, -1, None, 1 + 10**9)),  # and at once set again
+        ((7, 9, 8, 11, 8), (0, 0, None, 0, None)),  # one wrong time each
+        ((7, 9, 8, 8, 10, 11 + 10**9, 11 + 10**9), (0, 0, None, -1, 0, None, 0)),
+    ],
+)
+def test_of_odd_times_the_second_is_believed_as_a_pause_or_as_a_clock_that_was_set(
+    times: tuple[int, ...], taken: tuple[int | None, ...]
+) -> None:
     time = StepTime()
-    assert [time.take(now) for now in (7, 9, 9 + passed, 9 + passed)][-1] == 0
-    assert time.now == 9 + passed
+    assert time.now == 0
+    assert tuple(map(time.take, times)) == taken
+    assert time.now == [one for one, found in zip(times, taken, strict=True) if found is not None][-1]
 
 
 @pytest.mark.parametrize("kind", [float, np.int64])

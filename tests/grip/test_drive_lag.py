@@ -3,6 +3,8 @@
 import math
 import re
 from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -182,6 +184,25 @@ def test_what_a_slow_drive_costs_is_said() -> None:
         "which a quicker drive would not need"
     )
     assert describe_lag(0.004, grip) == "lag 4 ms, configured 10 ms"
+    assert describe_lag(0.015, GripSettings()) == "lag 15 ms"
+    assert describe_lag(0.01501, GripSettings()) == "lag 15 ms; 15 ms of it are led"
+    assert "for the rest 1 % more is held" in describe_lag(0.0161, GripSettings())  # 0.8 %
+
+
+def test_a_lag_is_logged_when_it_is_known_and_when_it_has_changed_by_more_than_three_tenths(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    log, lags = DriveLog("grip"), (math.nan, 10.0, 7.1, 13.0, 13.1, 10.0, 9.0, 9.0)
+    given = iter(lags)
+    friction: Any = SimpleNamespace(drive_lag=lambda _: next(given, 5.0))
+    logged = []
+    with caplog.at_level("INFO", logger="vegrip.grip"):
+        for _ in lags:
+            log.log_changes("thumb", friction, GripSettings())
+            logged.append(len(caplog.records))
+        assert logged == [0, 1, 1, 1, 2, 2, 3, 3]
+        log.log_changes("index", friction, GripSettings())
+    assert caplog.records[-1].getMessage().startswith("drive of index: lag")
 
 
 def drive(q: GraspMemory) -> tuple[Floats, Floats]:

@@ -218,8 +218,8 @@ def test_a_look_finds_who_touches_who_is_at_the_limit_and_who_presses_too_little
     assert found.faults == ("ring stale",)
 
 
-def phases_of(action, fingers, seconds, start=0):
-    """Look every 20 ms; return when each phase and reason came [ms], and the last time [ns]."""
+def phases_of(action, fingers, seconds, start=7 * NS):
+    """Look every 20 ms; return when each phase and reason came [ms]."""
     found, now = {}, start
     while now <= start + round(seconds * NS):
         action.look(fingers, now)
@@ -256,6 +256,69 @@ def test_a_grasp_ends_when_its_verdict_has_stood_for_a_fifth_of_a_second(change,
     assert (action.phase, action.reason) == (at_last, reason)
     assert found[at_last, reason] == ms
     assert {phase for phase, _ in found} == {GraspPhase.CLOSING, at_last}
+    told = action.result(9 * NS)
+    assert told.normal_force == 2.0  # of a at least
+    assert told.margin == min(0.1, change.get("bound", 0.1))
+
+
+@pytest.mark.parametrize(
+    ("thumb", "touching", "at_last", "reason"),
+    [
+        ("", "ab", GraspPhase.HELD, ""),
+        ("", "a", GraspPhase.MISSED, "1 fingers touch"),
+        ("a", "bc", GraspPhase.MISSED, "a touches nothing"),
+        ("a", "ac", GraspPhase.HELD, ""),
+        ("none of this hand", "bc", GraspPhase.HELD, ""),
+    ],
+)
+def test_of_three_fingers_two_are_a_grasp_with_the_thumb_among_them(thumb, touching, at_last, reason):
+    action = GraspAction("node", tuple("abc"), thumb)
+    action.grasp(GraspGoal(timeout=0.5))
+    phases_of(action, {name: finger(**CLOSED | {"touches": name in touching}) for name in "abc"}, 1.0)
+    assert (action.phase, action.reason) == (at_last, reason)
+
+
+def test_a_goal_raises_the_least_force_while_it_closes_and_bounds_the_largest_until_the_next():
+    """The hand is stated to press with 1 N at least and 20 N at most."""
+    stated = LimitSettings(min_force=1.0, max_force=20.0)
+    hand = {name: finger(**CLOSED) for name in "ab"}
+    action = GraspAction("node", ("a", "b"))
+
+    def kept():
+        limits = action.limits(stated)
+        return limits.min_force, limits.max_force
+
+    assert kept() == (1.0, 20.0)
+    action.grasp(GraspGoal(force=3.0, max_force=5.0))
+    assert kept() == (3.0, 5.0)
+    phases_of(action, hand, 1.0)
+    assert (action.phase, kept()) == (GraspPhase.HELD, (1.0, 5.0))
+    action.release(ReleaseGoal(rate=10.0), hand)
+    assert kept() == (1.0, 2.0)  # from what it holds
+    action.grasp(GraspGoal(force=30.0, max_force=30.0))
+    assert kept() == (20.0, 20.0)
+    action.grasp(GraspGoal(force=0.5))
+    assert kept() == (1.0, 20.0)
+
+
+@pytest.mark.parametrize(("held", "ms"), [(math.nan, 200), (0.0, 200), (0.9, 260), (1.9, 360)])
+def test_a_release_takes_as_long_as_the_force_that_was_commanded_and_begins_at_once_without_one(held, ms):
+    """Each look, every 20 ms, takes 0.2 N of it; it ends 0.2 s after the last look that left some."""
+    hand = {"a": finger(0.0, held, False, math.nan), "b": finger(0.0, math.nan, False, math.nan)}
+    action = GraspAction("node", ("a", "b"))
+    action.release(ReleaseGoal(rate=10.0), hand)
+    assert phases_of(action, hand, 1.0)[GraspPhase.RELEASED, ""] == ms
+
+
+def test_of_a_hand_that_is_not_seen_no_force_is_told_and_a_long_reason_is_cut_to_64_letters():
+    names = tuple(f"finger_{i}" for i in range(8))
+    action = GraspAction("node", names)
+    assert math.isnan(action.result(0).normal_force)  # nothing was looked at yet
+    action.grasp(GraspGoal())
+    action.look({name: finger(**CLOSED | {"condition": Condition.STALE}) for name in names}, NS)
+    told = action.result(NS)
+    assert math.isnan(told.normal_force)
+    assert told.reason == ("not judged: " + ", ".join(f"{name} stale" for name in names))[:64]
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import pytest
 from validation.faults.testbed import Scene
 from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.estimator.learning import Learned, fingerprint
+from vegrip.grip import learned_store
 from vegrip.grip.learned_store import InMemory, OnDisk
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import estimator_factory, learned_store_of
@@ -130,6 +131,33 @@ def test_a_folder_that_cannot_be_written_is_told_and_nothing_else(tmp_path, capl
     assert "cannot be written" in caplog.text
 
 
+def test_it_is_written_every_ten_seconds_one_writing_at_a_time(tmp_path, monkeypatch):
+    alive = []
+
+    class Task:
+        def __init__(self, _):
+            alive.append(True)
+
+        def start(self):
+            written.append(now)
+
+        def is_alive(self):
+            return alive[-1]
+
+    monkeypatch.setattr(learned_store, "SideTask", Task)
+    memory, written = OnDisk(tmp_path), []
+    for now in (5.0, 14.999, 15.0, 16.0, 25.0, 26.0):
+        assert memory.observe("index", round(now * 1000) * MS) == {}
+    assert written == [15.0]
+    alive[-1] = False
+    for now in (27.0, 36.999, 37.0):
+        memory.observe("index", round(now * 1000) * MS)
+        alive[-1] = False
+    for now in (3.0, 12.999, 13.0):  # the clock was set back
+        memory.observe("index", round(now * 1000) * MS)
+    assert written == [15.0, 27.0, 37.0, 13.0]
+
+
 WHOLE = (
     '{"version": 1, "fingerprint": "%s", "parameters": {"mu": {"value": 0.8, "std": 0.1, "excited": 20.0}}}'
 )
@@ -156,5 +184,8 @@ def test_a_damaged_file_is_told_put_aside_and_done_without(damage, tmp_path, cap
     path.write_text(DAMAGED[damage].replace("%s", fingerprint(model)))
     assert memory._known("index", model) is model
     assert "index begins anew, and what it had learned is put aside as" in caplog.text
+    assert "; delete" not in caplog.text
+    if damage == "value out of bounds":
+        assert "mu is 64.6 +- 0.1, not within" in caplog.text
     assert [each.name for each in tmp_path.iterdir()] == [f"{path.name}.damaged"]
     assert memory._known("index", model) is model

@@ -2,11 +2,14 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from vegrip.nodes.grasp_force import build
 
+from vegrip.errors import ModelError
+from vegrip.grip import compile_worker
 from vegrip.grip import model_swap as module
 from vegrip.grip.parameters import GraspParameters
 from vegrip.messages import FingertipState, ForceCommand, ModelHealth
@@ -114,3 +117,32 @@ def test_of_two_requests_the_later_counts(node):
         thread.join()
     fed(node, given[200:])
     assert node.fingers["index"].estimator.model.tip_radius == 7e-3
+
+
+@pytest.mark.parametrize(
+    ("said", "reason"), [("warning\nno compiler\n", "no compiler"), ("\n", "it does not")]
+)
+def test_a_model_that_does_not_compile_is_refused_with_the_last_that_was_said(said, reason, monkeypatch):
+    asked = []
+
+    def run(worker, arguments, *, idle, given):
+        asked.append((worker, arguments, idle, given))
+        return SimpleNamespace(returncode=1, stderr=said)
+
+    monkeypatch.setattr(module, "run_behind", run)
+    with pytest.raises(ModelError, match=f"^{reason}"):
+        module.compile_in_subprocess(paper_model(9e-3))
+    (one,) = asked
+    assert one[:3] == ("vegrip.grip.compile_worker", ["/dev/stdin"], False)  # it is waited for
+
+
+def test_the_worker_compiles_for_a_finger_and_says_in_a_sentence_why_it_does_not(
+    tmp_path, capsys, monkeypatch
+):
+    asked = []
+    monkeypatch.setattr(compile_worker, "GripController", lambda *given: asked.append(given))
+    write_model(paper_model(9e-3), tmp_path / "tip.toml")
+    assert compile_worker.main(tmp_path / "tip.toml") == 0
+    assert [fingers for fingers, _ in asked] == [("finger",)]
+    assert compile_worker.main(tmp_path / "none.toml") == ModelError.exit_code != 0
+    assert capsys.readouterr().err.count("\n") == 1

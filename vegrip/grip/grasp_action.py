@@ -103,7 +103,7 @@ class GraspAction:
             self._began = self._since = now
         self._look_due = now + LOOK_PERIOD
         look = self._last = _look(fingers, now, self._limit)
-        if self.phase is GraspPhase.RELEASING and isinstance(self._goal, ReleaseGoal):
+        if isinstance(self._goal, ReleaseGoal):
             self._most = max(self._most - self._goal.rate * LOOK_PERIOD / NS, 0.0)
         phase, reason = self._verdict(look)
         if phase is self.phase:

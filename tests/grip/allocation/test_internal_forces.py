@@ -95,6 +95,51 @@ def test_a_finger_without_a_contact_keeps_its_need() -> None:
     assert forces == pytest.approx({"thumb": 3.0, "index": 3.0, "toe": 0.7}, rel=1e-5)
 
 
+def test_a_contact_that_is_not_told_is_at_the_origin_and_presses_along_z() -> None:
+    assert ContactPlace() == ContactPlace((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def test_moments_are_about_the_mean_of_the_places_in_units_of_their_distance_from_it() -> None:
+    places = np.array([contact.place for contact in PLATE.values()])
+    arms = places - sum(places) / 5.0
+    size = math.sqrt(sum(float(arm @ arm) for arm in arms) / 5.0)
+    for column, arm, contact in zip(grasp_map(tuple(PLATE.values())).T, arms, PLATE.values(), strict=True):
+        assert column == pytest.approx([*contact.normal, *np.cross(arm, contact.normal) / size], abs=1e-15)
+    longer = [ContactPlace(one.place, tuple(7.0 * n for n in one.normal)) for one in PLATE.values()]
+    assert grasp_map(tuple(longer)) == pytest.approx(grasp_map(tuple(PLATE.values())))
+
+
+def test_a_balance_is_missed_by_a_hundred_millionth_of_what_is_added() -> None:
+    """min d^2 + W^2 (2 - d)^2 with W = 1e4 is at d = 2 - 2 / (1 + W^2)."""
+    forces = InternalForces(OPPOSED).shared({"thumb": 3.0, "index": 1.0})
+    assert 3.0 - forces["index"] == pytest.approx(2.0 / (1.0 + 1e8), rel=1e-3)
+
+
+def test_a_finger_that_needs_nothing_takes_part_with_a_thousandth_of_a_newton() -> None:
+    forces = InternalForces(OPPOSED).shared({"thumb": 3.0, "index": 0.0, "middle": 1.0})
+    assert forces["index"] / forces["middle"] == pytest.approx(1e-3, rel=1e-5)
+    assert InternalForces(OPPOSED).shared({"thumb": 0.0}) == {"thumb": 0.0}  # alone it has nobody to help
+
+
+@pytest.mark.parametrize(("need", "thumb"), [(0.999e9, 0.999e9), (1e9, 2.0), (math.inf, 2.0)])
+def test_a_need_of_a_billion_newtons_is_not_balanced(need: float, thumb: float) -> None:
+    forces = InternalForces(OPPOSED).shared({"thumb": 2.0, "index": need})
+    assert forces == pytest.approx({"thumb": thumb, "index": need})
+
+
+@pytest.mark.parametrize(("angle", "refused"), [(1.95e-3, False), (2.05e-3, True)])
+def test_two_fingers_press_against_each_other_up_to_two_thousandths_off_a_line(
+    angle: float, refused: bool
+) -> None:
+    """Equal forces leave 2 sin(angle / 2) of one, of which a thousandth of both is borne."""
+    line = {"a": ContactPlace(), "b": ContactPlace(normal=(math.sin(angle), 0.0, -math.cos(angle)))}
+    if refused:
+        with pytest.raises(ConfigError, match="the fingers a, b cannot press against each other"):
+            InternalForces(line)
+    else:
+        assert InternalForces(line).shared({"a": 1.0, "b": 1.0}) == pytest.approx({"a": 1.0, "b": 1.0})
+
+
 @given(needs=st.dictionaries(st.sampled_from([*PLATE, "toe"]), st.floats() | st.just(0.0)))
 def test_whatever_is_asked_nothing_raises_and_nothing_is_lowered(needs: dict[str, float]) -> None:
     forces = InternalForces(PLATE).shared(needs)
@@ -124,7 +169,8 @@ def test_fingers_on_one_side_are_refused() -> None:
     ("entry", "complaint"),
     [
         ({"normal": [0.0, 0.0, 0.0]}, "must not be zero"),
-        ({"place": [0.0, 1.0]}, "three finite numbers"),
+        *[({"place": [1.0] * n}, "three finite numbers") for n in (0, 2, 4)],
+        *[({"normal": [1.0] * n}, "three finite numbers") for n in (0, 2, 4)],
         ({"normal": [0.0, math.nan, 1.0]}, "finite"),
         ({"position": [0.0, 0.0, 0.0]}, "position"),
     ],

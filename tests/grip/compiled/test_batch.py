@@ -12,6 +12,7 @@ import pytest
 
 from validation.compiled_finger import Log
 from vegrip.clock import WallClock
+from vegrip.grip.compiled_rows import CompiledBatch, CompiledPackets, join
 from vegrip.grip.frame_path import BatchPath
 from vegrip.grip.node import GraspForce
 from vegrip.grip.wires import COMMANDED, LEFT_ALONE, REPORT
@@ -93,23 +94,91 @@ def test_plain_python_answers_as_what_runs_compiled(hand_log: Log, mode: str) ->
     assert answers_to_batches(hand_log, "python", given) == answers_to_batches(hand_log, mode, given)
 
 
-def test_a_row_that_is_refused_is_left_alone_and_the_others_are_answered(hand_log: Log, mode: str) -> None:
+def test_fingers_are_answered_at_once_when_each_of_them_has_a_line(hand_log: Log, mode: str) -> None:
+    node, codec = node_for(hand_log, mode), BatchCodec(hand_log.fingers)
+    assert isinstance(node.batch, CompiledBatch)
+    assert node.packets is None
+    assert node.path_taken.endswith("), all fingers at once")
+    line = codec.line("thumb")
+    assert line is not None
+    node.run_compiled({"thumb": line}, mode)
+    assert (node.batch, node.packets, [*node.compiled_fingers]) == (None, None, ["thumb"])
+    assert node.path_taken.endswith("), finger by finger")
+    node.run_compiled({}, mode)
+    assert (node.batch, node.packets, [*node.compiled_fingers]) == (None, None, [])
+
+
+@pytest.mark.parametrize("refused", [(2,), (0,), (0, 1), (1, 3, 4)])
+def test_a_row_that_is_refused_is_left_to_the_codec_and_the_others_are_answered(
+    hand_log: Log, mode: str, refused: tuple[int, ...]
+) -> None:
     node, given = node_for(hand_log, mode), batches_of(hand_log)
-    for now, payload in given[:100]:
+    for now, payload in given[:20]:
         node.on_batch(payload, payload[13], now, now)
-    now, payload = given[100]
+    now, payload = given[20]
     broken = bytearray(payload)
-    broken[FIRST_ROW + 2 * STATE_ROW + 20] ^= 1
+    for row in refused:
+        broken[FIRST_ROW + row * STATE_ROW + 20] ^= 1
     answered = node.on_batch(bytes(broken), payload[13], now, now)
     assert answered is not None
-    assert answered[0][2] == LEFT_ALONE
-    assert answered[1] == len(hand_log.fingers) - 1
+    assert [row for row in range(payload[13]) if answered[0][row] == LEFT_ALONE] == [*refused]
+    assert answered[1] == len(hand_log.fingers) - len(refused)
+    left = {node.batch.finger_of(payload, row).name for row in refused}
+    assert {name for name, finger in node.fingers.items() if not finger.numbers.is_on_line} == left
+
+
+def fingers_of(*state_ids: int, reports: tuple[int, ...] = (7, 8, 9), module: object = "one") -> Any:
+    return [
+        SimpleNamespace(
+            name=f"f{i}",
+            numbers=SimpleNamespace(
+                module=module if module != "each" else [i],
+                on_wire=SimpleNamespace(state_id=state_id, command_id=i, report_ids=reports),
+            ),
+        )
+        for i, state_id in enumerate(state_ids)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("fingers", "kind"),
+    [
+        (fingers_of(2048, 4096), CompiledBatch),
+        (fingers_of(2048), CompiledBatch),
+        (fingers_of(2047, 0), CompiledPackets),
+        (fingers_of(5), CompiledPackets),
+        (fingers_of(2047, 2048), type(None)),
+        (fingers_of(1, 2, reports=()), type(None)),
+        (fingers_of(1, 2, module="each"), type(None)),
+    ],
+)
+def test_fingers_of_one_step_are_joined_by_how_their_states_travel(fingers: Any, kind: type[Any]) -> None:
+    """There is room for the commands of thirty rows, each with its identifier or the head of a request."""
+    found = join(fingers, np.zeros(3))
+    assert type(found) is kind
+    if isinstance(found, CompiledBatch):
+        assert len(found.commands) == FIRST_ROW + 30 * COMMAND_ROW
+    elif found is not None:
+        assert len(found.commands) == 30 * (14 + 24)
+
+
+def test_a_row_is_of_the_finger_with_its_identifier_and_else_of_nobody() -> None:
+    batch = CompiledBatch(fingers_of(2048, 4096, 6150), np.zeros(3))
+    for known in ((6150, 2048, 4096), (2048, 2049, 6150, 4097), (6151, 4096), (4096 + 256, 6150, 6150)):
+        payload = bytes(FIRST_ROW) + b"".join(ROW_ID.pack(one) + bytes(STATE_ROW - 2) for one in known)
+        names = [{2048: "f0", 4096: "f1", 6150: "f2"}.get(one, "") for one in known]
+        assert batch.names_in(payload, len(known)) == names
+        found = [batch.finger_of(payload, row) for row in range(len(known))]
+        assert ["" if one is None else one.name for one in found] == names
 
 
 @pytest.mark.parametrize("done", sorted(set(permutations((LEFT_ALONE, LEFT_ALONE, COMMANDED, REPORT)))))
 def test_the_rows_that_were_answered_are_counted_wherever_they_stand(done: tuple[int, ...]) -> None:
     names, counted, felt = ["a", "b", "c", "d"], [], []
-    fingers = {name: SimpleNamespace(numbers=SimpleNamespace(felt=lambda: (3.0, 1.0))) for name in names}
+    fingers = {
+        name: SimpleNamespace(numbers=SimpleNamespace(felt=lambda force=3.0 + i: (force, 1.0)))
+        for i, name in enumerate(names)
+    }
     node: Any = SimpleNamespace(
         fingers=fingers,
         batch=SimpleNamespace(commands=bytearray(COMMAND_ROW), names_in=lambda *_: names),

@@ -30,6 +30,7 @@ def test_the_cone_holds_when_the_load_is_not_measured() -> None:
 
 def test_the_elastic_surface_is_a_tenth_above_its_limit_at_every_load() -> None:
     settings = ElasticSettings(friction=0.6)
+    assert (settings.power, settings.exponent) == (1.0 / 3.0, 4.0)  # Hertz, and its pressure
     for load, torque in ((0.5, 0.0), (1.5, 2e-3), (0.2, 8e-3)):
         demand = Demand(tangential_force=load, torque=torque)
         force, _ = Policy("elastic", policy_settings={"friction": 0.6}).wanted(1.0, demand, 0.01)

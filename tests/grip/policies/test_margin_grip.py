@@ -33,6 +33,12 @@ def run(grip: Policy, demand: Demand, held: float, seconds: float) -> tuple[floa
     return held, reasons
 
 
+def test_of_a_demand_nothing_is_known_that_is_not_said() -> None:
+    numbers = (Demand().least_force, Demand().tangential_force, Demand().torque, Demand().margin_bound)
+    assert all(map(math.isnan, numbers))
+    assert True not in (Demand().in_contact, Demand().slipping, Demand().trusted)
+
+
 def test_a_greater_need_is_met_at_once() -> None:
     assert margin_grip(SETTINGS).wanted(2.0, need(5.0), DT) == (5.0, Reason.RAISE)
 

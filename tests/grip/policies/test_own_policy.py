@@ -80,7 +80,7 @@ def test_names_are_told_built_in_ones_first() -> None:
     ("table", "sentence"),
     [
         ({"policy": "proportionl"}, "there is no grip policy 'proportionl'; .*did you mean proportional"),
-        ({"policy": "broken"}, "'broken' cannot be loaded from no_such_package:POLICY"),
+        ({"policy": "broken"}, "'broken' cannot be loaded from no_such_package:POLICY: No module named 'no_"),
         ({"policy": "wrong"}, "'wrong' is not a PolicyKind"),
         (
             {"policy": "proportional", "policy_settings": {"gain": -1.0}},
@@ -98,3 +98,19 @@ def test_names_are_told_built_in_ones_first() -> None:
 def test_what_cannot_be_used_is_refused_in_one_sentence(table: dict[str, object], sentence: str) -> None:
     with pytest.raises(ConfigError, match=sentence):
         build(ControlSettings, table, "[parameters]")
+
+
+def test_a_policy_forgets_with_each_command_that_is_not_given_by_it(
+    make_node: Callable[..., GraspForce],
+    state: Callable[..., FingertipState],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Four good states do not suffice; silence is noticed after 50 ms, and a command renewed after 25 ms."""
+    node = make_node(settings=build(ControlSettings, {"policy": "proportional"}, "[parameters]"))
+    forgets: list[int] = []
+    monkeypatch.setattr(node.fingers["index"].policy, "reset", lambda: forgets.append(i))
+    for i in range(1, 300):
+        if not 100 <= i < 150:
+            node.on_message(state(i), i * PERIOD)
+        list(node.on_tick(i * PERIOD))
+    assert forgets == [1, 2, 3, 4, 125, 138, 150, 151, 152, 153]
