@@ -250,6 +250,7 @@ def test_inside_and_outside() -> None:
     f, m = queries.point(2.0, [0.2, 1.0, 3.0])
     assert queries.is_inside(2.0, 0.999 * f, 0.999 * m).all()
     assert not queries.is_inside(2.0, 1.001 * f, 1.001 * m).any()
+    assert not queries.is_inside(2.0, 1.0, 0.0), "a gauge of 1 is on the surface"
 
 
 def test_slip_follows_the_signs_of_the_load() -> None:
