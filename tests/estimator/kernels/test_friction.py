@@ -104,6 +104,32 @@ def test_what_was_learned_at_one_load_is_known_less_well_at_another(kernels, f) 
     assert spread[2] == pytest.approx(EXPONENT_VAR * 1.6**2 + SCATTER, rel=0.15)
 
 
+@pytest.mark.parametrize("exponent", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize(
+    ("force", "counts"), [(0.01, 0.1), (0.15, 0.15), (5.0, 5.0), (99.0, 99.0), (150.0, 100.0)]
+)
+def test_friction_falls_by_a_power_of_the_load_between_a_tenth_and_a_hundred_newtons(
+    kernels, f, exponent, force, counts
+) -> None:
+    put(kernels, f, exponent=exponent)
+    assert kernels.relative_load(force) == pytest.approx(math.log(counts / 5.0))
+    assert kernels.friction_factor(f, force) == pytest.approx((counts / 5.0) ** -exponent)
+
+
+def test_a_belief_keeps_a_variance_and_evidence_that_is_all_of_it_is_not_taken_off(kernels, f) -> None:
+    for var, left in ((VAR, 1e-8), (1e-9, 1e-9)):
+        put(kernels, f, base_var=var)
+        kernels.observe_base(f, 0.1, 1.0 / var)
+        assert of(kernels, f, "var", "exponent_var") == (left, 0.0)
+    put(kernels, f, var=VAR)
+    for left, known in ((1.1e-3, VAR / 1.1e-3), (0.9e-3, VAR)):
+        kernels.remove_site(f, 0.0, (1.0 - left) / VAR, -30.0)
+        assert of(kernels, f, "base_var") == pytest.approx(known)
+    put(kernels, f, base_ln=7.0)
+    kernels.remove_site(f, 0.0, 0.0, -30.0)
+    assert of(kernels, f, "base_ln", "base_var") == (of(kernels, f, "ln_mu"), VAR)
+
+
 @pytest.mark.parametrize("exponent_var", [0.0, EXPONENT_VAR, 1.0])
 def test_the_variance_at_a_load_is_that_of_the_line(kernels, f, exponent_var) -> None:
     cov = -0.5 * math.sqrt(VAR * exponent_var)

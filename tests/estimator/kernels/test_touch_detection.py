@@ -70,7 +70,8 @@ def test_zeros_are_excluded_until_a_contact_was_felt_and_nothing_is_felt_without
         m[kernels.MODE_MET] = met
         kernels.detect_touch(m, zero, displacement)
     assert asked == [(-1.0, 1e-3)]  # a force of nothing lacks one standard deviation
-    m[kernels.MODE_BLIND], kept = 1.0, m.copy()
+    m[kernels.MODE_BLIND] = 1.0
+    kept = m.copy()
     kernels.detect_touch(m, zero + 1.0, 1e-3)
     assert np.array_equal(m, kept)
 
@@ -85,8 +86,8 @@ def test_a_force_of_the_noise_alone_is_no_touch_and_a_missing_one_changes_nothin
 
 
 def test_the_unseen_depth_has_a_force_of_three_standard_deviations_in_the_softest_tip(kernels, m) -> None:
-    stiffness = kernels.LEARNED_FROM
-    m[kernels.P0 + stiffness * kernels.N + stiffness] = 0.2**2  # softer differs from stiffer
+    first = kernels.LEARNED_FROM
+    m[kernels.P0 + first * kernels.N + first] = 0.05**2  # so wide that softer differs from stiffer
     depth, at = kernels.unseen_depth(m), kernels.TRIED0 + kernels.DELTA
     kernels.copy_state(m)
 
