@@ -283,6 +283,46 @@ def test_what_is_not_known_shows_nothing(kernels, f, given, counts) -> None:
     assert of(kernels, f, "slide_count") == 0.0
 
 
+@pytest.mark.parametrize(("relative", "counts"), [(9.9, 1.0), (10.1, 0.0)])
+def test_a_slip_at_a_load_that_is_not_known_to_ten_times_itself_is_none(kernels, f, relative, counts) -> None:
+    kernels.learn_friction(f, 0.01, 0.6, relative, 1.0, True, True)
+    assert of(kernels, f, "slide_count") == counts
+
+
+def test_a_light_touch_begins_what_is_held_anew_and_a_new_contact_all_of_a_loading(kernels, f) -> None:
+    put(kernels, f, smooth=0.4, held_time=0.5)
+    kernels.learn_friction(f, 0.01, 0.6, 0.2, 0.0, True, True)
+    assert of(kernels, f, "smooth", "held_time") == (0.0, 0.0)
+    put(kernels, f, smooth=0.4, sliding=1.0, slide_count=2.0, touching=0.0, loadings=4.0)
+    kernels.inflate_friction(f, 0.01, True)
+    names = ("smooth", "sliding", "slide_count", "touching", "loadings")
+    assert of(kernels, f, *names) == (0.0, 0.0, 0.0, 1.0, 5.0)
+
+
+def test_what_a_slide_and_a_hold_show_is_told_to_those_who_share_it(kernels, f) -> None:
+    put(kernels, f, best=0.5, peak=0.5, proven=0.5)
+    kernels.update_by_slip(f, -0.9, 0.01, True)
+    assert of(kernels, f, "event", "event_ln_u", "event_noise") == (1.0, -0.9, 0.01)
+    assert of(kernels, f, "best", "peak", "proven") == (0.0, 0.0, 0.0)
+    kernels.update_by_stick(f, 0.7, 0.02)
+    assert of(kernels, f, "event", "event_ln_u", "event_noise") == (2.0, math.log(0.7), 0.02)
+
+
+def test_the_mean_over_what_is_not_sure_of_a_load_is_that_of_five_nodes(kernels) -> None:
+    nodes, weights = np.polynomial.hermite_e.hermegauss(5)
+    expected = np.column_stack([nodes, weights / weights.sum()])[2:]
+    assert np.array(kernels.NODES) == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("load", [-0.7, 0.8])
+def test_slip_is_as_likely_as_at_the_load_at_which_friction_is_as_large(kernels, f, load) -> None:
+    """At mu ~ N^-g what utilises u at one load utilises u exp(g l) at the reference load."""
+    put(kernels, f, peak=0.5, exponent=0.3)
+    told = kernels.onset_probability(f, 0.7, 0.05, load)
+    assert 0.01 < told < 0.99
+    assert told == pytest.approx(kernels.onset_probability(f, 0.7 * math.exp(0.3 * load), 0.05, 0.0))
+
+
 def test_slip_counts_by_the_noise_of_the_load_and_the_scatter_and_a_peak_of_noise_is_no_evidence(
     kernels, f
 ) -> None:

@@ -28,7 +28,14 @@ def test_after_a_pause_in_the_air_a_memory_is_the_mean_of_what_may_remain(kernel
     c, nu = (m[kernels.VALUES0 + list(model.parameters).index(name)] for name in ("c1", "nu1"))
     largest = kernels.largest_memory(m, 0)
     assert largest >= m[z] > 0.0
+    before = m[kernels.P0 : kernels.P0 + kernels.N**2].reshape(kernels.N, kernels.N).copy()
     kernels.bridge_gap(m, 2.0, 0.0, -1e-3)
+    P = m[kernels.P0 : kernels.P0 + kernels.N**2].reshape(kernels.N, kernels.N)
+    zero, mean = kernels.OFFSET, m[z] / largest
+    learned, cross = slice(kernels.LEARNED_FROM, kernels.N), before[kernels.EFFECTS, kernels.LEARNED_FROM :]
+    assert P[kernels.EFFECTS, learned] == pytest.approx(mean * cross, rel=1e-6)
+    assert P[learned, kernels.EFFECTS] == pytest.approx(mean * cross, rel=1e-6)
+    assert P[kernels.EFFECTS, kernels.DELTA] == P[kernels.DELTA, kernels.EFFECTS] == -P[kernels.EFFECTS, zero]
     left = math.exp(-(1.0 - c) * nu * 2.0)
     decades = -math.log(left)
     assert m[z] == pytest.approx(largest * (1.0 - left) / decades, rel=0.02)

@@ -220,6 +220,9 @@ def test_slopes_are_averaged_where_the_tip_rests_and_nowhere_else(kernels, calm,
     calm[kernels.RATIO_COUNT] = 1e9
     kernels.smooth_slopes(calm)
     assert calm[kernels.RATIO_COUNT] == pytest.approx(500.0)  # a second of samples
+    calm[kernels.MODE_PERIOD], calm[kernels.RATIO_COUNT] = 1e-12, 1e9
+    kernels.smooth_slopes(calm)
+    assert calm[kernels.RATIO_COUNT] == 1e4  # of 10 kHz at most
     for name, value in (
         ("Y", place + 9.0 * near),
         ("MODE_REGIME", kernels.REGIME_LOADING),
@@ -294,6 +297,9 @@ def test_without_a_displacement_the_force_is_linearised_where_it_is(kernels, m, 
     )
     assert pytest.approx(R + H @ P @ H) == S
     assert m[kernels.MODE_SLOPE] == H[kernels.DELTA]
+    for stds, moves in ((2.9, False), (3.1, True)):
+        kernels.expect_force_alone(m, base + y[kernels.BIAS] + stds / 3.0 * threshold)
+        assert (m[kernels.TRIED0 + kernels.DELTA] != y[kernels.DELTA]) == moves
     for force in (
         0.9 * threshold,
         base + 0.9 * threshold,
@@ -302,3 +308,29 @@ def test_without_a_displacement_the_force_is_linearised_where_it_is(kernels, m, 
         section(kernels, m, "TRIED")[:] = y
         kernels.linearise_at_force(m, kernels.TRIED0, force, threshold)
         assert m[kernels.TRIED0 + kernels.DELTA] == y[kernels.DELTA]
+
+
+def test_a_force_that_is_refused_anyhow_is_regressed_once(kernels, m, monkeypatch) -> None:
+    """From ten standard deviations on, and a slope is averaged where the force is three of them or more."""
+    rounds, smoothed, spread = [], [], 3e-3
+    m[kernels.MODE_UNEXPLAINED] = m[kernels.MODE_ZERO_KNOWN] = 0.0
+    monkeypatch.setattr(
+        kernels, "spread_of", lambda m: m[kernels.G0 : kernels.G0 + kernels.N].fill(0.0) or spread
+    )
+    monkeypatch.setattr(kernels, "smooth_slopes", lambda _: smoothed.append(0) or 5e-3)
+    m[kernels.H0 : kernels.H0 + kernels.N] = 0.0
+    m[kernels.H0 + kernels.DELTA] = 1.0
+    std, bias = math.sqrt(m[kernels.SET_R_FORCE] + spread), m[kernels.Y0 + kernels.BIAS]
+    for expected, off, count, averaged in (
+        (2.9, 9.9, 2, False), (3.1, 9.9, 2, True), (3.1, 10.1, 1, True), (3.1, -10.1, 1, True),
+    ):  # fmt: skip
+        rounds.clear()
+        smoothed.clear()
+        mean = bias + expected * std
+        monkeypatch.setattr(kernels, "regress_force", lambda _, mean=mean: rounds.append(0) or (mean, 0.0))
+        found, variance = kernels.expect_force(m, mean + off * std)
+        assert (len(rounds), bool(smoothed)) == (count, averaged)
+        assert found == pytest.approx(off * std)
+        assert variance == pytest.approx(std**2 + (5e-3 if averaged else 0.0))
+        if not averaged:
+            assert m[kernels.RATIO_PLACE] == -m[kernels.SET_TIP_RADIUS]

@@ -31,7 +31,8 @@ def test_a_margin_is_told_at_the_stated_confidence(kernels, m, monkeypatch, conf
 @pytest.mark.parametrize("value", [1.0, -3e4, 0.0])
 def test_a_value_that_a_sensor_may_measure_is_kept(kernels, value) -> None:
     assert kernels.plausible_value(value) == value
-    for beyond in (math.nan, math.inf, -math.inf, 1e200, -1e200):
+    assert kernels.plausible_value(0.9e50) == 0.9e50
+    for beyond in (math.nan, math.inf, -math.inf, 1.1e50, -1.1e50):
         assert math.isnan(kernels.plausible_value(beyond))
 
 
@@ -74,6 +75,88 @@ def test_what_is_lost_for_two_seconds_begins_as_with_the_first_sample(kernels, m
         kernels.begin_lost_contact_anew(was, 0.002, 1.0, 9e-4)
         assert (was[kernels.COUNT_RESTARTS] > m[kernels.COUNT_RESTARTS]) == all_anew
         assert was[kernels.MODE_PERIOD] == 0.004
+        if all_anew:  # with a zero that may have moved by a tenth of the radius
+            zero = was[kernels.P0 + kernels.OFFSET * (kernels.N + 1)]
+            assert zero == pytest.approx((0.1 * m[kernels.SET_TIP_RADIUS]) ** 2)
+            assert (was[kernels.FORCE_STREAK], was[kernels.DISPLACEMENT_STREAK]) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("dt", "period", "bridged"),
+    [(0.26, 0.06, True), (0.24, 0.01, False), (0.39, 0.1, False), (0.41, 0.1, True)],
+)
+def test_a_pause_is_a_gap_beyond_the_longest_and_four_times_the_usual_spacing(
+    kernels, m, monkeypatch, dt, period, bridged
+) -> None:
+    gaps, steps = [], []
+    monkeypatch.setattr(kernels, "age_channels", lambda *_: None)
+    monkeypatch.setattr(kernels, "bridge_gap", lambda _m, *given: gaps.append(given))
+    monkeypatch.setattr(kernels, "predict_motion", lambda _m, dt: steps.append(dt))
+    m[kernels.SET_LONGEST_GAP], m[kernels.MODE_PERIOD] = 0.25, period
+    kernels.filter_step(m, dt, math.nan, math.nan, math.nan)
+    assert gaps == (
+        [(dt, pytest.approx(math.nan, nan_ok=True), pytest.approx(math.nan, nan_ok=True))] * bridged
+    )
+    assert steps == [0.0 if bridged else dt]
+
+
+@pytest.mark.parametrize(
+    ("age", "displacement", "blind"),
+    [(0.26, math.nan, 1.0), (0.24, math.nan, 0.0), (0.26, 9e-4, 0.0)],
+)
+def test_the_displacement_counts_as_lost_after_the_longest_gap(kernels, m, age, displacement, blind) -> None:
+    m[kernels.SET_LONGEST_GAP], m[kernels.DISPLACEMENT_AGE], m[kernels.MODE_BLIND] = 0.25, age, 0.0
+    kernels.filter_step(m, 1e-3, math.nan, displacement, math.nan)
+    assert m[kernels.MODE_BLIND] == blind
+
+
+@pytest.mark.parametrize(("radius", "count"), [(5e-3, 1), (0.0, 0), (math.nan, 0), (math.inf, 0)])
+def test_a_radius_is_measured_where_there_is_one(kernels, m, monkeypatch, radius, count) -> None:
+    measured = []
+    monkeypatch.setattr(kernels, "measure_radius", lambda _m, value: measured.append(value))
+    kernels.filter_step(m, 2e-3, math.nan, math.nan, radius)
+    assert measured == [radius] * count
+
+
+@pytest.mark.parametrize(
+    ("given", "sound"),
+    [({}, True), ({"MODE_LOST": 1.0}, False), ({"MODE_CONTRADICTED": 1e-9}, False), ({"PART": 0.5}, False)],
+)
+def test_friction_is_learned_of_a_sound_estimate_under_a_load_that_is_not_doubted(
+    kernels, m, monkeypatch, given, sound
+) -> None:
+    told = []
+    for name in ("filter_step", "keep_finite", "follow_load"):
+        monkeypatch.setattr(kernels, name, lambda *_: None)
+    monkeypatch.setattr(kernels, "note_contradiction", lambda m, *_: None)
+    monkeypatch.setattr(
+        kernels, "report", lambda m, *_: m.__setitem__(kernels.REP_SOUND, float("MODE_LOST" not in given))
+    )
+    monkeypatch.setattr(kernels, "learn_friction", lambda _m, *one: told.append(one))
+    m[kernels.MODE_CONTRADICTED] = given.get("MODE_CONTRADICTED", 0.0)
+    m[kernels.PART0 + kernels.PART_LOST], m[kernels.REP_CONTACT] = given.get("PART", 0.0), 1.0
+    for force, zero in ((0.5, 0.0), (0.0, 1.0)):
+        m[kernels.REP_FORCE], m[kernels.MODE_ZERO_KNOWN] = force, 0.0
+        kernels.update(m, 0.002, 1.0, 9e-4, math.nan, 0.3, 0.0, 0.5)
+        assert m[kernels.MODE_ZERO_KNOWN] == zero
+    expected = (0.002, *kernels.utilisation(m), 0.5, True, sound)
+    assert told == [expected, expected]
+
+
+def test_a_displacement_is_noted_by_what_it_is_off_and_one_that_jumped_is_refused(kernels, m) -> None:
+    channel = kernels.CHANNEL0 + kernels.CHANNEL_SIZE * kernels.CHANNEL_DISPLACEMENT
+    cell = kernels.HEALTH0 + kernels.CELL_SIZE * int(m[kernels.MODE_CELL])
+    assert kernels.CHANNEL_DISPLACEMENT == 0
+    for off in (-1e-6, 1e-6):
+        n = m.copy()
+        n[cell : cell + kernels.CELL_SIZE] = 0.0
+        kernels.use_displacement(n, 2e-3, n[kernels.MOTION_POSITION] + off, 0.49)
+        assert n[cell + kernels.CELL_MEAN] == pytest.approx(math.copysign(0.7, off))
+        assert n[cell + kernels.CELL_NIS] == pytest.approx(0.49)
+        assert n[channel + kernels.CH_USED] == 1.0
+    streak = m[channel + kernels.CH_STREAK]
+    kernels.refuse_displacement(m, 64.0)
+    assert m[channel + kernels.CH_STREAK] == streak + 1.0
 
 
 def test_what_was_lost_is_found_after_a_twentieth_of_a_second_without_contradiction(kernels, m) -> None:
