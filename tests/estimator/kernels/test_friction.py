@@ -285,8 +285,25 @@ def test_what_is_not_known_shows_nothing(kernels, f, given, counts) -> None:
 
 @pytest.mark.parametrize(("relative", "counts"), [(9.9, 1.0), (10.1, 0.0)])
 def test_a_slip_at_a_load_that_is_not_known_to_ten_times_itself_is_none(kernels, f, relative, counts) -> None:
+    put(kernels, f, held_time=0.5)
     kernels.learn_friction(f, 0.01, 0.6, relative, 1.0, True, True)
-    assert of(kernels, f, "slide_count") == counts
+    assert of(kernels, f, "slide_count", "held_time") == (counts, 0.0)
+
+
+def test_a_slide_far_above_the_belief_teaches_when_a_second_one_confirms_it(kernels, f) -> None:
+    ln_u = BASE + 3.0 * math.sqrt(VAR + 0.01)
+    for events in (0.0, 1.0):
+        put(kernels, f, slide_count=0.0)
+        for _ in range(3):
+            kernels.count_slide(f, ln_u, 0.01)
+        assert of(kernels, f, "slide_count", "events") == (3.0 if events else -1.0, events)
+
+
+def test_a_load_that_is_held_counts_at_the_reference_load(kernels, f) -> None:
+    put(kernels, f, exponent=0.3, load=0.8)
+    for u in (0.6, 0.5):
+        kernels.learn_friction(f, 0.5, u, 0.02, 0.0, True, True)
+        assert of(kernels, f, "smooth") == pytest.approx(u * math.exp(0.24))
 
 
 def test_a_light_touch_begins_what_is_held_anew_and_a_new_contact_all_of_a_loading(kernels, f) -> None:
@@ -327,8 +344,8 @@ def test_slip_counts_by_the_noise_of_the_load_and_the_scatter_and_a_peak_of_nois
     kernels, f
 ) -> None:
     for _ in range(3):
-        kernels.learn_friction(f, 0.002, 0.6, 9.9, 1.0, True, True)
-    noise = 9.9**2 + SCATTER
+        kernels.learn_friction(f, 0.002, 0.6, 0.2, 1.0, True, True)
+    noise = 0.2**2 + SCATTER
     assert of(kernels, f, "var") == pytest.approx(VAR * noise / (VAR + noise))
     kernels.learn_friction(f, 0.002, 0.6, 0.02, 0.0, True, True)  # the slide is over
     assert of(kernels, f, "sliding", "base_ln") == (0.0, of(kernels, f, "ln_mu"))

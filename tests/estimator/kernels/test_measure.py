@@ -314,9 +314,8 @@ def test_a_force_that_is_refused_anyhow_is_regressed_once(kernels, m, monkeypatc
     """From ten standard deviations on, and a slope is averaged where the force is three of them or more."""
     rounds, smoothed, spread = [], [], 3e-3
     m[kernels.MODE_UNEXPLAINED] = m[kernels.MODE_ZERO_KNOWN] = 0.0
-    monkeypatch.setattr(
-        kernels, "spread_of", lambda m: m[kernels.G0 : kernels.G0 + kernels.N].fill(0.0) or spread
-    )
+    monkeypatch.setattr(kernels, "spread_of", lambda _: spread)
+    section(kernels, m, "G")[:] = 0.0
     monkeypatch.setattr(kernels, "smooth_slopes", lambda _: smoothed.append(0) or 5e-3)
     m[kernels.H0 : kernels.H0 + kernels.N] = 0.0
     m[kernels.H0 + kernels.DELTA] = 1.0

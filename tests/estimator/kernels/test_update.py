@@ -90,13 +90,11 @@ def test_a_pause_is_a_gap_beyond_the_longest_and_four_times_the_usual_spacing(
 ) -> None:
     gaps, steps = [], []
     monkeypatch.setattr(kernels, "age_channels", lambda *_: None)
-    monkeypatch.setattr(kernels, "bridge_gap", lambda _m, *given: gaps.append(given))
+    monkeypatch.setattr(kernels, "bridge_gap", lambda _m, dt, *_: gaps.append(dt))
     monkeypatch.setattr(kernels, "predict_motion", lambda _m, dt: steps.append(dt))
     m[kernels.SET_LONGEST_GAP], m[kernels.MODE_PERIOD] = 0.25, period
     kernels.filter_step(m, dt, math.nan, math.nan, math.nan)
-    assert gaps == (
-        [(dt, pytest.approx(math.nan, nan_ok=True), pytest.approx(math.nan, nan_ok=True))] * bridged
-    )
+    assert gaps == [dt] * bridged
     assert steps == [0.0 if bridged else dt]
 
 
@@ -120,18 +118,16 @@ def test_a_radius_is_measured_where_there_is_one(kernels, m, monkeypatch, radius
 
 @pytest.mark.parametrize(
     ("given", "sound"),
-    [({}, True), ({"MODE_LOST": 1.0}, False), ({"MODE_CONTRADICTED": 1e-9}, False), ({"PART": 0.5}, False)],
+    [({}, True), ({"LOST": 1.0}, False), ({"MODE_CONTRADICTED": 1e-9}, False), ({"PART": 0.5}, False)],
 )
 def test_friction_is_learned_of_a_sound_estimate_under_a_load_that_is_not_doubted(
     kernels, m, monkeypatch, given, sound
 ) -> None:
     told = []
-    for name in ("filter_step", "keep_finite", "follow_load"):
+    for name in ("filter_step", "keep_finite", "follow_load", "note_contradiction"):
         monkeypatch.setattr(kernels, name, lambda *_: None)
-    monkeypatch.setattr(kernels, "note_contradiction", lambda m, *_: None)
-    monkeypatch.setattr(
-        kernels, "report", lambda m, *_: m.__setitem__(kernels.REP_SOUND, float("MODE_LOST" not in given))
-    )
+    of_report = float("LOST" not in given)
+    monkeypatch.setattr(kernels, "report", lambda m, *_: m.__setitem__(kernels.REP_SOUND, of_report))
     monkeypatch.setattr(kernels, "learn_friction", lambda _m, *one: told.append(one))
     m[kernels.MODE_CONTRADICTED] = given.get("MODE_CONTRADICTED", 0.0)
     m[kernels.PART0 + kernels.PART_LOST], m[kernels.REP_CONTACT] = given.get("PART", 0.0), 1.0
