@@ -77,6 +77,13 @@ def thirty_digits(k: float, d: float) -> tuple[mp.mpf, mp.mpf]:
         return mp.quad(lambda r: rings(r, -1), ends) / d, mp.quad(lambda r: rings(r, 1), ends)
 
 
+def test_support_is_never_above_the_true_one_and_hardly_below() -> None:
+    k, d = (part[::3] for part in dense_grid())
+    error = np.vectorize(fast.support)(k, d, 1.0) / reference.support(k, d) - 1.0
+    assert error.max() <= 1e-7
+    assert error.min() >= -4.1e-5
+
+
 def test_pure_force_and_pure_torsion_are_exact() -> None:
     for k in (1.0, 1.7, 2.0, 3.0, 50.0, math.inf):
         assert fast.radius(k, 0.0) == pytest.approx(1.0, rel=1e-15)
