@@ -187,6 +187,15 @@ def test_what_is_lost_for_15_ms_is_not_sound_and_what_is_not_measured_contradict
         assert (m[kernels.REP_SOUND], m[kernels.MODE_CONTRADICTED]) == (sound, 0.0)
 
 
+@pytest.mark.parametrize(("measured", "estimated"), [(5e-3, 0.0), (0.0, 5e-3), (math.nan, 5e-3)])
+def test_no_radius_contradicts_none(kernels, m, measured, estimated) -> None:
+    m[kernels.REP_RADIUS], m[kernels.REP_RADIUS_STD] = estimated, 1e-6
+    m[kernels.MODE_RADIUS_CONTRADICTED] = 0.0
+    m[kernels.REP_SOUND], m[kernels.MODE_CONTRADICTED], m[kernels.MODE_LOST] = 1.0, 0.0, 0.0
+    kernels.note_contradiction(m, 0.02, math.nan, math.nan, measured)
+    assert (m[kernels.MODE_RADIUS_CONTRADICTED], m[kernels.REP_RADIUS_SOUND]) == (0.0, 1.0)
+
+
 @pytest.mark.parametrize("force", [1e-3, 0.5, 3.0])
 def test_what_is_unexplained_may_be_wrong_of_any_force_of_a_contact_and_of_none_in_the_air(
     kernels, m, force
