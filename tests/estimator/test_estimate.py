@@ -14,7 +14,7 @@ from vegrip.estimator.compiled import module_for
 from vegrip.estimator.estimator import LOST, quantile
 from vegrip.estimator.friction_prior import COULOMB
 from vegrip.estimator.health import HealthHysteresis
-from vegrip.messages import BEYOND_FIT, NAN, Channel, ContactEstimate, FingertipState
+from vegrip.messages import BEYOND_FIT, NAN, UNKNOWN, Channel, ContactEstimate, FingertipState
 from vegrip.model import ContactModel, Shown, paper_model
 
 Record = Callable[..., list[FingertipState]]
@@ -288,8 +288,25 @@ def test_the_verdict_on_a_sample_is_reached_once_and_stays_until_the_next(
     run(estimator, states[-1:])
     estimator.health()
     assert looks == 2
+    estimator.named.section("CHANNEL").reshape(3, -1)[:, 1] = 2.0
     estimator.reset_health()
     assert not estimator.health().consistent, "nothing is known any more"
+    assert estimator.health().rejected == 0
+    assert not estimator.named.section("HEALTH").any()
+
+
+def test_before_the_first_sample_nothing_is_told_but_what_the_model_believes(
+    estimator: ContactEstimator, model: ContactModel
+) -> None:
+    told = (estimator.health(), estimator.slip_margin(), estimator.contact_estimate())
+    assert [(one.stamp, one.finger, one.seq) for one in told] == [(0, "", 0)] * 3
+    assert estimator.lost == 0.0
+    assert estimator.normal_force == UNKNOWN
+    for place, (symbol, believed) in enumerate(model.values.items()):
+        found = estimator.value(symbol)
+        assert found.value == pytest.approx(believed.value)
+        assert found.std == pytest.approx(believed.std) or place in estimator.layout.learned
+        assert not found.valid
 
 
 def test_filter_in_plain_python_agrees_with_the_compiled_one(

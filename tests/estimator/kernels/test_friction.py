@@ -37,6 +37,8 @@ def f(kernels, m):
 @pytest.mark.parametrize("z", [-30.0, -8.001, -7.999, -2.0, 0.0, 1.5, 6.0])
 def test_the_ratio_of_mills_is_that_of_the_normal_law(kernels, z) -> None:
     assert kernels.inverse_mills(z) == pytest.approx(math.exp(norm.logpdf(z) - norm.logcdf(z)), rel=1e-3)
+    assert kernels.upper_tail(z) == pytest.approx(ndtr(-z), rel=1e-12)
+    assert kernels.upper_tail(60.0) == 1e-300
 
 
 @pytest.mark.parametrize("u", [0.3, 0.74, 1.2])

@@ -329,13 +329,14 @@ def test_of_displacement_and_force_that_contradict_each_other_the_one_that_jumpe
         return note
 
     for function, note in {
-        "predict": notes("predict", 1), "use_force": notes("force", 1), "keep_belief": notes("keep"),
+        "predict": notes("predict", 1), "keep_belief": notes("keep"),
         "use_displacement": notes("displacement", 2), "follow_extremes": notes("extremes", 1),
         "refuse_displacement": notes("refuse", 0), "return_belief": notes("return"),
     }.items():  # fmt: skip
         monkeypatch.setattr(kernels, function, note)
+    monkeypatch.setattr(kernels, "use_force", lambda _m, _dt, by, _: done.append(f"force {2.0 * by}"))
     monkeypatch.setattr(kernels, "surprise_of", lambda *_: surprise)
-    monkeypatch.setattr(kernels, "expect_innovation", lambda *_: (left.pop(0), 1.0))
+    monkeypatch.setattr(kernels, "expect_innovation", lambda *_: (0.5 * left.pop(0), 0.25))
     m[kernels.MODE_CAUTION], m[kernels.MODE_CORNER], m[kernels.MODE_BLIND] = 0.0, 7.0, 0.0
     kernels.take_sample(m, 2e-3, 1.0 if off else math.nan, displacement)
     assert ", ".join(done) == calls
