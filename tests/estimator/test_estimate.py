@@ -302,7 +302,8 @@ def test_before_the_first_sample_nothing_is_told_but_what_the_model_believes(
     assert [(one.stamp, one.finger, one.seq) for one in told] == [(0, "", 0)] * 3
     assert estimator.lost == 0.0
     assert estimator.normal_force == UNKNOWN
-    for place, (symbol, believed) in enumerate(model.values.items()):
+    for place, symbol in enumerate(model.parameters):
+        believed = model.values[symbol]
         found = estimator.value(symbol)
         assert found.value == pytest.approx(believed.value)
         assert found.std == pytest.approx(believed.std) or place in estimator.layout.learned

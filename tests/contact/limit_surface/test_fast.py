@@ -227,15 +227,22 @@ def test_source_runs_uncompiled_with_the_same_results() -> None:
 @pytest.mark.parametrize("load", [(math.inf, 0.0), (0.1, math.inf), (math.nan, 0.1)])
 def test_a_load_that_is_no_number_has_no_gradient(load: tuple[float, float]) -> None:
     gauge, *gradient = fast.gauge_gradient(2.0, *load)
-    assert not gauge < math.inf
+    assert gauge == math.inf or math.isnan(sum(load))
     assert all(math.isnan(one) for one in gradient)
     support, f, m = fast.support_gradient(2.0, *load)
-    assert not support < math.inf
+    assert support == math.inf or math.isnan(sum(load))
     assert math.isnan(f)
     assert math.isnan(m)
 
 
+def test_a_slip_that_does_not_turn_has_its_centre_nowhere_and_one_about_the_contact_is_torsion() -> None:
+    assert fast.cor_distance(2.0, 0.5, 0.0) == math.inf
+    assert fast.point(2.0, math.inf) == (1.0, 0.0)
+    assert fast.point(2.0, 0.0) == (0.0, fast.torsion_limit(2.0))
+
+
 def test_no_load_has_a_gauge_and_gradient_of_zero() -> None:
+    assert fast.gauge(2.0, 0.0, 0.0) == 0.0
     assert fast.gauge_gradient(2.0, 0.0, 0.0) == (0.0, 0.0, 0.0, 0.0)
     assert fast.support_gradient(2.0, 0.0, 0.0) == (0.0, 0.0, 0.0)
 

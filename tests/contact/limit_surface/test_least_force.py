@@ -228,6 +228,7 @@ def test_compiled_search_answers_nan_where_the_checked_one_raises() -> None:
     assert math.isnan(fast.least_normal_force(1.0, 0.1, 0.5, 0.005, 2.0, 1.0, -1.0))
     assert math.isnan(fast.least_normal_force(1.0, 0.1, 0.5, 0.0, 2.0, 1.0, 0.3))
     assert math.isnan(fast.least_normal_force(1.0, 0.1, 0.5, 0.005, 2.0, 0.0, 0.3))
+    assert 2.0 < fast.least_normal_force(1.0, 0.1, 0.5, 0.005, 1.0, 1.0, 0.3) < math.inf
 
 
 @pytest.mark.parametrize("mu", [0.5, math.inf])
@@ -237,6 +238,7 @@ def test_no_load_needs_no_force_and_a_load_without_end_none_that_there_is(mu: fl
     if mu < math.inf:
         for load in ((math.inf, 0.0), (0.0, -math.inf), (-math.inf, math.inf)):
             assert fast.least_normal_force(*load, mu, 0.005, 2.0) == math.inf
+            assert fast.least_normal_force(*load, mu, 0.005, 2.0, 1.0, 0.3, 0.1) == math.inf
 
 
 @pytest.mark.parametrize("at", [0.3, 5.0])
@@ -250,14 +252,11 @@ def test_the_search_begins_at_the_answer_for_pure_loads_and_ends_in_four_steps(a
     torque = 0.5 * 2.0 * 0.005 * (2.0 / at) ** 0.3 * fast.torsion_limit(2.0)
     assert search(0.0, torque, 0.5, *law, 0.0) == pytest.approx(2.0, rel=1e-12)
     names["NEWTON_STEPS"] = 4
-    contact = PowerLawContact(*law, exponent_power=0.05)
-    for force, torque in ((0.7, 0.002), (0.1, 0.004), (3.0, 0.02)):
-
-        def excess(N: float, force: float = force, torque: float = torque) -> float:
-            return gauge_at(N, force, torque, 0.5, contact) - 1.0
-
-        found = search(force, torque, 0.5, *law, 0.05)
-        assert found == pytest.approx(brentq(excess, 1.8 * force, 500.0, xtol=1e-14), rel=1e-7)
+    for powers in ((0.3, 0.05), (0.0, 0.05), (1.0, 0.0)):
+        contact = PowerLawContact(0.005, 2.0, at, *powers)
+        for load in ((0.7, 0.002), (0.1, 0.004), (3.0, 0.02)):
+            found = search(*load, 0.5, 0.005, 2.0, at, *powers)
+            assert gauge_at(found, *load, 0.5, contact) == pytest.approx(1.0, rel=1e-7)
 
 
 def test_a_contact_of_which_no_power_is_given_stays_as_it_is() -> None:
