@@ -32,7 +32,7 @@ def test_a_margin_is_told_at_the_stated_confidence(kernels, m, monkeypatch, conf
 def test_a_value_that_a_sensor_may_measure_is_kept(kernels, value) -> None:
     assert kernels.plausible_value(value) == value
     assert kernels.plausible_value(0.9e50) == 0.9e50
-    for beyond in (math.nan, math.inf, -math.inf, 1.1e50, -1.1e50):
+    for beyond in (math.nan, math.inf, -math.inf, 1e50, -1e50):
         assert math.isnan(kernels.plausible_value(beyond))
 
 
