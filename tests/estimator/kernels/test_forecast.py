@@ -108,9 +108,9 @@ def test_an_error_of_the_force_and_of_what_follows_it_matters_less_at_a_larger_f
     assert kernels.spread_by_force(m, 2.0) == pytest.approx(0.04)
     m[kernels.REP_GAUGE_BY_FORCE] = 0.0
     assert kernels.spread_by_force(m, 2.0) == pytest.approx(0.025)
-    m[kernels.REP_GAUGE_REL] = math.inf
-    m[kernels.REP_GAUGE_BY_FORCE] = math.inf
-    assert kernels.spread_by_force(m, 2.0) == pytest.approx(0.025)
+    for unknown in (math.inf, 1e6):
+        m[kernels.REP_GAUGE_REL] = m[kernels.REP_GAUGE_BY_FORCE] = unknown
+        assert kernels.spread_by_force(m, 2.0) == pytest.approx(0.025)
 
 
 @pytest.mark.parametrize("torque", [0.0, 1e-3])
@@ -121,7 +121,7 @@ def test_the_bound_of_a_gauge_widens_by_what_relaxes_and_by_the_noise_of_the_loa
     monkeypatch.setattr(kernels, "variance_without_force", lambda *_: 0.04)
     monkeypatch.setattr(kernels, "upper_gauge", lambda *given: given[:3])
     m[kernels.REP_FORCE_STD], m[kernels.SET_S_TANGENTIAL], m[kernels.SET_S_TORQUE] = 0.1, 0.02, 6e-5
-    fresh, a, mu = 1.2, 3e-3, 0.5
+    fresh, a, mu = 0.95, 3e-3, 0.5
     _, relative, noise = kernels.bound_gauge(m, 0.7, force, a, mu, fresh, (0.4, torque), 1.6)
     lost = 0.3 * math.log(fresh / force)
     assert relative == pytest.approx(math.sqrt(0.04 + (0.1 / force) ** 2 + lost**2))
@@ -177,6 +177,8 @@ def test_a_hold_is_followed_until_slip_is_likely(
         m[place], m[kernels.REP_CONTACT], passed[:] = sliding, 1.0, [0.0, 0.0]
         found = kernels.slip_times(m, -0.4, -1e-3, 0.1)
         assert found == pytest.approx(told, rel=1e-6, nan_ok=True)
+        assert [one == 0.0 for one in found] == [one == 0.0 for one in told]
+    assert all(math.isnan(one) for one in kernels.slip_times(m, math.nan, 1e-3, 0.1))
     m[kernels.REP_CONTACT] = 0.0
     assert all(math.isnan(one) for one in kernels.slip_times(m, 0.4, 1e-3, 0.1))
 
@@ -257,11 +259,25 @@ def test_no_force_suffices_where_the_deepest_press_does_not_or_all_of_the_surfac
         assert asked[1] == pytest.approx((wanted, m[kernels.Y0 + kernels.DELTA], 1.6))
 
 
+@pytest.mark.parametrize(("force", "asks"), [(0.7, 1), (0.0, 0)])
+def test_a_gauge_after_a_hold_is_bounded_where_there_is_a_contact(
+    kernels, m, monkeypatch, force, asks
+) -> None:
+    asked = []
+    monkeypatch.setattr(kernels, "try_hold", lambda *_: (2e-3, 7.0, 8.0, force))
+    monkeypatch.setattr(kernels, "surface_of", lambda *_: (3e-3, 2.5, 0.5))
+    monkeypatch.setattr(kernels, "bound_gauge", lambda _m, *given: asked.append(given) or 0.9)
+    found = kernels.gauge_after(m, kernels.TRIED0, 9.0, 0.1, (1e-3, 0.9), LOAD, 1.6)
+    assert found == (0.9 if asks else math.inf, 2e-3, 8.0)
+    g = fast.gauge(2.5, 0.4 / 0.35, 1e-3 / (0.35 * 3e-3))
+    assert asked == [(pytest.approx(g), force, 3e-3, 0.5, 0.9, LOAD, 1.6)] * asks
+
+
 @pytest.mark.parametrize("torque", [0.0, 1e-3])
 def test_the_chance_of_slip_is_that_of_the_utilisation_after_the_hold_and_what_is_not_sure_of_it(
     kernels, m, monkeypatch, torque
 ) -> None:
-    begun, load, force, a, k, mu = (1e-3, 1.5), (0.4, torque), 1.2, 3e-3, 2.5, 0.5
+    begun, load, force, a, k, mu = (1e-3, 0.9), (0.4, torque), 0.7, 3e-3, 2.5, 0.5
     held, asked = [2e-3, 7.0, 8.0, force], []
     monkeypatch.setattr(kernels, "try_hold", lambda *given: asked.append(given[2:]) or held)
     monkeypatch.setattr(kernels, "surface_of", lambda _m, *given: asked.append(given) or (a, k, mu))
@@ -272,7 +288,7 @@ def test_the_chance_of_slip_is_that_of_the_utilisation_after_the_hold_and_what_i
     assert asked[:2] == [(9.0, 0.1, begun), (2e-3, 7.0, 8.0, force)]
     g = fast.gauge(k, 0.4 / (mu * force), torque / (mu * force * a))
     noise = math.hypot(0.02, 0.02 if torque else 0.0) / (mu * force) / g
-    unsure = math.hypot(0.3 * math.log(1.5 / force), noise)
+    unsure = math.hypot(0.3 * math.log(0.9 / force), noise)
     assert asked[2] == pytest.approx((g * math.exp(-0.4), unsure, math.log(force / 5.0)))
     kernels.slip_probability_after(m, kernels.TRIED0, 9.0, 0.1, (1e-3, 0.0), load)
     assert asked[-1][1] == pytest.approx(noise)

@@ -258,6 +258,7 @@ def test_a_load_without_a_contact_is_beyond_every_limit_and_no_load_is_within(ke
     assert kernels.gauge_of(1.0, 0.0, 2.0, 0.7, (0.0, 1e-3)) == math.inf
     assert kernels.gauge_of(0.0, 1e-3, 2.0, 0.7, (0.0, 0.0)) == 0.0
     assert kernels.gauge_of(2.0, 1e-3, 2.0, 0.7, (0.7, 0.0)) == pytest.approx(0.5, rel=1e-4)
+    assert kernels.gauge_of(0.5, 1e-3, 2.0, 0.7, (0.175, 0.0)) == pytest.approx(0.5, rel=1e-4)
     limit = 0.7 * 2.0 * 1e-3 * kernels.torsion_limit(2.0)
     assert kernels.gauge_of(2.0, 1e-3, 2.0, 0.7, (0.0, 0.5 * limit)) == pytest.approx(0.5, rel=1e-3)
     assert kernels.load_of(-0.3, math.nan) == (0.3, 0.0)
