@@ -78,8 +78,14 @@ def test_a_depth_that_is_known_exactly_adds_nothing(kernels, m, P) -> None:
     assert_allclose(P, before)
 
 
-def test_the_change_of_the_memory_is_that_of_the_law(kernels, m) -> None:
-    """F and H: differences of the law itself, to one side where it is straight and to both where it bends."""
+@pytest.mark.parametrize("blind", [0.0, 1.0])
+def test_the_change_of_the_memory_is_that_of_the_law(kernels, m, blind) -> None:
+    """F and H: differences of the law itself, to one side where it is straight and to both where it bends.
+
+    A bend moves the mean by a sixth of it and adds its variance, but of no maximum; without a displacement
+    parameters count as known.
+    """
+    m[kernels.MODE_BLIND] = blind
     dt, depth, error = 2e-3, m[kernels.Y0 + kernels.OFFSET] + 9.2e-4, 1e-6
     kernels.square_root(m, kernels.P0)
     kernels.effects_ahead(m, dt, depth, error)
@@ -95,26 +101,39 @@ def test_the_change_of_the_memory_is_that_of_the_law(kernels, m) -> None:
     y = m[kernels.Y0 : kernels.Y0 + kernels.N].copy()
     assert_allclose(H, ahead(y, depth + error) - ahead(y, depth), rtol=1e-9)
     L = m[kernels.L0 : kernels.L0 + kernels.N**2].reshape(kernels.N, kernels.N).copy()
+    ns, kept = kernels.NS, np.array(kernels.KEPT[kernels.EFFECTS : kernels.EFFECTS + kernels.NS])
+    mean, bend = m[kernels.NEXT0 : kernels.NEXT0 + ns].copy(), m[kernels.BEND0 : kernels.BEND0 + ns].copy()
     wide, here, seen = math.sqrt(3.0), ahead(y, depth), set()
+    bent = np.zeros((2, ns))
     for j in range(kernels.N):
-        if j != kernels.BIAS and L[j, j] > 0.0:
+        known = blind and kernels.LEARNED_FROM <= j < kernels.M
+        if j == kernels.BIAS or L[j, j] == 0.0 or known:
+            assert not F[:, j].any()
+        else:
             rise = (ahead(y + wide * L[:, j], depth) - here) / wide
             fall = (here - ahead(y - wide * L[:, j], depth)) / wide
-            straight = np.all(wide * np.abs(rise) <= kernels.STRAIGHT * np.abs(here))
+            straight = np.all(wide * np.abs(rise) <= 0.02 * np.abs(here))
+            if not straight:
+                bent += [np.where(kept, 0.0, wide * (rise - fall)) ** n / (6.0, 18.0)[n - 1] for n in (1, 2)]
             assert_allclose(F[:, j], rise if straight else 0.5 * (rise + fall), rtol=1e-9, atol=1e-12)
             seen.add(bool(straight))
     assert seen == {True, False}
+    assert_allclose(mean, here + bent[0], rtol=1e-9)
+    assert_allclose(bend, bent[1], rtol=1e-6)
+    assert np.all((np.abs(bent) > 0.0) == ~kept)
 
 
-@pytest.mark.parametrize(("rest", "faster"), [(0.0, 1.0), (1e9, 100.0)])
-def test_zeros_drift_a_hundred_times_the_variance_in_a_long_rest(kernels, m, P, rest, faster) -> None:
+@pytest.mark.parametrize("dt", [1e-3, 10.0, 1e9])
+@pytest.mark.parametrize(("rest", "faster"), [(0.0, 1.0), (20.0, 1.0), (1e9, 100.0)])
+def test_zeros_drift_a_hundred_times_the_variance_in_a_long_rest(kernels, m, P, rest, faster, dt) -> None:
     m[kernels.MODE_REST] = rest
-    before, dt = np.diag(P).copy(), 1e-3
+    before = np.diag(P).copy()
     kernels.add_random_walks(m, dt)
     for j in range(kernels.LEARNED_FROM, kernels.N):
         quick = faster if j >= kernels.M else 1.0
         limit = max(before[j], quick * m[kernels.PRIOR0 + j])
-        assert P[j, j] == pytest.approx(min(before[j] + quick * dt * m[kernels.DRIFT0 + j], limit))
+        grown = min(before[j] + quick * dt * m[kernels.DRIFT0 + j], limit)
+        assert P[j, j] == pytest.approx(grown, rel=1e-9, abs=0.0)
 
 
 def test_without_a_displacement_the_tip_goes_on_at_its_speed(kernels, m) -> None:
