@@ -53,11 +53,17 @@ def test_the_covariance_moves_by_the_columns_of_the_root(kernels, m, P, rng, dri
     assert_allclose(P[first:], expected[first:], atol=1e-12)
 
 
-def test_the_error_of_the_depth_adds_to_it_and_to_what_it_does_to_the_memory(kernels, m, P) -> None:
+@pytest.mark.parametrize("remembers", [True, False])
+def test_the_error_of_the_depth_adds_to_it_and_to_what_it_does_to_the_memory(
+    kernels, m, P, monkeypatch, remembers
+) -> None:
     """One error moves all; where the motion turned within the step is another for each, but no maximum's."""
     before, error, ns = P.copy(), 4e-12, kernels.NS
     kept = np.array(kernels.KEPT[kernels.EFFECTS : kernels.EFFECTS + ns])
     assert kept.tolist() == [False, True]
+    if not remembers:
+        kept = np.zeros(ns, bool)
+        monkeypatch.setattr(kernels, "KEPT", (False,) * kernels.N)
     h = 3e-4 * np.arange(1.0, ns + 1.0)
     m[kernels.H0 : kernels.H0 + ns], m[kernels.MODE_CORNER] = h, 5e-6
     m[kernels.BEND0 : kernels.BEND0 + ns] = m[kernels.BEND_SUM0 : kernels.BEND_SUM0 + ns] = 0.0
