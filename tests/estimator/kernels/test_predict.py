@@ -26,11 +26,14 @@ def test_bends_add_up_as_standard_deviations_do(kernels, m) -> None:
 
 @pytest.mark.parametrize("kept", [0.0, 0.3, 5.0])
 def test_a_state_that_forgets_itself_forgets_its_bends(kernels, m, kept) -> None:
-    j = kernels.EFFECTS
-    m[kernels.L0 + j * kernels.N + j], m[kernels.F0 + j] = 2.0, 2.0 * kept
-    m[kernels.BEND0], m[kernels.BEND_SUM0] = 0.0, 1.0
-    kernels.bend_again(m, 0, 1e-9)
-    assert m[kernels.BEND_SUM0] == pytest.approx(min(kept, 1.0))
+    j = kernels.EFFECTS + 1
+    m[kernels.L0 + j * kernels.N + j], m[kernels.F0 + kernels.N + j] = 2.0, 2.0 * kept
+    m[kernels.BEND0 + 1], m[kernels.BEND_SUM0 + 1] = 0.0, 1.0
+    kernels.bend_again(m, 1, 1e-9)
+    assert m[kernels.BEND_SUM0 + 1] == pytest.approx(min(kept, 1.0))
+    m[kernels.L0 + j * kernels.N + j] = 0.0  # known exactly
+    kernels.bend_again(m, 1, 1e-9)
+    assert m[kernels.BEND_SUM0 + 1] == 0.0
 
 
 @pytest.mark.parametrize("driven", [True, False])
