@@ -310,26 +310,34 @@ def test_without_a_displacement_the_force_is_linearised_where_it_is(kernels, m, 
         assert m[kernels.TRIED0 + kernels.DELTA] == y[kernels.DELTA]
 
 
-def test_a_force_that_is_refused_anyhow_is_regressed_once(kernels, m, monkeypatch) -> None:
-    """From ten standard deviations on, and a slope is averaged where the force is three of them or more."""
+@pytest.mark.parametrize("known", [0.0, 1.0])
+def test_a_force_that_is_refused_anyhow_is_regressed_once(kernels, m, monkeypatch, known) -> None:
+    """From ten standard deviations on, and a slope is averaged where the force is three of them or more.
+
+    A bend counts again once the zero is known, and one of a hundredth of the noise is regressed once more.
+    """
     rounds, smoothed, spread = [], [], 3e-3
-    m[kernels.MODE_UNEXPLAINED] = m[kernels.MODE_ZERO_KNOWN] = 0.0
+    m[kernels.MODE_UNEXPLAINED], m[kernels.MODE_ZERO_KNOWN] = 0.0, known
+    m[kernels.Y0 + kernels.BIAS] = bias = 0.5
     monkeypatch.setattr(kernels, "spread_of", lambda _: spread)
-    section(kernels, m, "G")[:] = 0.0
+    monkeypatch.setattr(kernels, "coherent_variance", lambda *_: 2e-3)
     monkeypatch.setattr(kernels, "smooth_slopes", lambda _: smoothed.append(0) or 5e-3)
-    m[kernels.H0 : kernels.H0 + kernels.N] = 0.0
-    m[kernels.H0 + kernels.DELTA] = 1.0
-    std, bias = math.sqrt(m[kernels.SET_R_FORCE] + spread), m[kernels.Y0 + kernels.BIAS]
-    for expected, off, count, averaged in (
-        (2.9, 9.9, 2, False), (3.1, 9.9, 2, True), (3.1, 10.1, 1, True), (3.1, -10.1, 1, True),
+    section(kernels, m, "G")[:] = section(kernels, m, "H")[:] = 0.0
+    R = m[kernels.SET_R_FORCE]
+    for expected, off, slope, bend, count, averaged in (
+        (2.9, 9.9, 1.0, 0.0, 2, False), (3.1, 9.9, 1.0, 0.0, 2, True), (3.1, 10.1, 1.0, 0.0, 1, True),
+        (3.1, -10.1, 1.0, 0.0, 1, True), (3.1, 9.9, 0.0, 0.0, 2, False), (2.9, 9.9, 1.0, 0.0099, 2, False),
+        (2.9, 9.9, 1.0, 0.0101, 3, False),
     ):  # fmt: skip
         rounds.clear()
         smoothed.clear()
-        mean = bias + expected * std
-        monkeypatch.setattr(kernels, "regress_force", lambda _, mean=mean: rounds.append(0) or (mean, 0.0))
-        found, variance = kernels.expect_force(m, mean + off * std)
+        m[kernels.H0 + kernels.DELTA], S = slope, R * (1.0 + bend) + spread
+        mean = bias + expected * math.sqrt(S + 2e-3 * known)
+        regressed = mean, bend * R
+        monkeypatch.setattr(kernels, "regress_force", lambda _, told=regressed: rounds.append(0) or told)
+        found, variance = kernels.expect_force(m, mean + off * math.sqrt(S))
         assert (len(rounds), bool(smoothed)) == (count, averaged)
-        assert found == pytest.approx(off * std)
-        assert variance == pytest.approx(std**2 + (5e-3 if averaged else 0.0))
+        assert found == pytest.approx(off * math.sqrt(S))
+        assert variance == pytest.approx(S + 2e-3 * known + (5e-3 if averaged else 0.0))
         if not averaged:
             assert m[kernels.RATIO_PLACE] == -m[kernels.SET_TIP_RADIUS]

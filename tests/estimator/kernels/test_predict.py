@@ -198,6 +198,24 @@ def test_a_running_maximum_follows_but_for_two_and_a_half_deviations_of_its_nois
     assert np.array_equal(m, before)
 
 
+@pytest.mark.parametrize(
+    ("old", "now", "kept"), [(0.3, 0.2, 0.225), (0.21, 0.2, 0.21), (0.1, 0.2, 0.175), (0.19, 0.2, 0.19)]
+)
+def test_an_extreme_moves_as_far_as_two_and_a_half_deviations_of_its_noise_let_it(
+    kernels, m, monkeypatch, old, now, kept
+) -> None:
+    """Either way; a hundredth of the memory is one deviation."""
+    i = kernels.KEPT.index(True) - kernels.EFFECTS
+
+    def propagate(m, _y, _delta, _speed, _dt, into):
+        m[into + i] = now + (0.01 if into == kernels.TRIAL0 else 0.0)
+
+    monkeypatch.setattr(kernels, "propagate", propagate)
+    m[kernels.OLD0 + kernels.EFFECTS + i] = old
+    kernels.follow_extremes(m, 2e-3, True)
+    assert m[kernels.Y0 + kernels.EFFECTS + i] == pytest.approx(kept)
+
+
 def test_a_step_moves_to_where_the_displacement_leads(kernels, m, P) -> None:
     """Mean: the law at the new depth; variance of the depth: those of displacement and zero."""
     dt, d = 2e-3, kernels.DELTA
