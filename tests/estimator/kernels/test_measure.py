@@ -135,6 +135,7 @@ def test_the_force_is_regressed_over_the_spread_of_the_state(kernels, m, P, bent
     down = np.array([base - force_at(kernels, m, y - WIDE * L[:, j]) for j in range(M)])
     kernels.STRAIGHT = sum(sorted(np.abs(up) / base)[bent_from : bent_from + 2]) / 2.0 if bent_from else 0.0
     down = np.where(np.abs(up) <= kernels.STRAIGHT * base, up, down)
+    section(kernels, m, "H")[:] = 7.0
     mean, bend = kernels.regress_force(m)
     H = section(kernels, m, "H").copy()
     assert_allclose(L[:M, :M].T @ H[:M], (up + down) / (2.0 * WIDE), rtol=1e-6, atol=1e-9 * base)
