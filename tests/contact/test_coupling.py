@@ -78,7 +78,10 @@ def test_creep_beyond_the_uniform_pressure_is_marked_as_saturated() -> None:
 def test_a_coefficient_below_the_uniform_one_is_refused_unless_saturating() -> None:
     with pytest.raises(DomainError, match=r"C_k is 0\.9"):
         exponent_from_coefficient([1.5, 0.9])
-    assert saturating_exponent([1.5, 0.9]).saturated.tolist() == [False, True]
+    assert saturating_exponent([1.5, 1.0001, 0.9]).saturated.tolist() == [False, False, True]
+    assert coefficient(exponent_from_coefficient(999.9)) == pytest.approx(999.9)
+    with pytest.raises(DomainError, match="1000"):
+        exponent_from_coefficient(1000.1)
     with pytest.raises(DomainError):
         saturating_exponent(np.nan)
 

@@ -107,7 +107,7 @@ def test_larger_exponents_are_flatter_and_hold_more_torque(k: float, factor: flo
 def test_the_uniform_limit_is_reached_continuously() -> None:
     assert pressure.coefficient(1e8) == pytest.approx(pressure.coefficient(math.inf), abs=1e-12)
     assert pressure.torsion_limit(1e8) == pytest.approx(2 / 3, abs=1e-8)
-    assert np.all(pressure.profile([0, 0.5, 0.99], math.inf) == 1)
+    assert np.all(pressure.profile([0, 0.5, 0.99, 1], math.inf) == 1)
 
 
 def test_exponent_one_is_a_cone() -> None:

@@ -55,6 +55,11 @@ def test_a_relaxation_that_no_material_has_is_refused(c: list[float], nu: list[f
         Relaxation(c, nu)
 
 
+def test_a_branch_without_an_amplitude_changes_nothing() -> None:
+    t = np.array([0.0, 0.3, np.inf])
+    assert np.array_equal(Relaxation([0.0, 0.3], [7.0, 3.1])(t), Relaxation([0.3], [3.1])(t))
+
+
 def test_time_before_the_step_is_refused() -> None:
     with pytest.raises(DomainError):
         Creep([0.3], [3.1])(-1e-3)
@@ -151,6 +156,9 @@ def test_the_pair_of_the_paper_is_not_conjugate() -> None:
 def test_a_fluid_is_refused() -> None:
     with pytest.raises(DomainError, match="falls to zero"):
         creep_of(Relaxation([0.4, 0.6], [1.0, 2.0]))
+    with pytest.raises(DomainError, match="falls to zero"):
+        creep_of(Relaxation([1.0 - 0.9e-12], [1.0]))
+    assert creep_of(Relaxation([1.0 - 1.1e-12], [1.0]))(np.inf) == pytest.approx(1.0 / 1.1e-12, rel=1e-3)
 
 
 def test_elastic_contacts_are_their_own_conjugate() -> None:

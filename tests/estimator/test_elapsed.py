@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.estimator.elapsed import bounded_time, elapsed_time
+from vegrip.estimator.elapsed import bounded_time, elapsed_time, step_time
 
 MOST = 2**62  # [ns]
 times = st.integers(-(2**63), 2**63 - 1)
@@ -39,3 +39,11 @@ def test_what_lies_farther_apart_is_146_years_apart(later: int, earlier: int, el
 )
 def test_a_time_leaves_room_for_a_setting(time: int, bounded: int) -> None:
     assert bounded_time(time) == bounded
+
+
+@pytest.mark.parametrize(
+    ("later", "earlier", "step"),
+    [(7_000_000, 5_000_000, 0.002), (5, 7, 0.0), (99_000_000, 0, 0.099), (2**63 - 1, -(2**63), 0.1)],
+)
+def test_a_step_counts_from_nothing_to_a_tenth_of_a_second(later: int, earlier: int, step: float) -> None:
+    assert step_time(later, earlier) == pytest.approx(step)

@@ -11,10 +11,10 @@ import pytest
 from vegrip.contact.limit_surface import reference
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.estimator.compiled import module_for
-from vegrip.estimator.estimator import LOST
+from vegrip.estimator.estimator import LOST, quantile
 from vegrip.estimator.friction_prior import COULOMB
 from vegrip.estimator.health import HealthHysteresis
-from vegrip.messages import BEYOND_FIT, NAN, Channel, ContactEstimate, FingertipState
+from vegrip.messages import BEYOND_FIT, NAN, UNKNOWN, Channel, ContactEstimate, FingertipState
 from vegrip.model import ContactModel, Shown, paper_model
 
 Record = Callable[..., list[FingertipState]]
@@ -183,6 +183,71 @@ def test_an_estimate_that_is_lost_is_so_by_the_displacement_where_its_last_one_w
     assert (health.channel, health.regime) == (channel, LOST)
 
 
+@pytest.mark.parametrize(
+    ("value", "std", "number", "most", "channel"),
+    [
+        ("REP_DEPTH_NOW", "REP_DEPTH_STD", 1.0, 1e-3, "displacement"),
+        ("MOTION_SPEED", "MOTION_VAR_SPEED", -1.0, 0.1, "displacement"),
+        ("REP_FORCE", "REP_FORCE_STD", 1.0, 10.0, "normal_force"),
+    ],
+)
+def test_a_contact_is_beyond_what_was_fitted_by_a_quarter_and_two_standard_deviations(
+    model: ContactModel, value: str, std: str, number: float, most: float, channel: str
+) -> None:
+    fitted = dataclasses.replace(model, shown=Shown(depth=1e-3, speed=0.1, load=10.0))
+    estimator = ContactEstimator(fitted, SensorNoise())
+    m = estimator.named
+    m["REP_CONTACT"] = m["REP_SOUND"] = 1.0
+    m[std] = (0.1 * most) ** 2 if "VAR" in std else 0.1 * most
+    for share, told in ((1.449, ""), (1.451, channel)):
+        m[value] = number * share * most
+        assert estimator._beyond() == told
+    m["REP_SOUND"] = 0.0
+    assert estimator._beyond() == ""
+
+
+def test_a_margin_spreads_by_what_is_estimated_and_by_the_noise_of_the_load(
+    estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
+) -> None:
+    run(estimator, press(model, [0.0, 0.2, 0.4], [-1e-4, 9e-4, 9e-4], share=0.4))
+    gauge, relative, noise = (estimator.named[f"REP_GAUGE{name}"] for name in ("", "_REL", "_ABS"))
+    margin = estimator.slip_margin().margin
+    assert margin.value == 1.0 - gauge
+    assert margin.std == pytest.approx(math.hypot(gauge * relative, noise))
+    assert estimator.value("K").age == 0.0
+
+
+def test_the_utilisation_is_of_the_load_with_its_torque_at_the_radius(estimator: ContactEstimator) -> None:
+    m = estimator.named
+    given = {"GAUGE": 0.4, "MU": 0.5, "MU_STD": 0.05, "GAUGE_REL": 0.3, "GAUGE_ABS": 0.04, "RADIUS": 3e-3}
+    for name, value in given.items():
+        m[f"REP_{name}"] = value
+    m["REP_CONTACT"], m["TAKEN_LOAD"], m["TAKEN_TORQUE"] = 1.0, 0.3, 1.2e-3
+    assert estimator.utilisation() == pytest.approx((0.2, 0.3, 0.5))
+    m["REP_MU_STD"] = 0.25  # more than all of it
+    assert estimator.utilisation() == pytest.approx((0.2, 0.1, 0.5))
+    m.section("PART")[-1] = 0.5
+    assert estimator.utilisation() == pytest.approx((NAN, math.inf, 0.5), nan_ok=True)
+    m.section("PART")[-1], m["TAKEN_TORQUE"] = 0.0, NAN
+    assert estimator.utilisation()[2] == 0.3
+    for name in ("GAUGE", "CONTACT", "RADIUS"):
+        before, m[f"REP_{name}"] = m[f"REP_{name}"], 0.0
+        assert estimator.utilisation() == pytest.approx((NAN, math.inf, NAN), nan_ok=True)
+        m[f"REP_{name}"] = before
+
+
+def test_friction_at_a_load_is_that_of_the_law_and_any_confidence_has_a_quantile(
+    estimator: ContactEstimator,
+) -> None:
+    names = ("LN_MU", "VAR", "EXPONENT", "EXPONENT_VAR", "COV", "LOAD")
+    for name, value in zip(names, (-0.5, 0.04, 0.2, 0.02, -0.01, 0.8), strict=True):
+        estimator.named[f"FRI_{name}"] = value
+    assert estimator.friction == pytest.approx((-0.5 - 0.16, 0.04 + 2.0 * 0.008 + 0.64 * 0.02))
+    assert estimator.friction_law == (-0.5, 0.04, 0.2, 0.02)
+    found = [quantile(confidence) for confidence in (0.0, 0.5, 0.95, 1.0)]
+    assert found == pytest.approx([-5.997807015, 0.0, 1.644853627, 5.997807015], abs=1e-6)
+
+
 def test_health_names_the_channel_that_does_not_fit(
     estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
 ) -> None:
@@ -223,8 +288,26 @@ def test_the_verdict_on_a_sample_is_reached_once_and_stays_until_the_next(
     run(estimator, states[-1:])
     estimator.health()
     assert looks == 2
+    estimator.named.section("CHANNEL").reshape(3, -1)[:, 1] = 2.0
     estimator.reset_health()
     assert not estimator.health().consistent, "nothing is known any more"
+    assert estimator.health().rejected == 0
+    assert not estimator.named.section("HEALTH").any()
+
+
+def test_before_the_first_sample_nothing_is_told_but_what_the_model_believes(
+    estimator: ContactEstimator, model: ContactModel
+) -> None:
+    told = (estimator.health(), estimator.slip_margin(), estimator.contact_estimate())
+    assert [(one.stamp, one.finger, one.seq) for one in told] == [(0, "", 0)] * 3
+    assert estimator.lost == 0.0
+    assert estimator.normal_force == UNKNOWN
+    for place, symbol in enumerate(model.parameters):
+        believed = model.values[symbol]
+        found = estimator.value(symbol)
+        assert found.value == pytest.approx(believed.value)
+        assert found.std == pytest.approx(believed.std) or place in estimator.layout.learned
+        assert not found.valid
 
 
 def test_filter_in_plain_python_agrees_with_the_compiled_one(

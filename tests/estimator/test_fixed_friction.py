@@ -76,6 +76,12 @@ def test_friction_of_a_fitted_model_is_apparent_so_the_gain_of_the_sensors_leave
     assert believed[:2] == pytest.approx((math.log(0.45), 0.1**2 + 0.1**2))
 
 
+def test_of_no_material_friction_is_believed_as_published_of_soft_tips_by_sensors_that_read_low() -> None:
+    believed = prior_belief(paper_model(R), "mu", FrictionPrior())
+    expected = (math.log(0.5 * 0.92), 0.35**2 + 0.1**2, 0.15, 0.12**2)
+    assert believed == pytest.approx(expected)
+
+
 @pytest.mark.other_model
 def test_the_friction_coefficient_may_have_another_name(monkeypatch) -> None:
     monkeypatch.setenv("VEGRIP_KERNEL", "python")  # nothing is computed

@@ -10,7 +10,8 @@ import pytest
 from vegrip.effects import effect
 from vegrip.errors import ConfigError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, Learner, SensorNoise
-from vegrip.estimator.learning import NARROW, WIDE, fingerprint, restored, save
+from vegrip.estimator.estimator import LOST
+from vegrip.estimator.learning import NARROW, WIDE, _is_sound, fingerprint, restored, save
 from vegrip.messages import FingertipState
 from vegrip.model import paper_model
 
@@ -113,6 +114,29 @@ def test_validity_has_hysteresis(model, truth):
     assert seen == [False, False, True, True, False, False]
 
 
+def test_a_value_is_filtered_as_a_mean_with_the_prior_and_after_ten_seconds_as_by_a_low_pass(model, truth):
+    t, depth = pressed(3.0)
+    estimator = ContactEstimator(model, SensorNoise())
+    learn(estimator, states(truth, t, depth))
+    learner, step = Learner(estimator), 0.5
+    prior, raw = model.values["K"].value, estimator.value("K").value
+    assert abs(raw / prior - 1.0) > 0.1
+    for look in range(41):
+        found = learner.look(round(look * step * 1e9))["K"]
+        assert found.excited == pytest.approx(look * step)
+        left = 1.0 / (look + 1.0) if look <= 20 else (1.0 / 21.0) * (10.0 / 10.5) ** (look - 20)
+        assert (found.filtered - raw) / (prior - raw) == pytest.approx(left)
+    assert learner.look(0)["K"].excited == pytest.approx(20.0)  # a clock that went back
+
+
+@pytest.mark.parametrize(
+    ("regime", "nis", "sound"), [("", 2.0, True), ("", 2.01, False), ("", math.nan, True), (LOST, 1.0, False)]
+)
+def test_nothing_is_learned_of_a_misfit_larger_than_the_noise(model, regime, nis, sound):
+    health = dataclasses.replace(ContactEstimator(model, SensorNoise()).health(), regime=regime, nis=nis)
+    assert _is_sound(health) == sound
+
+
 def test_what_was_learned_comes_back_as_a_wider_prior_to_the_same_model(model, truth, tmp_path):
     t, depth = pressed(12.0)
     learner = learn(ContactEstimator(model, SensorNoise()), states(truth, t, depth))
@@ -122,7 +146,7 @@ def test_what_was_learned_comes_back_as_a_wider_prior_to_the_same_model(model, t
     for symbol, one in learner.learned.items():
         if one.valid:
             assert again.values[symbol].value == one.filtered
-            assert one.raw.std < again.values[symbol].std <= model.values[symbol].std
+            assert again.values[symbol].std == min(2.0 * one.raw.std, model.values[symbol].std)
         else:
             assert again.values[symbol] == model.values[symbol]
     assert list(path.parent.iterdir()) == [path], "nothing half written is left"

@@ -3,8 +3,10 @@
 import pytest
 
 from vegrip import Sensors
-from vegrip.config import build
+from vegrip.config import build, constants, declaration
 from vegrip.errors import ConfigError
+from vegrip.estimator import EstimatorSettings
+from vegrip.estimator.friction_prior import FrictionPrior
 from vegrip.grip.parameters import GraspParameters, estimator_factory
 
 
@@ -55,3 +57,39 @@ def test_a_finger_that_the_hand_has_not_is_refused():
     parameters = build(GraspParameters, {"sensors": {"fingers": {"toe": {}}}}, "x")
     with pytest.raises(ConfigError, match=r"'sensors\.fingers' has toe; the fingers are thumb, index"):
         estimator_factory(parameters, ("thumb", "index"), "x")
+
+
+CONSTANTS = """
+    horizon                  1      0      3600
+    force_drift              0.1    -inf   inf
+    force_drift_time         2      0.001  1e6
+    displacement_drift       0.1    -inf   inf
+    displacement_drift_time  0.5    0.001  1e6
+    force_bias               2      -inf   inf
+    offset                   0.002  -inf   inf
+    longest_gap              0.25   0      3600
+    late                     16     0      1000
+    recovery                 15     1      1e6
+    health_time              2      0.001  1e6
+    friction_scatter         0.06   -inf   inf
+    friction_drift           0.03   -inf   inf
+    regrasp                  0.05   -inf   inf
+"""
+PRIOR = """
+    coefficient              0      0      20
+    coefficient_std          0      0      2
+    load_exponent            0.15   -0.5   0.9
+    load_exponent_std        0.12   0      1
+    tangential_gain          0.92   0.5    2
+    tangential_gain_std      0.1    0      1
+"""
+
+
+@pytest.mark.parametrize(("group", "table"), [(EstimatorSettings, CONSTANTS), (FrictionPrior, PRIOR)])
+def test_what_only_python_sets_is_so_much_within_such_bounds(group, table):
+    rows = {name: [*map(float, numbers)] for name, *numbers in map(str.split, table.strip().splitlines())}
+    numbers = {name for name in constants(group) if isinstance(getattr(group(), name), int | float)}
+    assert numbers <= rows.keys()
+    for name, row in rows.items():
+        declared = declaration(group, name)
+        assert [getattr(group(), name), declared.low, declared.high] == row, name

@@ -77,6 +77,13 @@ def thirty_digits(k: float, d: float) -> tuple[mp.mpf, mp.mpf]:
         return mp.quad(lambda r: rings(r, -1), ends) / d, mp.quad(lambda r: rings(r, 1), ends)
 
 
+def test_support_is_never_above_the_true_one_and_hardly_below() -> None:
+    k, d = (part[::3] for part in dense_grid())
+    error = np.vectorize(fast.support)(k, d, 1.0) / reference.support(k, d) - 1.0
+    assert error.max() <= 1e-7
+    assert error.min() >= -4.1e-5
+
+
 def test_pure_force_and_pure_torsion_are_exact() -> None:
     for k in (1.0, 1.7, 2.0, 3.0, 50.0, math.inf):
         assert fast.radius(k, 0.0) == pytest.approx(1.0, rel=1e-15)
@@ -220,15 +227,22 @@ def test_source_runs_uncompiled_with_the_same_results() -> None:
 @pytest.mark.parametrize("load", [(math.inf, 0.0), (0.1, math.inf), (math.nan, 0.1)])
 def test_a_load_that_is_no_number_has_no_gradient(load: tuple[float, float]) -> None:
     gauge, *gradient = fast.gauge_gradient(2.0, *load)
-    assert not gauge < math.inf
+    assert gauge == math.inf or math.isnan(sum(load))
     assert all(math.isnan(one) for one in gradient)
     support, f, m = fast.support_gradient(2.0, *load)
-    assert not support < math.inf
+    assert support == math.inf or math.isnan(sum(load))
     assert math.isnan(f)
     assert math.isnan(m)
 
 
+def test_a_slip_that_does_not_turn_has_its_centre_nowhere_and_one_about_the_contact_is_torsion() -> None:
+    assert fast.cor_distance(2.0, 0.5, 0.0) == math.inf
+    assert fast.point(2.0, math.inf) == (1.0, 0.0)
+    assert fast.point(2.0, 0.0) == (0.0, fast.torsion_limit(2.0))
+
+
 def test_no_load_has_a_gauge_and_gradient_of_zero() -> None:
+    assert fast.gauge(2.0, 0.0, 0.0) == 0.0
     assert fast.gauge_gradient(2.0, 0.0, 0.0) == (0.0, 0.0, 0.0, 0.0)
     assert fast.support_gradient(2.0, 0.0, 0.0) == (0.0, 0.0, 0.0)
 
@@ -250,6 +264,7 @@ def test_inside_and_outside() -> None:
     f, m = queries.point(2.0, [0.2, 1.0, 3.0])
     assert queries.is_inside(2.0, 0.999 * f, 0.999 * m).all()
     assert not queries.is_inside(2.0, 1.001 * f, 1.001 * m).any()
+    assert not queries.is_inside(2.0, 1.0, 0.0), "a gauge of 1 is on the surface"
 
 
 def test_slip_follows_the_signs_of_the_load() -> None:

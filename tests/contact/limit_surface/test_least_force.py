@@ -1,6 +1,8 @@
 """The least normal force for a load, under every way the contact changes with that force."""
 
+import inspect
 import math
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -130,6 +132,7 @@ def test_margin_leaves_that_part_of_the_surface_unused() -> None:
 def test_geometric_contact_follows_stiffness_and_geometry() -> None:
     stiffness = PowerStiffness(m=6e4, b=0.5)
     contact = geometric_contact(0.008, stiffness)
+    assert contact.exponent == 2.0
     for N in (0.01, 0.5, contact.greatest):
         delta = float(stiffness.indentation(N))
         assert as_functions(contact).radius(N) == pytest.approx(math.sqrt(2 * 0.008 * delta), rel=1e-12)
@@ -173,6 +176,18 @@ def test_a_contact_law_is_good_up_to_its_greatest_force_and_that_force_too() -> 
         least_normal_force(1.2, 0.002, 0.5, PowerLawContact(0.005, 2.0, greatest=math.nextafter(least, 0.0)))
 
 
+@pytest.mark.parametrize(
+    ("radius", "torque", "said"),
+    [
+        (lambda N: 1.0 / N**2, 0.1, "no normal force is too small"),
+        (lambda N: 1.0 / N, 9.0, "2.58225e\\+120 N"),
+    ],
+)
+def test_a_contact_that_shrinks_as_fast_as_the_force_grows_has_no_least_force(radius, torque, said) -> None:
+    with pytest.raises(DomainError, match=said):
+        least_normal_force(0.0, torque, 0.5, LawOfForce(radius, lambda _: 2.0))
+
+
 def test_exponent_that_falls_below_one_is_refused() -> None:
     contact = PowerLawContact(0.005, 1.2, at=1.0, exponent_power=1.0)
     with pytest.raises(DomainError, match="exponent"):
@@ -211,14 +226,37 @@ def test_compiled_search_answers_nan_where_the_checked_one_raises() -> None:
     assert math.isnan(fast.least_normal_force(math.nan, 0.0, 0.5, 0.005, 2.0))
     assert math.isnan(fast.least_normal_force(1.0, 0.1, 0.5, 0.005, 0.5))
     assert math.isnan(fast.least_normal_force(1.0, 0.1, 0.5, 0.005, 2.0, 1.0, -1.0))
+    assert math.isnan(fast.least_normal_force(1.0, 0.1, 0.5, 0.0, 2.0, 1.0, 0.3))
+    assert math.isnan(fast.least_normal_force(1.0, 0.1, 0.5, 0.005, 2.0, 0.0, 0.3))
+    assert 2.0 < fast.least_normal_force(1.0, 0.1, 0.5, 0.005, 1.0, 1.0, 0.3) < math.inf
 
 
 @pytest.mark.parametrize("mu", [0.5, math.inf])
 def test_no_load_needs_no_force_and_a_load_without_end_none_that_there_is(mu: float) -> None:
     assert fast.least_normal_force(0.0, 0.0, mu, 0.005, 2.0) == 0.0
+    assert fast.least_normal_force(0.0, 0.0, mu, 0.005, 2.0, 1.0, 0.3, 0.1) == 0.0
     if mu < math.inf:
         for load in ((math.inf, 0.0), (0.0, -math.inf), (-math.inf, math.inf)):
             assert fast.least_normal_force(*load, mu, 0.005, 2.0) == math.inf
+            assert fast.least_normal_force(*load, mu, 0.005, 2.0, 1.0, 0.3, 0.1) == math.inf
+
+
+@pytest.mark.parametrize("at", [0.3, 5.0])
+def test_the_search_begins_at_the_answer_for_pure_loads_and_ends_in_four_steps(at: float) -> None:
+    """As from a root search by the same gauge, where radius and exponent change with the force."""
+    names: dict[str, Any] = {}
+    exec(inspect.getsource(fast).replace("@njit", ""), names)  # noqa: S102
+    search, law = names["least_normal_force"], (0.005, 2.0, at, 0.3)
+    names["NEWTON_STEPS"] = 1
+    assert search(0.7, 0.0, 0.5, *law, 0.0) == pytest.approx(1.4, rel=1e-12)
+    torque = 0.5 * 2.0 * 0.005 * (2.0 / at) ** 0.3 * fast.torsion_limit(2.0)
+    assert search(0.0, torque, 0.5, *law, 0.0) == pytest.approx(2.0, rel=1e-12)
+    names["NEWTON_STEPS"] = 4
+    for powers in ((0.3, 0.05), (0.0, 0.05), (1.0, 0.0)):
+        contact = PowerLawContact(0.005, 2.0, at, *powers)
+        for load in ((0.7, 0.002), (0.1, 0.004), (3.0, 0.02)):
+            found = search(*load, 0.5, 0.005, 2.0, at, *powers)
+            assert gauge_at(found, *load, 0.5, contact) == pytest.approx(1.0, rel=1e-7)
 
 
 def test_a_contact_of_which_no_power_is_given_stays_as_it_is() -> None:

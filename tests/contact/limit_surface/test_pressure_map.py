@@ -86,6 +86,20 @@ def test_round_map_reduces_to_the_rings(k: float) -> None:
     assert contact.load(twist) == pytest.approx(np.stack([0 * d, -f, m * a], axis=1), abs=5e-4)
 
 
+def test_points_of_an_ellipse_stand_evenly_in_rings_that_are_turned_by_the_golden_part_of_a_sector() -> None:
+    x, y = (elliptical_map((2e-3, 1e-3)).positions / [2e-3, 1e-3]).T.reshape(2, 40, 96)
+    sectors = np.unwrap(np.arctan2(y, x), axis=1) / (2.0 * np.pi / 96.0)
+    assert np.diff(sectors, axis=1) == pytest.approx(np.ones((40, 95)))
+    turned = sectors[:, 0] - 0.5 - 0.618034 * np.arange(40)
+    assert turned == pytest.approx(np.round(turned), abs=1e-9)
+    assert np.hypot(x, y).std(axis=1) == pytest.approx(np.zeros(40), abs=1e-12)
+
+
+def test_a_map_has_as_many_points_as_its_order_says() -> None:
+    assert len(taxel_map([[0.0, 0.0]], [1.0], pitch=2.0).shares) == 9
+    assert len(polygon_map([[0, 0], [1, 0], [1, 1], [0, 1]]).shares) == 2 * 48**2
+
+
 def test_ellipse_is_a_stretched_circle_in_translation_and_turns_with_its_axes() -> None:
     flat, upright = elliptical_map((0.008, 0.004)), elliptical_map((0.004, 0.008))
     assert flat.load([1.0, 0.0, 0.0]) == pytest.approx([1.0, 0.0, 0.0], abs=1e-12)
@@ -271,7 +285,8 @@ def test_single_point_carries_force_but_no_torque() -> None:
     through = [0.3, 0.4, 0.1 * 0.4 - 0.2 * 0.3]
     assert map_gauge(foot, through) == pytest.approx(0.5)
     assert bound_gauge(foot, through).twist == pytest.approx([0.6, 0.8, 0.0])
-    for moment in (-0.02, 0.02):  # [m] about the foot, which does not move
+    assert map_gauge(foot, [0.3, 0.4, through[2] * (1.0 + 0.9e-12)]) == pytest.approx(0.5)  # of rounding
+    for moment in (-0.02, 0.02, 1.1e-12 * through[2]):  # [m] about the foot, which does not move
         lower, upper, twist = bound_gauge(foot, [0.3, 0.4, through[2] + moment])
         assert lower == upper == np.inf
         assert twist[2] == np.sign(moment)

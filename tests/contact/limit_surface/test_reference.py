@@ -146,6 +146,8 @@ def test_pressure_nearer_to_the_centre_holds_less() -> None:
         (lambda r: 0.5 - r, (0, 1)),
         (np.zeros_like, (0, 1)),
         (np.ones_like, (0.1, 1)),
+        (np.ones_like, (0, 0.5)),
+        (lambda r: np.abs(r - 0.5) - 0.1, (0, 0.4, 0.5, 0.6, 1)),
         (np.ones_like, (0, 0.7, 0.3, 1)),
         (np.ones_like, (0, 0.5, 0.5, 1)),
         (lambda r: np.full_like(r, np.inf), (0, 1)),

@@ -96,3 +96,6 @@ def test_fits_are_not_extrapolated() -> None:
         fit_radius().radius_ratio(4.5)
     with pytest.raises(DomainError):
         fit_power().exponent(1.5)
+    assert fit_power().exponent(1.1e-3) < 0.1
+    with pytest.raises(DomainError):
+        fit_power().exponent(0.9e-3)

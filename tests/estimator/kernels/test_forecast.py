@@ -108,9 +108,9 @@ def test_an_error_of_the_force_and_of_what_follows_it_matters_less_at_a_larger_f
     assert kernels.spread_by_force(m, 2.0) == pytest.approx(0.04)
     m[kernels.REP_GAUGE_BY_FORCE] = 0.0
     assert kernels.spread_by_force(m, 2.0) == pytest.approx(0.025)
-    m[kernels.REP_GAUGE_REL] = math.inf
-    m[kernels.REP_GAUGE_BY_FORCE] = math.inf
-    assert kernels.spread_by_force(m, 2.0) == pytest.approx(0.025)
+    for unknown in (math.inf, 1e6):
+        m[kernels.REP_GAUGE_REL] = m[kernels.REP_GAUGE_BY_FORCE] = unknown
+        assert kernels.spread_by_force(m, 2.0) == pytest.approx(0.025)
 
 
 @pytest.mark.parametrize("torque", [0.0, 1e-3])
@@ -121,7 +121,7 @@ def test_the_bound_of_a_gauge_widens_by_what_relaxes_and_by_the_noise_of_the_loa
     monkeypatch.setattr(kernels, "variance_without_force", lambda *_: 0.04)
     monkeypatch.setattr(kernels, "upper_gauge", lambda *given: given[:3])
     m[kernels.REP_FORCE_STD], m[kernels.SET_S_TANGENTIAL], m[kernels.SET_S_TORQUE] = 0.1, 0.02, 6e-5
-    fresh, a, mu = 1.2, 3e-3, 0.5
+    fresh, a, mu = 0.95, 3e-3, 0.5
     _, relative, noise = kernels.bound_gauge(m, 0.7, force, a, mu, fresh, (0.4, torque), 1.6)
     lost = 0.3 * math.log(fresh / force)
     assert relative == pytest.approx(math.sqrt(0.04 + (0.1 / force) ** 2 + lost**2))
@@ -150,6 +150,8 @@ def test_a_crossing_is_found_within_its_step(kernels, m, monkeypatch, at) -> Non
         (-1.0, -1.0, 0.0, (0.0, 0.0)),
         (3.0, 1e5, 0.0, (math.inf, 3.0)),
         (1e5, 1e5, 0.0, (math.inf, math.inf)),
+        (3.0, 2.2e4, 0.0, (2.2e4, 3.0)),
+        (3.0, 3e4, 0.0, (math.inf, 3.0)),
         (3.0, 41.0, 1.0, (0.0, 0.0)),
         (math.nan, math.nan, 0.0, (math.nan, math.nan)),
     ],
@@ -170,9 +172,13 @@ def test_a_hold_is_followed_until_slip_is_likely(
     monkeypatch.setattr(kernels, "slip_probability_after", probability)
     monkeypatch.setattr(kernels, "begin_hold", lambda *_: (7.0, 2e-3, 1.5))
     monkeypatch.setattr(kernels, "keep_hold", lambda *_: passed.__setitem__(0, sum(passed)))
-    m[kernels.FRI_SLIDING], m[kernels.REP_CONTACT] = sliding, 1.0
-    found = kernels.slip_times(m, -0.4, -1e-3, 0.1)
-    assert found == pytest.approx(told, rel=1e-6, nan_ok=True)
+    for place in (kernels.FRI_SLIDING, kernels.REP_SLIDES):
+        m[kernels.FRI_SLIDING] = m[kernels.REP_SLIDES] = 0.0
+        m[place], m[kernels.REP_CONTACT], passed[:] = sliding, 1.0, [0.0, 0.0]
+        found = kernels.slip_times(m, -0.4, -1e-3, 0.1)
+        assert found == pytest.approx(told, rel=1e-6, nan_ok=True)
+        assert [one == 0.0 for one in found] == [one == 0.0 for one in told]
+    assert all(math.isnan(one) for one in kernels.slip_times(m, math.nan, 1e-3, 0.1))
     m[kernels.REP_CONTACT] = 0.0
     assert all(math.isnan(one) for one in kernels.slip_times(m, 0.4, 1e-3, 0.1))
 
@@ -210,9 +216,11 @@ def test_a_gauge_that_jumps_to_none_is_held_from_the_jump_on(kernels, m, monkeyp
     assert found == pytest.approx(kernels.DEEPEST * radius * math.exp(-19.0), rel=2e-6)
 
 
-@pytest.mark.parametrize("hold", [0.0, 500.0])
-def test_the_worst_gauge_is_the_greatest_over_parts_of_the_horizon(kernels, m, monkeypatch, hold) -> None:
-    m[kernels.SET_HOLD], m[kernels.SET_HORIZON] = hold, 2.0
+@pytest.mark.parametrize(("hold", "horizon"), [(0.0, 2.0), (500.0, 0.0), (500.0, 2.0)])
+def test_the_worst_gauge_is_the_greatest_over_parts_of_the_horizon(
+    kernels, m, monkeypatch, hold, horizon
+) -> None:
+    m[kernels.SET_HOLD], m[kernels.SET_HORIZON] = hold, horizon
     steps = []
 
     def after(_m, _y, before, dt, begun, load, quantile):
@@ -224,7 +232,7 @@ def test_the_worst_gauge_is_the_greatest_over_parts_of_the_horizon(kernels, m, m
     monkeypatch.setattr(kernels, "begin_hold", lambda *_: (7.0, 1e-3, 1.5))
     monkeypatch.setattr(kernels, "keep_hold", lambda *_: None)
     worst = kernels.worst_gauge(m, kernels.TRIED0, 1e-3, LOAD, 1.6)
-    if hold == 0.0:
+    if hold == 0.0 or horizon == 0.0:
         assert (worst, steps) == (0.2, [(7.0, 0.0)])
         return
     assert worst == 0.9
@@ -249,3 +257,54 @@ def test_no_force_suffices_where_the_deepest_press_does_not_or_all_of_the_surfac
     assert found == (math.inf if wanted is None else pytest.approx(1.0))
     if wanted is not None:
         assert asked[1] == pytest.approx((wanted, m[kernels.Y0 + kernels.DELTA], 1.6))
+
+
+@pytest.mark.parametrize(("force", "asks"), [(0.7, 1), (0.0, 0)])
+def test_a_gauge_after_a_hold_is_bounded_where_there_is_a_contact(
+    kernels, m, monkeypatch, force, asks
+) -> None:
+    asked = []
+    monkeypatch.setattr(kernels, "try_hold", lambda *_: (2e-3, 7.0, 8.0, force))
+    monkeypatch.setattr(kernels, "surface_of", lambda *_: (3e-3, 2.5, 0.5))
+    monkeypatch.setattr(kernels, "bound_gauge", lambda _m, *given: asked.append(given) or 0.9)
+    found = kernels.gauge_after(m, kernels.TRIED0, 9.0, 0.1, (1e-3, 0.9), LOAD, 1.6)
+    assert found == (0.9 if asks else math.inf, 2e-3, 8.0)
+    g = fast.gauge(2.5, 0.4 / 0.35, 1e-3 / (0.35 * 3e-3))
+    assert asked == [(pytest.approx(g), force, 3e-3, 0.5, 0.9, LOAD, 1.6)] * asks
+
+
+@pytest.mark.parametrize("torque", [0.0, 1e-3])
+def test_the_chance_of_slip_is_that_of_the_utilisation_after_the_hold_and_what_is_not_sure_of_it(
+    kernels, m, monkeypatch, torque
+) -> None:
+    begun, load, force, a, k, mu = (1e-3, 0.9), (0.4, torque), 0.7, 3e-3, 2.5, 0.5
+    held, asked = [2e-3, 7.0, 8.0, force], []
+    monkeypatch.setattr(kernels, "try_hold", lambda *given: asked.append(given[2:]) or held)
+    monkeypatch.setattr(kernels, "surface_of", lambda _m, *given: asked.append(given) or (a, k, mu))
+    monkeypatch.setattr(kernels, "onset_probability", lambda _m, *given: asked.append(given) or 0.3)
+    m[kernels.SET_S_TANGENTIAL], m[kernels.SET_S_TORQUE], m[kernels.FRI_LN_MU] = 0.02, 6e-5, -0.4
+    found = kernels.slip_probability_after(m, kernels.TRIED0, 9.0, 0.1, begun, load)
+    assert found == (0.3, 2e-3, 8.0)
+    assert asked[:2] == [(9.0, 0.1, begun), (2e-3, 7.0, 8.0, force)]
+    g = fast.gauge(k, 0.4 / (mu * force), torque / (mu * force * a))
+    noise = math.hypot(0.02, 0.02 if torque else 0.0) / (mu * force) / g
+    unsure = math.hypot(0.3 * math.log(0.9 / force), noise)
+    assert asked[2] == pytest.approx((g * math.exp(-0.4), unsure, math.log(force / 5.0)))
+    kernels.slip_probability_after(m, kernels.TRIED0, 9.0, 0.1, (1e-3, 0.0), load)
+    assert asked[-1][1] == pytest.approx(noise)
+    held[3] = 0.0
+    assert kernels.slip_probability_after(m, kernels.TRIED0, 9.0, 0.1, begun, load)[0] == 1.0
+
+
+def test_the_reserve_is_what_the_least_force_of_now_leaves(kernels, m, monkeypatch) -> None:
+    asked = []
+
+    def least_force(m, *given):
+        asked.append((m[kernels.SET_HOLD], *given))
+        return 2.0
+
+    monkeypatch.setattr(kernels, "least_force", least_force)
+    m[kernels.SET_HOLD], m[kernels.REP_FORCE] = 500.0, 3.5
+    assert kernels.force_reserve(m, 0.3, 1e-3) == 1.5
+    assert asked == [(0.0, 0.3, 1e-3, 0.0, m[kernels.SET_QUANTILE])]
+    assert m[kernels.SET_HOLD] == 500.0

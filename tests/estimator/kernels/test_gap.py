@@ -28,7 +28,14 @@ def test_after_a_pause_in_the_air_a_memory_is_the_mean_of_what_may_remain(kernel
     c, nu = (m[kernels.VALUES0 + list(model.parameters).index(name)] for name in ("c1", "nu1"))
     largest = kernels.largest_memory(m, 0)
     assert largest >= m[z] > 0.0
+    before = m[kernels.P0 : kernels.P0 + kernels.N**2].reshape(kernels.N, kernels.N).copy()
     kernels.bridge_gap(m, 2.0, 0.0, -1e-3)
+    P = m[kernels.P0 : kernels.P0 + kernels.N**2].reshape(kernels.N, kernels.N)
+    zero, mean = kernels.OFFSET, m[z] / largest
+    learned, cross = slice(kernels.LEARNED_FROM, kernels.N), before[kernels.EFFECTS, kernels.LEARNED_FROM :]
+    assert P[kernels.EFFECTS, learned] == pytest.approx(mean * cross, rel=1e-6)
+    assert P[learned, kernels.EFFECTS] == pytest.approx(mean * cross, rel=1e-6)
+    assert P[kernels.EFFECTS, kernels.DELTA] == P[kernels.DELTA, kernels.EFFECTS] == -P[kernels.EFFECTS, zero]
     left = math.exp(-(1.0 - c) * nu * 2.0)
     decades = -math.log(left)
     assert m[z] == pytest.approx(largest * (1.0 - left) / decades, rel=0.02)
@@ -36,3 +43,36 @@ def test_after_a_pause_in_the_air_a_memory_is_the_mean_of_what_may_remain(kernel
     spread = largest**2 * (square - ((1.0 - left) / decades) ** 2)
     variance = m[kernels.P0 + kernels.EFFECTS * kernels.N + kernels.EFFECTS]
     assert variance == pytest.approx(spread, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("contact", "displacement", "force", "recovers"),
+    [
+        (0.0, -1e-3, 0.0, True),
+        (0.0, math.nan, 0.0, False),
+        (0.0, -1e-3, 1.0, False),
+        (1.0, -1e-3, 0.0, False),
+    ],
+)
+def test_a_tip_recovers_step_by_step_where_it_was_and_is_in_the_air(
+    kernels, m, monkeypatch, contact, displacement, force, recovers
+) -> None:
+    steps, begun = [], []
+    monkeypatch.setattr(kernels, "predict", lambda _m, *given: steps.append(given))
+    monkeypatch.setattr(kernels, "begin_motion", lambda _m, place: begun.append(place))
+    monkeypatch.setattr(kernels, "begin_contact", lambda *_: None)
+    m[kernels.REP_CONTACT], m[kernels.MODE_CORNER] = contact, 7.0
+    kernels.bridge_gap(m, 3.0, force, displacement)
+    if not recovers:
+        assert steps == begun == []
+        return
+    assert steps == [(kernels.gap_step(3.0, i), -1e-3) for i in range(60)]
+    assert begun == [-1e-3]
+    assert m[kernels.MODE_CORNER] == 0.0
+
+
+@pytest.mark.parametrize("known", [0.0, 1.0])
+def test_in_contact_after_a_pause_the_zero_is_known_as_it_was(kernels, m, known) -> None:
+    m[kernels.MODE_ZERO_KNOWN] = known
+    kernels.bridge_gap(m, 3.0, 1.0, m[kernels.Y0 + kernels.OFFSET] + 9e-4)
+    assert m[kernels.MODE_ZERO_KNOWN] == known

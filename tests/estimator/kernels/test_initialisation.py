@@ -67,6 +67,12 @@ def test_a_contact_that_begins_without_a_displacement_is_as_deep_as_its_force_sa
     assert kernels.contact(begun, kernels.Y0)[3] == pytest.approx(force, rel=1e-6)
 
 
+def test_a_contact_that_is_felt_is_a_hundredth_of_its_usual_depth_at_least(kernels, m) -> None:
+    m[kernels.Y0 + kernels.DELTA] = -1e-3
+    kernels.set_unknown_history(m, 1.0, 0.0)
+    assert m[kernels.Y0 + kernels.DELTA] == 0.01 * m[kernels.SET_DEPTH]
+
+
 def slope(kernels, m, j):
     """Return how the middle of the first memory moves with coordinate ``j``."""
     at, h = kernels.Y0 + j, 1e-5 * max(abs(m[kernels.Y0 + j]), 1e-3)

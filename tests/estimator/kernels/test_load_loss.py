@@ -22,3 +22,10 @@ def test_a_doubt_is_over_at_the_moment_at_which_its_time_is(kernels, doubted) ->
     kernels.wait_for_part(doubted, at, 0.5 * LASTING, 0.0)
     assert not kernels.is_load_doubted(doubted)
     assert not doubted[at : at + kernels.PART_SIZE].any()  # nothing is known of it
+
+
+def test_a_part_that_is_doubted_does_not_stay(kernels, doubted) -> None:
+    at = kernels.PART0 + kernels.PART_SIZE * kernels.PART_OF_TORQUE
+    for lost, stays in ((0.5, False), (0.0, True)):
+        doubted[at + kernels.PART_LOST] = lost
+        assert kernels.does_part_stay(doubted, kernels.PART_OF_TORQUE, 1e-3, 1e-5) == stays

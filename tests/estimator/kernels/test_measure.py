@@ -135,6 +135,7 @@ def test_the_force_is_regressed_over_the_spread_of_the_state(kernels, m, P, bent
     down = np.array([base - force_at(kernels, m, y - WIDE * L[:, j]) for j in range(M)])
     kernels.STRAIGHT = sum(sorted(np.abs(up) / base)[bent_from : bent_from + 2]) / 2.0 if bent_from else 0.0
     down = np.where(np.abs(up) <= kernels.STRAIGHT * base, up, down)
+    section(kernels, m, "H")[:] = 7.0
     mean, bend = kernels.regress_force(m)
     H = section(kernels, m, "H").copy()
     assert_allclose(L[:M, :M].T @ H[:M], (up + down) / (2.0 * WIDE), rtol=1e-6, atol=1e-9 * base)
@@ -220,6 +221,9 @@ def test_slopes_are_averaged_where_the_tip_rests_and_nowhere_else(kernels, calm,
     calm[kernels.RATIO_COUNT] = 1e9
     kernels.smooth_slopes(calm)
     assert calm[kernels.RATIO_COUNT] == pytest.approx(500.0)  # a second of samples
+    calm[kernels.MODE_PERIOD], calm[kernels.RATIO_COUNT] = 1e-12, 1e9
+    kernels.smooth_slopes(calm)
+    assert calm[kernels.RATIO_COUNT] == 1e4  # of 10 kHz at most
     for name, value in (
         ("Y", place + 9.0 * near),
         ("MODE_REGIME", kernels.REGIME_LOADING),
@@ -294,6 +298,9 @@ def test_without_a_displacement_the_force_is_linearised_where_it_is(kernels, m, 
     )
     assert pytest.approx(R + H @ P @ H) == S
     assert m[kernels.MODE_SLOPE] == H[kernels.DELTA]
+    for stds, moves in ((2.9, False), (3.1, True)):
+        kernels.expect_force_alone(m, base + y[kernels.BIAS] + stds / 3.0 * threshold)
+        assert (m[kernels.TRIED0 + kernels.DELTA] != y[kernels.DELTA]) == moves
     for force in (
         0.9 * threshold,
         base + 0.9 * threshold,
@@ -302,3 +309,36 @@ def test_without_a_displacement_the_force_is_linearised_where_it_is(kernels, m, 
         section(kernels, m, "TRIED")[:] = y
         kernels.linearise_at_force(m, kernels.TRIED0, force, threshold)
         assert m[kernels.TRIED0 + kernels.DELTA] == y[kernels.DELTA]
+
+
+@pytest.mark.parametrize("known", [0.0, 1.0])
+def test_a_force_that_is_refused_anyhow_is_regressed_once(kernels, m, monkeypatch, known) -> None:
+    """From ten standard deviations on, and a slope is averaged where the force is three of them or more.
+
+    A bend counts again once the zero is known, and one of a hundredth of the noise is regressed once more.
+    """
+    rounds, smoothed, spread = [], [], 3e-3
+    m[kernels.MODE_UNEXPLAINED], m[kernels.MODE_ZERO_KNOWN] = 0.0, known
+    m[kernels.Y0 + kernels.BIAS] = bias = 0.5
+    monkeypatch.setattr(kernels, "spread_of", lambda _: spread)
+    monkeypatch.setattr(kernels, "coherent_variance", lambda *_: 2e-3)
+    monkeypatch.setattr(kernels, "smooth_slopes", lambda _: smoothed.append(0) or 5e-3)
+    section(kernels, m, "G")[:] = section(kernels, m, "H")[:] = 0.0
+    R = m[kernels.SET_R_FORCE]
+    for expected, off, slope, bend, count, averaged in (
+        (2.9, 9.9, 1.0, 0.0, 2, False), (3.1, 9.9, 1.0, 0.0, 2, True), (3.1, 10.1, 1.0, 0.0, 1, True),
+        (3.1, -10.1, 1.0, 0.0, 1, True), (3.1, 9.9, 0.0, 0.0, 2, False), (2.9, 9.9, 1.0, 0.0099, 2, False),
+        (2.9, 9.9, 1.0, 0.0101, 3, False),
+    ):  # fmt: skip
+        rounds.clear()
+        smoothed.clear()
+        m[kernels.H0 + kernels.DELTA], S = slope, R * (1.0 + bend) + spread
+        mean = bias + expected * math.sqrt(S + 2e-3 * known)
+        regressed = mean, bend * R
+        monkeypatch.setattr(kernels, "regress_force", lambda _, told=regressed: rounds.append(0) or told)
+        found, variance = kernels.expect_force(m, mean + off * math.sqrt(S))
+        assert (len(rounds), bool(smoothed)) == (count, averaged)
+        assert found == pytest.approx(off * math.sqrt(S))
+        assert variance == pytest.approx(S + 2e-3 * known + (5e-3 if averaged else 0.0))
+        if not averaged:
+            assert m[kernels.RATIO_PLACE] == -m[kernels.SET_TIP_RADIUS]

@@ -95,6 +95,10 @@ def test_how_restless_it_is_stays_between_a_ten_thousandth_and_a_hundred(kernels
         for _ in range(2000):
             kernels.adapt_process_noise(m, nis)
         assert m[kernels.MOTION_RESTLESS] == end
+    m[kernels.MOTION_RESTLESS] = 2.0
+    kernels.adapt_process_noise(m, 1e4)  # counts as five standard deviations
+    assert m[kernels.MOTION_RESTLESS] == pytest.approx(2.0 * (1.0 + 0.03 * 24.0))
+    m[kernels.MOTION_RESTLESS] = 100.0
     kernels.adapt_process_noise(m, 1.0)
     assert m[kernels.MOTION_RESTLESS] == 100.0  # noise as expected changes nothing
 

@@ -26,11 +26,14 @@ def test_bends_add_up_as_standard_deviations_do(kernels, m) -> None:
 
 @pytest.mark.parametrize("kept", [0.0, 0.3, 5.0])
 def test_a_state_that_forgets_itself_forgets_its_bends(kernels, m, kept) -> None:
-    j = kernels.EFFECTS
-    m[kernels.L0 + j * kernels.N + j], m[kernels.F0 + j] = 2.0, 2.0 * kept
-    m[kernels.BEND0], m[kernels.BEND_SUM0] = 0.0, 1.0
-    kernels.bend_again(m, 0, 1e-9)
-    assert m[kernels.BEND_SUM0] == pytest.approx(min(kept, 1.0))
+    j = kernels.EFFECTS + 1
+    m[kernels.L0 + j * kernels.N + j], m[kernels.F0 + kernels.N + j] = 2.0, 2.0 * kept
+    m[kernels.BEND0 + 1], m[kernels.BEND_SUM0 + 1] = 0.0, 1.0
+    kernels.bend_again(m, 1, 1e-9)
+    assert m[kernels.BEND_SUM0 + 1] == pytest.approx(min(kept, 1.0))
+    m[kernels.L0 + j * kernels.N + j] = 0.0  # known exactly
+    kernels.bend_again(m, 1, 1e-9)
+    assert m[kernels.BEND_SUM0 + 1] == 0.0
 
 
 @pytest.mark.parametrize("driven", [True, False])
@@ -53,11 +56,17 @@ def test_the_covariance_moves_by_the_columns_of_the_root(kernels, m, P, rng, dri
     assert_allclose(P[first:], expected[first:], atol=1e-12)
 
 
-def test_the_error_of_the_depth_adds_to_it_and_to_what_it_does_to_the_memory(kernels, m, P) -> None:
+@pytest.mark.parametrize("remembers", [True, False])
+def test_the_error_of_the_depth_adds_to_it_and_to_what_it_does_to_the_memory(
+    kernels, m, P, monkeypatch, remembers
+) -> None:
     """One error moves all; where the motion turned within the step is another for each, but no maximum's."""
     before, error, ns = P.copy(), 4e-12, kernels.NS
     kept = np.array(kernels.KEPT[kernels.EFFECTS : kernels.EFFECTS + ns])
     assert kept.tolist() == [False, True]
+    if not remembers:
+        kept = np.zeros(ns, bool)
+        monkeypatch.setattr(kernels, "KEPT", (False,) * kernels.N)
     h = 3e-4 * np.arange(1.0, ns + 1.0)
     m[kernels.H0 : kernels.H0 + ns], m[kernels.MODE_CORNER] = h, 5e-6
     m[kernels.BEND0 : kernels.BEND0 + ns] = m[kernels.BEND_SUM0 : kernels.BEND_SUM0 + ns] = 0.0
@@ -78,8 +87,14 @@ def test_a_depth_that_is_known_exactly_adds_nothing(kernels, m, P) -> None:
     assert_allclose(P, before)
 
 
-def test_the_change_of_the_memory_is_that_of_the_law(kernels, m) -> None:
-    """F and H: differences of the law itself, to one side where it is straight and to both where it bends."""
+@pytest.mark.parametrize("blind", [0.0, 1.0])
+def test_the_change_of_the_memory_is_that_of_the_law(kernels, m, blind) -> None:
+    """F and H: differences of the law itself, to one side where it is straight and to both where it bends.
+
+    A bend moves the mean by a sixth of it and adds its variance, but of no maximum; without a displacement
+    parameters count as known.
+    """
+    m[kernels.MODE_BLIND] = blind
     dt, depth, error = 2e-3, m[kernels.Y0 + kernels.OFFSET] + 9.2e-4, 1e-6
     kernels.square_root(m, kernels.P0)
     kernels.effects_ahead(m, dt, depth, error)
@@ -95,26 +110,39 @@ def test_the_change_of_the_memory_is_that_of_the_law(kernels, m) -> None:
     y = m[kernels.Y0 : kernels.Y0 + kernels.N].copy()
     assert_allclose(H, ahead(y, depth + error) - ahead(y, depth), rtol=1e-9)
     L = m[kernels.L0 : kernels.L0 + kernels.N**2].reshape(kernels.N, kernels.N).copy()
+    ns, kept = kernels.NS, np.array(kernels.KEPT[kernels.EFFECTS : kernels.EFFECTS + kernels.NS])
+    mean, bend = m[kernels.NEXT0 : kernels.NEXT0 + ns].copy(), m[kernels.BEND0 : kernels.BEND0 + ns].copy()
     wide, here, seen = math.sqrt(3.0), ahead(y, depth), set()
+    bent = np.zeros((2, ns))
     for j in range(kernels.N):
-        if j != kernels.BIAS and L[j, j] > 0.0:
+        known = blind and kernels.LEARNED_FROM <= j < kernels.M
+        if j == kernels.BIAS or L[j, j] == 0.0 or known:
+            assert not F[:, j].any()
+        else:
             rise = (ahead(y + wide * L[:, j], depth) - here) / wide
             fall = (here - ahead(y - wide * L[:, j], depth)) / wide
-            straight = np.all(wide * np.abs(rise) <= kernels.STRAIGHT * np.abs(here))
+            straight = np.all(wide * np.abs(rise) <= 0.02 * np.abs(here))
+            if not straight:
+                bent += [np.where(kept, 0.0, wide * (rise - fall)) ** n / (6.0, 18.0)[n - 1] for n in (1, 2)]
             assert_allclose(F[:, j], rise if straight else 0.5 * (rise + fall), rtol=1e-9, atol=1e-12)
             seen.add(bool(straight))
     assert seen == {True, False}
+    assert_allclose(mean, here + bent[0], rtol=1e-9)
+    assert_allclose(bend, bent[1], rtol=1e-6)
+    assert np.all((np.abs(bent) > 0.0) == ~kept)
 
 
-@pytest.mark.parametrize(("rest", "faster"), [(0.0, 1.0), (1e9, 100.0)])
-def test_zeros_drift_a_hundred_times_the_variance_in_a_long_rest(kernels, m, P, rest, faster) -> None:
+@pytest.mark.parametrize("dt", [1e-3, 10.0, 1e9])
+@pytest.mark.parametrize(("rest", "faster"), [(0.0, 1.0), (20.0, 1.0), (1e9, 100.0)])
+def test_zeros_drift_a_hundred_times_the_variance_in_a_long_rest(kernels, m, P, rest, faster, dt) -> None:
     m[kernels.MODE_REST] = rest
-    before, dt = np.diag(P).copy(), 1e-3
+    before = np.diag(P).copy()
     kernels.add_random_walks(m, dt)
     for j in range(kernels.LEARNED_FROM, kernels.N):
         quick = faster if j >= kernels.M else 1.0
         limit = max(before[j], quick * m[kernels.PRIOR0 + j])
-        assert P[j, j] == pytest.approx(min(before[j] + quick * dt * m[kernels.DRIFT0 + j], limit))
+        grown = min(before[j] + quick * dt * m[kernels.DRIFT0 + j], limit)
+        assert P[j, j] == pytest.approx(grown, rel=1e-9, abs=0.0)
 
 
 def test_without_a_displacement_the_tip_goes_on_at_its_speed(kernels, m) -> None:
@@ -168,6 +196,24 @@ def test_a_running_maximum_follows_but_for_two_and_a_half_deviations_of_its_nois
     before = m.copy()
     kernels.follow_extremes(m, 0.0, True)
     assert np.array_equal(m, before)
+
+
+@pytest.mark.parametrize(
+    ("old", "now", "kept"), [(0.3, 0.2, 0.225), (0.21, 0.2, 0.21), (0.1, 0.2, 0.175), (0.19, 0.2, 0.19)]
+)
+def test_an_extreme_moves_as_far_as_two_and_a_half_deviations_of_its_noise_let_it(
+    kernels, m, monkeypatch, old, now, kept
+) -> None:
+    """Either way; a hundredth of the memory is one deviation."""
+    i = kernels.KEPT.index(True) - kernels.EFFECTS
+
+    def propagate(m, _y, _delta, _speed, _dt, into):
+        m[into + i] = now + (0.01 if into == kernels.TRIAL0 else 0.0)
+
+    monkeypatch.setattr(kernels, "propagate", propagate)
+    m[kernels.OLD0 + kernels.EFFECTS + i] = old
+    kernels.follow_extremes(m, 2e-3, True)
+    assert m[kernels.Y0 + kernels.EFFECTS + i] == pytest.approx(kept)
 
 
 def test_a_step_moves_to_where_the_displacement_leads(kernels, m, P) -> None:

@@ -144,7 +144,7 @@ def test_an_upper_bound_is_lognormal_in_what_is_estimated_and_normal_in_the_load
     assert kernels.upper_gauge(0.5, 0.0, 0.1, 1.6) == pytest.approx(0.66)
     both = math.hypot(0.5 * (math.exp(0.32) - 1.0), 0.16)
     assert kernels.upper_gauge(0.5, 0.2, 0.1, 1.6) == pytest.approx(0.5 + both)
-    assert math.isfinite(kernels.upper_gauge(0.5, 1e9, 0.0, 1.6))
+    assert kernels.upper_gauge(0.5, 1e9, 0.0, 1.6) == pytest.approx(0.5 * math.exp(50.0))
 
 
 @pytest.mark.parametrize(
@@ -157,6 +157,9 @@ def test_an_upper_bound_is_lognormal_in_what_is_estimated_and_normal_in_the_load
         (0.6, 0.0, 1.0, 1.0),
         (0.4, 0.4, 1.0, 0.0),
         (-0.1, 9.0, 1.0, 0.0),
+        (0.0, 9.0, 1.0, 0.0),
+        (2.0, 0.0, 0.0, 0.0),
+        (0.5, 0.0, 1.0, 1.0),
     ],
 )
 def test_contact_is_made_by_two_standard_deviations_and_broken_by_half_of_one(
@@ -167,3 +170,121 @@ def test_contact_is_made_by_two_standard_deviations_and_broken_by_half_of_one(
     m[kernels.REP_CONTACT] = before
     kernels.update_contact(m)
     assert m[kernels.REP_CONTACT] == contact
+
+
+AT = (1.7, 3e-3, 2.5, 0.6)  # N [N], a [m], k, mu
+
+
+@pytest.fixture
+def spread_by(kernels, m, rng, monkeypatch):
+    """Let N, a, k, mu, delta and t have any columns, of which those of delta are of no use to a limit."""
+    D = 0.05 * rng.standard_normal((6, kernels.M + kernels.N_CONSIDERED + 1))
+    D *= np.array([AT[0], AT[1], AT[2], AT[3], 1.0, 1.0])[:, None]
+    names = ("D_FORCE0", "D_RADIUS0", "D_EXPONENT0", "D_FRICTION0", "D_DELTA0", "D_SHAPE0")
+    at = list(AT)
+
+    def spread_quantities(m):
+        for name, row in zip(names, D, strict=True):
+            m[getattr(kernels, name) : getattr(kernels, name) + D.shape[1]] = row
+        return tuple(at)
+
+    monkeypatch.setattr(kernels, "spread_quantities", spread_quantities)
+    return at, D
+
+
+def by_shape(quantity, D):
+    """Return a quantity of (N, a, mu, t) and its slopes along each column, by differences."""
+    at = np.array([AT[0], AT[1], AT[3], 2.0 / AT[2] - 1.0])
+    rows, h = D[[0, 1, 3, 5]], 1e-5
+    slopes = [(quantity(*(at + h * d)) - quantity(*(at - h * d))) / (2.0 * h) for d in rows.T]
+    return quantity(*at), np.array(slopes)
+
+
+def test_whatever_spreads_goes_into_each_limit_by_its_own_slope(kernels, m, spread_by) -> None:
+    _, D = spread_by
+    load, torque = 0.4, 9e-4
+    kernels.report(m, load, torque)
+    told = [m[getattr(kernels, f"REP_{name}_STD")] for name in ("FORCE", "RADIUS", "EXPONENT", "MU", "DEPTH")]
+    assert told == pytest.approx(np.linalg.norm(D[:5], axis=1))
+
+    def gauge(N, a, mu, t, f=load, moment=torque):
+        return fast.gauge(2.0 / (t + 1.0), f / (mu * N), moment / (mu * N * a))
+
+    def torsion(N, a, mu, t):
+        return mu * N * a * fast.torsion_limit(2.0 / (t + 1.0))
+
+    _, slopes = by_shape(lambda N, _a, mu, _t: mu * N, D)
+    assert m[kernels.REP_LIMIT_FORCE_STD] == pytest.approx(np.linalg.norm(slopes), rel=1e-6)
+    limit, slopes = by_shape(torsion, D)
+    assert m[kernels.REP_LIMIT_TORQUE] == pytest.approx(limit)
+    assert m[kernels.REP_LIMIT_TORQUE_STD] == pytest.approx(np.linalg.norm(slopes), rel=1e-6)
+    value, slopes = by_shape(gauge, D)
+    assert m[kernels.REP_GAUGE_REL] == pytest.approx(np.linalg.norm(slopes) / value, rel=1e-6)
+    by_force = abs(slopes @ D[0]) / np.linalg.norm(D[0]) / value
+    assert m[kernels.REP_GAUGE_BY_FORCE] == pytest.approx(by_force, rel=1e-6)
+    m[kernels.SET_S_TANGENTIAL] = m[kernels.SET_S_TORQUE] = 0.0
+    kernels.report(m, load, torque)
+    limit, slopes = by_shape(lambda N, a, mu, t: math.hypot(load, torque / a) / gauge(N, a, mu, t), D)
+    assert m[kernels.REP_LIMIT_RADIUS] == pytest.approx(limit)
+    assert m[kernels.REP_LIMIT_RADIUS_STD] == pytest.approx(np.linalg.norm(slopes), rel=1e-6)
+
+
+def test_no_quantity_is_known_better_than_its_floor_and_no_limit_is_without_a_contact(
+    kernels, m, spread_by
+) -> None:
+    at, D = spread_by
+    D[:] = 0.0
+    noise, R = math.sqrt(m[kernels.SET_R_FORCE]), m[kernels.SET_TIP_RADIUS]
+    kernels.report(m, 0.4, 9e-4)
+    told = [m[getattr(kernels, f"REP_{name}_STD")] for name in ("FORCE", "RADIUS", "EXPONENT", "MU")]
+    assert told == pytest.approx([0.5 * noise, 1e-4 * R, 1e-3, 0.0])
+    assert m[kernels.REP_LIMIT_FORCE_STD] == pytest.approx(0.6 * 0.5 * noise)
+    for force, radius in ((0.0, 3e-3), (1.7, 0.0)):
+        at[:2] = force, radius
+        kernels.report(m, 0.4, 9e-4)
+        assert m[kernels.REP_LIMIT_TORQUE] == m[kernels.REP_LIMIT_RADIUS] == 0.0
+        assert m[kernels.REP_LIMIT_TORQUE_STD] == pytest.approx(0.6 * 0.5 * noise * 1e-4 * R)
+        assert m[kernels.REP_LIMIT_RADIUS_STD] == m[kernels.REP_LIMIT_FORCE_STD]
+        assert math.isnan(m[kernels.REP_GAUGE])
+        assert (
+            m[kernels.REP_GAUGE_REL] == m[kernels.REP_GAUGE_BY_FORCE] == m[kernels.REP_GAUGE_ABS] == math.inf
+        )
+
+
+def test_a_torque_that_is_not_measured_is_none_a_force_that_is_not_leaves_no_gauge(
+    kernels, m, spread_by
+) -> None:
+    kernels.report(m, 0.4, math.nan)
+    section = slice(kernels.REP_FORCE, kernels.REP_SLIDES)
+    found, m[kernels.SET_S_TORQUE] = m[section].copy(), 0.0
+    kernels.report(m, 0.4, 0.0)
+    assert found == pytest.approx(m[section])
+    kernels.report(m, math.nan, 9e-4)
+    assert math.isnan(m[kernels.REP_LIMIT_RADIUS])
+    assert math.isnan(m[kernels.REP_GAUGE])
+    assert m[kernels.REP_LIMIT_RADIUS_STD] == m[kernels.REP_GAUGE_REL] == m[kernels.REP_GAUGE_ABS] == math.inf
+    kernels.report(m, 0.0, 0.0)  # without a load, the limit is that of a force
+    assert m[kernels.REP_GAUGE] == 0.0
+    assert m[kernels.REP_LIMIT_RADIUS] == pytest.approx(0.6 * 1.7)
+
+
+def test_a_load_of_noise_alone_may_point_a_radian_aside(kernels, m, spread_by) -> None:
+    spread_by[1][:] = 0.0
+    m[kernels.SET_S_TANGENTIAL], m[kernels.SET_S_TORQUE] = 0.01, 1e-4
+    kernels.report(m, 1e-6, 1e-6 * AT[1])
+    _, _, by_psi = fast.radius_gradient(AT[2], math.pi / 4.0)
+    assert m[kernels.REP_LIMIT_RADIUS_STD] == pytest.approx(0.6 * 1.7 * abs(by_psi))
+
+
+@pytest.mark.parametrize("value", [0.0, math.nan, math.inf])
+def test_a_state_that_is_not_finite_is_not_sound(kernels, m, spread_by, value) -> None:
+    m[kernels.Y0 + kernels.OFFSET] = value
+    kernels.report(m, 0.4, 9e-4)
+    assert m[kernels.REP_SOUND] == float(value == 0.0)
+
+
+@pytest.mark.parametrize(("gauge", "slides", "told"), [(0.4, 0.0, 0.4), (0.4, 1.0, 1.0), (1.3, 1.0, 1.3)])
+def test_a_finger_that_is_felt_to_slide_is_at_its_limit_at_least(kernels, m, gauge, slides, told) -> None:
+    m[kernels.REP_GAUGE], m[kernels.REP_GAUGE_REL], m[kernels.REP_GAUGE_ABS] = gauge, 0.0, 0.0
+    m[kernels.REP_SLIDES] = slides
+    assert kernels.margin_gauge(m) == told

@@ -49,9 +49,9 @@ def test_each_kind_of_motion_has_its_cell(kernels, m, regime, deep, fast, late, 
     m[kernels.MODE_REGIME] = getattr(kernels, f"REGIME_{regime}")
     m[kernels.Y0 + kernels.DELTA] = m[kernels.SET_DEPTH] * (1.1 if deep else 0.9)
     sign = -1.0 if regime == "UNLOADING" else 1.0
-    m[kernels.Y0 + kernels.SPEED] = sign * m[kernels.SET_DEPTH] * kernels.FAST * (1.1 if fast else 0.9)
-    m[kernels.MODE_REST] = kernels.LATE * (1.1 if late else 0.9)
-    m[kernels.MODE_SINCE_JERK] = kernels.SETTLED * (0.9 if special == "JERK" else 1.1)
+    m[kernels.Y0 + kernels.SPEED] = sign * m[kernels.SET_DEPTH] * 2.0 * (1.1 if fast else 0.9)
+    m[kernels.MODE_REST] = 1.1 if late else 0.9
+    m[kernels.MODE_SINCE_JERK] = 0.05 * (0.9 if special == "JERK" else 1.1)
     m[kernels.FRI_SLIDING] = float(special == "SLIDING")
     expected = regime
     if special == "JERK" or (special and regime != "AIR"):
@@ -61,3 +61,12 @@ def test_each_kind_of_motion_has_its_cell(kernels, m, regime, deep, fast, late, 
     elif regime == "HOLD" and (late or deep):
         expected = "LATE_HOLD" if late else "DEEP_HOLD"
     assert kernels.cell_of(m) == getattr(kernels, f"REGIME_{expected}")
+
+
+def test_a_measurement_without_noise_leaves_a_millionth_of_the_deviation(kernels, m, P) -> None:
+    m[kernels.H0 : kernels.H0 + kernels.N] = 0.0
+    m[kernels.H0 + kernels.DELTA], before = 1.0, P[kernels.DELTA, kernels.DELTA]
+    kernels.apply_measurement(m, kernels.CHANNEL_FORCE, 0.0, kernels.spread_of(m))
+    assert P[kernels.DELTA, kernels.DELTA] == pytest.approx(1e-12 * before, rel=1e-6)
+    place = kernels.CHANNEL0 + kernels.CHANNEL_SIZE * kernels.CHANNEL_FORCE
+    assert m[place + kernels.CH_USED] == 1.0

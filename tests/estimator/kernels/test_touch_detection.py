@@ -12,7 +12,7 @@ from scipy.stats import norm, truncnorm
 @pytest.mark.parametrize("a", [-6.0, -1.0, 0.0, 2.5, 7.9, 8.1, 20.0])
 def test_the_mean_above_a_bound_is_that_of_the_truncated_normal(kernels, a) -> None:
     assert kernels.truncated_mean(a) == pytest.approx(
-        math.exp(norm.logpdf(a) - norm.logsf(a)), rel=2e-3 if a > 8.0 else 1e-9
+        math.exp(norm.logpdf(a) - norm.logsf(a)), rel=1e-4 if a > 8.0 else 1e-9
     )
 
 
@@ -55,6 +55,25 @@ def test_a_touch_is_felt_by_three_samples_and_lost_after_some_without(kernels, m
     assert told == [(3.0, 0.0), (5.0, 0.0), (8.0, 1.0), (11.0, 1.0), (12.0, 1.0), (12.0, 1.0)]
     told = feel(kernels, m, [0.0, -100.0, -100.0, -100.0, -100.0])
     assert told == [(11.0, 1.0), (8.0, 1.0), (5.0, 1.0), (2.0, 1.0), (0.0, 0.0)]
+    assert feel(kernels, m, [100.0, 100.0]) == [(3.0, 0.0), (6.0, 1.0)]
+    m[kernels.MODE_TOUCH] = 3.5
+    assert feel(kernels, m, [-100.0]) == [(0.5, 1.0)]
+
+
+def test_zeros_are_excluded_until_a_contact_was_felt_and_nothing_is_felt_without_a_displacement(
+    kernels, m, monkeypatch
+) -> None:
+    asked, zero = [], m[kernels.Y0 + kernels.BIAS]
+    monkeypatch.setattr(kernels, "exclude_zeros", lambda _m, *given: asked.append(given))
+    m[kernels.MODE_TOUCH] = 0.0
+    for met, displacement in ((0.0, 1e-3), (1.0, 1e-3), (0.0, math.nan)):
+        m[kernels.MODE_MET] = met
+        kernels.detect_touch(m, zero, displacement)
+    assert asked == [(-1.0, 1e-3)]  # a force of nothing lacks one standard deviation
+    m[kernels.MODE_BLIND] = 1.0
+    kept = m.copy()
+    kernels.detect_touch(m, zero + 1.0, 1e-3)
+    assert np.array_equal(m, kept)
 
 
 def test_a_force_of_the_noise_alone_is_no_touch_and_a_missing_one_changes_nothing(kernels, m) -> None:
@@ -67,6 +86,8 @@ def test_a_force_of_the_noise_alone_is_no_touch_and_a_missing_one_changes_nothin
 
 
 def test_the_unseen_depth_has_a_force_of_three_standard_deviations_in_the_softest_tip(kernels, m) -> None:
+    first = kernels.LEARNED_FROM
+    m[kernels.P0 + first * kernels.N + first] = 0.05**2  # so wide that softer differs from stiffer
     depth, at = kernels.unseen_depth(m), kernels.TRIED0 + kernels.DELTA
     kernels.copy_state(m)
 
@@ -117,3 +138,22 @@ def test_the_free_depth_is_where_the_tip_was_without_a_force(kernels, m, P, exce
     kernels.exclude_zeros(m, excess, depth)
     expected = depth - 2e-7 - unseen if moves else -math.inf
     assert m[kernels.MODE_FREE_DEPTH] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("stds", [-3.1, -2.9])
+def test_a_bound_cuts_something_off_from_three_standard_deviations_below_the_zero_on(
+    kernels, m, P, stds
+) -> None:
+    j, zero, std = kernels.OFFSET, 1e-3, 1e-4
+    P[j, :], P[:, j] = 0.0, 0.0
+    P[j, j], m[kernels.Y0 + j] = std**2, zero
+    m[kernels.MOTION_POSITION], m[kernels.MOTION_VAR_POSITION] = 1.0, 0.0
+    m[kernels.MODE_FREE_DEPTH] = bound = zero + stds * std
+    m[kernels.MODE_ZERO_MEAN], m[kernels.MODE_ZERO_VAR] = (zero, std**2) if stds > -3.0 else (7.0, 7.0)
+    kernels.exclude_zeros(m, 1.0, 0.0)
+    assert (m[kernels.MODE_ZERO_MEAN], m[kernels.MODE_ZERO_VAR]) == (zero, std * std)
+    cut = truncnorm(stds if stds > -3.0 else -np.inf, np.inf, loc=zero, scale=std)
+    assert (m[kernels.Y0 + j], P[j, j]) == pytest.approx((cut.mean(), cut.var()), rel=1e-6)
+    P[j, j], m[kernels.Y0 + j], m[kernels.MODE_FREE_DEPTH] = std**2, zero, -math.inf
+    kernels.exclude_zeros(m, -1.0, bound)
+    assert (m[kernels.MODE_FREE_DEPTH] > -math.inf) == (stds > -3.0)

@@ -31,7 +31,8 @@ def test_a_margin_is_told_at_the_stated_confidence(kernels, m, monkeypatch, conf
 @pytest.mark.parametrize("value", [1.0, -3e4, 0.0])
 def test_a_value_that_a_sensor_may_measure_is_kept(kernels, value) -> None:
     assert kernels.plausible_value(value) == value
-    for beyond in (math.nan, math.inf, -math.inf, 1e200, -1e200):
+    assert kernels.plausible_value(0.9e50) == 0.9e50
+    for beyond in (math.nan, math.inf, -math.inf, 1e50, -1e50):
         assert math.isnan(kernels.plausible_value(beyond))
 
 
@@ -63,6 +64,8 @@ def test_a_contact_that_a_channel_contradicts_begins_anew_after_a_tenth_of_a_sec
         assert (m[kernels.FORCE_STREAK], m[kernels.DISPLACEMENT_STREAK]) == (0.0, 0.0)
         assert (m[kernels.MODE_CAUTION], m[kernels.MODE_UNEXPLAINED]) == (1.0, 0.0)
         assert m[kernels.MODE_LOST] == pytest.approx(0.002)
+        for j in (kernels.OFFSET, kernels.BIAS):
+            assert m[kernels.P0 + j * (kernels.N + 1)] == m[kernels.PRIOR0 + j]
     else:
         assert m[kernels.MODE_UNEXPLAINED] == 1.0
 
@@ -72,8 +75,94 @@ def test_what_is_lost_for_two_seconds_begins_as_with_the_first_sample(kernels, m
         was = m.copy()
         was[kernels.MODE_LOST], was[kernels.MODE_CONTRADICTED], was[kernels.MODE_PERIOD] = lost, 0.016, 0.004
         kernels.begin_lost_contact_anew(was, 0.002, 1.0, 9e-4)
-        assert (was[kernels.COUNT_RESTARTS] > m[kernels.COUNT_RESTARTS]) == all_anew
+        assert was[kernels.COUNT_RESTARTS] - m[kernels.COUNT_RESTARTS] == float(all_anew)
         assert was[kernels.MODE_PERIOD] == 0.004
+        if all_anew:  # with a zero that may have moved by a tenth of the radius
+            zero = was[kernels.P0 + kernels.OFFSET * (kernels.N + 1)]
+            assert zero == pytest.approx((0.1 * m[kernels.SET_TIP_RADIUS]) ** 2)
+            assert (was[kernels.FORCE_STREAK], was[kernels.DISPLACEMENT_STREAK]) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("dt", "period", "bridged"),
+    [(0.26, 0.06, True), (0.25, 0.01, False), (0.4, 0.1, False), (0.41, 0.1, True)],
+)
+def test_a_pause_is_a_gap_beyond_the_longest_and_four_times_the_usual_spacing(
+    kernels, m, monkeypatch, dt, period, bridged
+) -> None:
+    gaps, steps = [], []
+    monkeypatch.setattr(kernels, "age_channels", lambda *_: None)
+    monkeypatch.setattr(kernels, "bridge_gap", lambda _m, dt, *_: gaps.append(dt))
+    monkeypatch.setattr(kernels, "predict_motion", lambda _m, dt: steps.append(dt))
+    m[kernels.SET_LONGEST_GAP], m[kernels.MODE_PERIOD] = 0.25, period
+    m[kernels.MODE_SLOPE] = 5.0
+    kernels.filter_step(m, dt, math.nan, math.nan, math.nan)
+    assert m[kernels.MODE_SLOPE] == 0.0  # nothing was measured
+    assert gaps == [dt] * bridged
+    assert steps == [0.0 if bridged else dt]
+
+
+@pytest.mark.parametrize(
+    ("age", "displacement", "blind"),
+    [(0.26, math.nan, 1.0), (0.25, math.nan, 0.0), (0.26, 9e-4, 0.0)],
+)
+def test_the_displacement_counts_as_lost_after_the_longest_gap(kernels, m, age, displacement, blind) -> None:
+    m[kernels.SET_LONGEST_GAP], m[kernels.DISPLACEMENT_AGE], m[kernels.MODE_BLIND] = 0.25, age, 0.0
+    kernels.filter_step(m, 1e-3, math.nan, displacement, math.nan)
+    assert m[kernels.MODE_BLIND] == blind
+
+
+@pytest.mark.parametrize(("radius", "count"), [(5e-3, 1), (0.0, 0), (math.nan, 0), (math.inf, 0)])
+def test_a_radius_is_measured_where_there_is_one(kernels, m, monkeypatch, radius, count) -> None:
+    measured = []
+    monkeypatch.setattr(kernels, "measure_radius", lambda _m, value: measured.append(value))
+    kernels.filter_step(m, 2e-3, math.nan, math.nan, radius)
+    assert measured == [radius] * count
+
+
+@pytest.mark.parametrize(
+    ("given", "sound"),
+    [({}, True), ({"LOST": 1.0}, False), ({"MODE_CONTRADICTED": 1e-9}, False), ({"PART": 0.5}, False)],
+)
+def test_friction_is_learned_of_a_sound_estimate_under_a_load_that_is_not_doubted(
+    kernels, m, monkeypatch, given, sound
+) -> None:
+    told = []
+    for name in ("filter_step", "keep_finite", "follow_load", "note_contradiction"):
+        monkeypatch.setattr(kernels, name, lambda *_: None)
+    of_report = float("LOST" not in given)
+    monkeypatch.setattr(kernels, "report", lambda m, *_: m.__setitem__(kernels.REP_SOUND, of_report))
+    monkeypatch.setattr(kernels, "learn_friction", lambda _m, *one: told.append(one))
+    m[kernels.MODE_CONTRADICTED] = given.get("MODE_CONTRADICTED", 0.0)
+    m[kernels.PART0 + kernels.PART_LOST], m[kernels.REP_CONTACT] = given.get("PART", 0.0), 1.0
+    for force, zero in ((0.5, 0.0), (0.0, 1.0)):
+        m[kernels.REP_FORCE], m[kernels.MODE_ZERO_KNOWN] = force, 0.0
+        kernels.update(m, 0.002, 1.0, 9e-4, math.nan, 0.3, 0.0, 0.5)
+        assert m[kernels.MODE_ZERO_KNOWN] == zero
+    begun = []
+    monkeypatch.setattr(kernels, "begin_filter", lambda _m, *one: begun.append(one))
+    for dt in (0.0, -1.0):
+        kernels.update(m, dt, 1.0, 9e-4, math.nan, 0.3, 0.0, 0.5)
+    assert begun == [(1.0, 9e-4)]
+    assert [one[0] for one in told[2:]] == [0.0, 0.0]
+    expected = (0.002, *kernels.utilisation(m), 0.5, True, sound)
+    assert told[:2] == [expected, expected]
+
+
+def test_a_displacement_is_noted_by_what_it_is_off_and_one_that_jumped_is_refused(kernels, m) -> None:
+    channel = kernels.CHANNEL0 + kernels.CHANNEL_SIZE * kernels.CHANNEL_DISPLACEMENT
+    cell = kernels.HEALTH0 + kernels.CELL_SIZE * int(m[kernels.MODE_CELL])
+    assert kernels.CHANNEL_DISPLACEMENT == 0
+    for off in (-1e-6, 1e-6):
+        n = m.copy()
+        n[cell : cell + kernels.CELL_SIZE] = 0.0
+        kernels.use_displacement(n, 2e-3, n[kernels.MOTION_POSITION] + off, 0.49)
+        assert n[cell + kernels.CELL_MEAN] == pytest.approx(math.copysign(0.7, off))
+        assert n[cell + kernels.CELL_NIS] == pytest.approx(0.49)
+        assert n[channel + kernels.CH_USED] == 1.0
+    streak = m[channel + kernels.CH_STREAK]
+    kernels.refuse_displacement(m, 64.0)
+    assert m[channel + kernels.CH_STREAK] == streak + 1.0
 
 
 def test_what_was_lost_is_found_after_a_twentieth_of_a_second_without_contradiction(kernels, m) -> None:
@@ -169,6 +258,7 @@ def test_a_load_without_a_contact_is_beyond_every_limit_and_no_load_is_within(ke
     assert kernels.gauge_of(1.0, 0.0, 2.0, 0.7, (0.0, 1e-3)) == math.inf
     assert kernels.gauge_of(0.0, 1e-3, 2.0, 0.7, (0.0, 0.0)) == 0.0
     assert kernels.gauge_of(2.0, 1e-3, 2.0, 0.7, (0.7, 0.0)) == pytest.approx(0.5, rel=1e-4)
+    assert kernels.gauge_of(0.5, 1e-3, 2.0, 0.7, (0.175, 0.0)) == pytest.approx(0.5, rel=1e-4)
     limit = 0.7 * 2.0 * 1e-3 * kernels.torsion_limit(2.0)
     assert kernels.gauge_of(2.0, 1e-3, 2.0, 0.7, (0.0, 0.5 * limit)) == pytest.approx(0.5, rel=1e-3)
     assert kernels.load_of(-0.3, math.nan) == (0.3, 0.0)
@@ -202,3 +292,75 @@ def test_friction_may_be_another_in_each_new_contact_and_not_in_the_air(kernels,
         seen.append((m[kernels.REP_CONTACT], m[kernels.FRI_VAR]))
     assert [contact for contact, _ in seen] == [0.0, 1.0, 0.0, 1.0]
     assert [var for _, var in seen] == pytest.approx([0.001, 0.011, 0.011, 0.021])
+
+
+@pytest.mark.parametrize(
+    ("regime", "rest"), [("AIR", 0.31), ("HOLD", 0.31), ("LOADING", 0.0), ("UNLOADING", 0.0)]
+)
+def test_a_tip_rests_while_it_neither_loads_nor_unloads(kernels, m, monkeypatch, regime, rest) -> None:
+    monkeypatch.setattr(kernels, "regime_of", lambda _: getattr(kernels, f"REGIME_{regime}"))
+    monkeypatch.setattr(kernels, "cell_of", lambda m: 7.0 + m[kernels.MODE_SINCE_JERK])
+    m[kernels.MODE_REST] = m[kernels.MODE_SINCE_JERK] = 0.3
+    kernels.note_regime(m, 0.01)
+    assert m[kernels.MODE_REST] == pytest.approx(rest)
+    assert m[kernels.MODE_CELL] == 7.0 + m[kernels.MODE_SINCE_JERK] == pytest.approx(7.31)
+
+
+SEEN = 9e-4  # [m]
+OTHER = "keep, predict 0.0009, return, predict nan, "
+
+
+@pytest.mark.parametrize(
+    ("displacement", "off", "surprise", "calls"),
+    [
+        (math.nan, [7.1], 0.0, "predict nan, force 7.1, extremes False"),
+        (math.nan, [], 0.0, "predict nan, extremes False"),
+        (SEEN, [], 50.0, "keep, predict 0.0009, displacement 50.0, extremes True"),
+        (SEEN, [7.1], 49.0, "keep, predict 0.0009, force 7.1, displacement 49.0, extremes True"),
+        (SEEN, [-7.0], 50.0, "keep, predict 0.0009, force -7.0, displacement 50.0, extremes True"),
+        (SEEN, [7.1, 7.0], 50.0, OTHER + "force 7.0, extremes False, refuse 50.0"),
+        (SEEN, [-7.1, 7.1, 7.2], 50.0,
+         OTHER + "return, predict 0.0009, force 7.2, displacement 50.0, extremes True"),
+    ],
+)  # fmt: skip
+def test_of_displacement_and_force_that_contradict_each_other_the_one_that_jumped_is_refused(
+    kernels, m, monkeypatch, displacement, off, surprise, calls
+) -> None:
+    """The displacement, where the force fits the motion as it was expected; beyond seven deviations each."""
+    done, left = [], list(off)
+
+    def notes(name, place=None):
+        def note(_m, *given):
+            done.append(name if place is None else f"{name} {given[place]}")
+
+        return note
+
+    for function, note in {
+        "predict": notes("predict", 1), "keep_belief": notes("keep"),
+        "use_displacement": notes("displacement", 2), "follow_extremes": notes("extremes", 1),
+        "refuse_displacement": notes("refuse", 0), "return_belief": notes("return"),
+    }.items():  # fmt: skip
+        monkeypatch.setattr(kernels, function, note)
+    monkeypatch.setattr(kernels, "use_force", lambda _m, _dt, by, _: done.append(f"force {2.0 * by}"))
+    monkeypatch.setattr(kernels, "surprise_of", lambda *_: surprise)
+    monkeypatch.setattr(kernels, "expect_innovation", lambda *_: (0.5 * left.pop(0), 0.25))
+    m[kernels.MODE_CAUTION], m[kernels.MODE_CORNER], m[kernels.MODE_BLIND] = 0.0, 7.0, 0.0
+    kernels.take_sample(m, 2e-3, 1.0 if off else math.nan, displacement)
+    assert ", ".join(done) == calls
+    corner = 0.0 if math.isnan(displacement) else displacement - m[kernels.MOTION_POSITION]
+    assert m[kernels.MODE_CORNER] == corner
+    assert m[kernels.MODE_CAUTION] == (0.1 if "refuse" in calls else 0.0)
+
+
+@pytest.mark.parametrize(("blind", "depth"), [(1.0, 0.0), (0.0, -1e-3)])
+def test_without_a_displacement_a_tip_is_nowhere_in_the_air_and_its_force_alone_is_expected(
+    kernels, m, monkeypatch, blind, depth
+) -> None:
+    monkeypatch.setattr(kernels, "predict", lambda *_: None)
+    monkeypatch.setattr(kernels, "expect_force", lambda *_: (1.0, 0.0))
+    monkeypatch.setattr(kernels, "expect_force_alone", lambda *_: (1.0, 1.0))
+    m[kernels.MODE_BLIND], m[kernels.Y0 + kernels.DELTA], m[kernels.Y0 + kernels.SPEED] = blind, -1e-3, 0.1
+    kernels.take_sample(m, 2e-3, math.nan, math.nan)
+    assert m[kernels.Y0 + kernels.DELTA] == depth
+    assert m[kernels.Y0 + kernels.SPEED] == (0.0 if blind else 0.1)
+    assert kernels.expect_innovation(m, 1.0) == (1.0, blind)
