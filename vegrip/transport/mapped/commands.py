@@ -33,6 +33,7 @@ Write = Callable[[float], tuple[Any, bool]]
 """From a value in its unit to that on the wire, and whether the signal cannot hold it."""
 
 FLOATS: Final = {16: "<e", 32: "<f", 64: "<d"}
+LARGEST: Final = {16: 65504.0, 32: 3.4028234663852886e38, 64: 1.7976931348623157e308}
 ROUNDED: Final = 1e-5  # of a gain and an offset that are written in a map, times the largest value
 ON_STATE: Final = frozenset({"position", "increment"})
 """Kinds of commands that rest on what is measured."""
@@ -125,7 +126,7 @@ class Outgoing:
     count: int = 0
     last: int = NOT_YET  # [ns] when it was last sent
     # of a frame
-    modulus: int = 1
+    modulus: int = 0  # of its counter; 0: what the bits hold
     guard: Protection | None = None
     checksum: str = ""  # the signal with it
     waits: bool = False  # its device answers it: it is made when it is its turn on the line
@@ -315,22 +316,24 @@ class FrameCommands(Commands):
     @property
     def unset(self) -> dict[str, list[str]]:
         """The signals of each message that are sent as raw zero because the map says nothing of them."""
-        return {
-            one.name: [
+        found: dict[str, list[str]] = {}
+        for one in self._outgoing.values():
+            of_message = found.setdefault(one.name, [])
+            of_message += [
                 name
                 for name, signal in self._plan.database.messages[one.name].signals.items()
                 if (not signal.selected_by or one.constants.get(signal.selected_by) in signal.selectors)
-                and name not in _filled(one)
+                and name not in {*of_message, *_filled(one)}
             ]
-            for one in self._outgoing.values()
-        }
+        return found
 
     def _packing(self, outgoing: Outgoing, raws: list[str], scope: dict[str, Any]) -> str:
         carried = [(target.place, *(each[0] for each in target.shares)) for target in outgoing.targets]
         names = [signal.name for signals in carried for signal in signals]
         numbers = outgoing.constants | dict(zip(names, raws, strict=True))
         if outgoing.counter:
-            numbers[outgoing.counter] = f"outgoing.count % {outgoing.modulus}"
+            count = f"outgoing.count % {outgoing.modulus}" if outgoing.modulus else "outgoing.count"
+            numbers[outgoing.counter] = count
         if outgoing.motion is not None:
             numbers[outgoing.motion.motion] = "outgoing.position(f0, r0)"
         message = self._plan.database.messages[outgoing.name]
@@ -383,9 +386,7 @@ class FrameCommands(Commands):
             outgoing.guard = protection(spec.checksum, message, where)
             outgoing.checksum = spec.checksum.signal
             outgoing.counter = spec.counter
-            outgoing.modulus = spec.modulus or (
-                1 << message.signals[spec.counter].length if spec.counter else 1
-            )
+            outgoing.modulus = spec.modulus
         return outgoing
 
 
@@ -402,11 +403,9 @@ def rounding(signal: Signal, *, raw: bool = False) -> Write:
         return (found, False) if low <= found <= high else (min(max(found, low), high), True)
 
     def real(value: float) -> tuple[int, bool]:
-        try:
-            packed = struct.pack(FLOATS[signal.length], (value - offset) / scale)
-        except OverflowError:
-            return 0, True
-        return int.from_bytes(packed, "little"), False
+        steps, end = (value - offset) / scale, LARGEST[signal.length]
+        packed = struct.pack(FLOATS[signal.length], min(max(steps, -end), end))
+        return int.from_bytes(packed, "little"), abs(steps) > end
 
     return real if signal.is_float else whole
 
