@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import msgpack
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -151,3 +152,8 @@ def test_the_bytes_of_a_finger_are_told_unless_more_than_the_bytes_matters() -> 
 def test_a_stamp_that_comes_as_a_float_is_sent_as_a_whole_number() -> None:
     state = FingertipState(5e6, "ring", 7, 1.5)  # type: ignore[arg-type]
     assert repr(through_msgpack(state)) == repr(FingertipState(5_000_000, "ring", 7, 1.5))
+
+
+def test_a_quantity_that_comes_as_a_whole_number_is_sent_as_a_float() -> None:
+    _, payload = MsgpackCodec().encode(FingertipState(5, "ring", 7, 2)) or ("", b"")
+    assert repr(msgpack.unpackb(payload[12:])["normal_force"]) == "2.0"
