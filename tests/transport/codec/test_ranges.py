@@ -87,6 +87,7 @@ def test_a_bound_from_below_that_is_beyond_its_range_is_the_end_of_it_and_one_wi
 def test_a_bound_that_lacks_a_billionth_of_a_step_is_on_the_grid_and_any_other_value_is_rounded() -> None:
     bound, value = Scaled(1.0, -9, 9, {}, rounds_down=True), Scaled(1.0, -9, 9, {})
     assert [bound.write(steps) for steps in (5.0, 5.0 - 0.9e-9, 5.0 - 1.1e-9, 4.6)] == [5, 5, 4, 4]
+    assert value.absent == 0
     assert [value.write(steps) for steps in (5.0 - 1.1e-9, 4.6, 4.4, 9.4, 9.6)] == [5, 5, 4, 9, None]
 
 

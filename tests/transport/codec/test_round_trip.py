@@ -136,7 +136,7 @@ def test_words_without_a_code_become_other(fd: bool, examples: list[Message]) ->
 
 
 def test_names_of_failures_without_a_signal_are_summed_as_other(examples: list[Message]) -> None:
-    status = dataclasses.replace(examples[-1], rejected={"checksum": 3, "schema": 4, "type": 5})  # type: ignore[call-arg]
+    status = dataclasses.replace(examples[-1], rejected={"checksum": 3, "schema": 4, "state": 5})  # type: ignore[call-arg]
     assert through_can(status, fd=True).rejected == {"checksum": 3, "other": 9}  # type: ignore[union-attr]
     assert through_can(status, fd=False).rejected == {"other": 12}  # type: ignore[union-attr]
 

@@ -301,12 +301,12 @@ def test_a_command_that_the_bits_cannot_hold_stops_at_their_end(tmp_path, force,
 @pytest.mark.parametrize("kind", ["force", "current", "increment", "position"])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_device_makes_of_a_value_the_force_that_it_was_made_of(kind, sign):
-    law = Law(kind, 0.4, sign, 2.5, 0.0 if kind == "position" else 7.0)
+    law = Law(kind, 0.4, sign, 2.0, 0.0 if kind == "position" else 7.0)
     for before in (math.nan, 1.5):
         known = {"force": 3.25, "before": before, "felt": 2.25, "position": 12.0}
         value = eval(law.text("force", "before"), known)  # noqa: S307 (numbers and names of ours)
         assert law.force(value, before, 2.25, 12.0) == pytest.approx(3.25)
-    assert law.at_rest(3.25) == pytest.approx(sign * 2.5 * 0.4 * 3.25)
+    assert law.at_rest(3.25) == pytest.approx(sign * 2.0 * 0.4 * 3.25)
 
 
 @pytest.mark.parametrize(
@@ -346,6 +346,20 @@ def test_a_sum_over_two_messages_is_missing_once_one_of_them_is_old(tmp_path):
     hand.decode_all(position(1, Tz=0.5))
     assert hand.decode_all(tip(1, stamp=100 * MS + 1, Fz=2.0))[0].normal_force == pytest.approx(2.5)
     assert math.isnan(hand.decode_all(tip(2, stamp=100 * MS + 2, Fz=2.0))[0].normal_force)
+
+
+@pytest.mark.parametrize(
+    "asked",
+    ['poll = [{ identifier = 48, expects = "Tip1" }]', 'opening = [{ identifier = 48, data = "01" }]'],
+)
+def test_frames_that_come_answer_a_poll_and_break_the_silence_after_an_opening(tmp_path, asked):
+    hand = MappedCodec(open_plan(written(tmp_path, PLAIN_DBC, f"{PLAIN_MAP}\n[device]\n{asked}\n")))
+    sent = []
+    for n in range(1, 31):
+        sent += [frame for frame in hand.due(n * 100 * MS) if frame.arbitration_id == 48]
+        assert hand.decode_all(tip(n, stamp=n * 100 * MS + MS))
+    assert len(sent) == (30 if asked.startswith("poll") else 1)
+    assert hand.rejected.total() == 0
 
 
 def test_what_a_device_says_of_its_contact_is_reported_fifty_times_a_second(tmp_path):
