@@ -330,6 +330,17 @@ def test_each_new_force_goes_with_the_next_position_and_a_force_of_zero_opens():
     assert [one.position(*each) for each in asked] == [251, 251, 252, 3, 250, 251]
 
 
+def test_a_hand_that_is_opened_by_a_motion_is_sent_its_least_force_with_it_and_nothing_is_counted(tmp_path):
+    motion = 'motion = "Enable"\nclosed = [1]\nlow = 2.0'
+    text = PLAIN_MAP.replace("set = { Enable = 1 }", motion)
+    hand = MappedCodec(open_plan(written(tmp_path, PLAIN_DBC, text)))
+    for n, (force, sent, is_closed) in enumerate([(3.0, 3.0, 1), (0.0, 2.0, 0)]):
+        (frame,) = hand.encode(command(force, stamp=n))
+        values = DBC.decode_message(512, frame.data)
+        assert (values["Grip"], values["Enable"]) == (pytest.approx(sent), is_closed)
+    assert not hand.clipped
+
+
 @pytest.mark.parametrize(("size", "missing", "count"), [(1, 2, 1), (2, 1, 1), (4, 0, 0)])
 def test_a_short_frame_gives_the_values_that_it_holds_whole(hand, size, missing, count):
     whole = position(1)
