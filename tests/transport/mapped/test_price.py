@@ -99,7 +99,7 @@ def test_a_force_that_is_turned_stands_still_when_all_stand_that_it_is_made_of(t
     assert found["force_frozen_after"] == pytest.approx(run, abs=1e-3)
 
 
-REAL_DBC = PLAIN_DBC.replace("Tip1: 8", "Tip1: 12").replace("Fz : 0|16@1-", "Fz : 64|32@1-")
+REAL_DBC = PLAIN_DBC.replace("Tip1: 8", "Tip1: 12").replace("Fz : 0|16@1- (0.01,", "Fz : 64|32@1- (0.5,")
 REAL_DBC += "SIG_VALTYPE_ 256 Fz : 1;\n"
 
 
@@ -113,7 +113,7 @@ REAL_DBC += "SIG_VALTYPE_ 256 Fz : 1;\n"
     ids=["float", "table", "drive"],
 )
 def test_where_no_steps_are_known_the_watchdog_stays_as_it_is(tmp_path, dbc, text):
-    text = text.replace('"Tip1.Fz"', '"Tip1.Fz"\nnoise = 0.0029').replace("(0.01,0)", "(0.5,0)")
+    text = text.replace('"Tip1.Fz"', '"Tip1.Fz"\nnoise = 0.0029')
     assert "watchdog" not in settings(open_plan(written(tmp_path, dbc, text)))
 
 
