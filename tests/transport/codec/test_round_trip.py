@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.messages import UNKNOWN, Estimate, FingertipState, Message
+from vegrip.messages import UNKNOWN, Estimate, FingertipState, ForceCommand, Message, Reason
 from vegrip.transport.codec import CanCodec, MsgpackCodec
 from vegrip.transport.codec.database import layouts
 from vegrip.transport.codec.schema import message_set
@@ -147,6 +147,23 @@ def test_the_bytes_of_a_finger_are_told_unless_more_than_the_bytes_matters() -> 
     assert CanCodec(("thumb",), fd=True).line("index") is None
     assert CanCodec(("thumb",), fd=True, hand_clock=lambda _, received: received).line("thumb") is None
     assert CanCodec(("thumb",), fd=True, reach=3).line("thumb") is None
+
+
+@pytest.mark.parametrize(("lifetime", "steps"), [(0.1, 1000), (0.05, 500), (10.0, 0)])
+def test_the_bytes_of_a_finger_are_told_by_identifiers_and_a_lifetime_in_steps(
+    lifetime: float, steps: int
+) -> None:
+    codec = CanCodec(("thumb", "index"), fd=True)
+    line, memory = codec.line("index"), dict[str, float]()
+    assert line is not None
+    line.write_to(memory, lifetime)
+    sent = [
+        codec.encode(one)[0].arbitration_id
+        for one in (FingertipState(0, "index", 0), ForceCommand(0, "index", 0, 1.0, 0.0, Reason.HOLD, 0))
+    ]
+    assert [memory["SETUP_STATE_ID"], memory["SETUP_COMMAND_ID"]] == sent
+    assert memory["SETUP_EXPIRES"] == steps
+    assert line.carries(lifetime) == (steps > 0)
 
 
 def test_a_stamp_that_comes_as_a_float_is_sent_as_a_whole_number() -> None:
