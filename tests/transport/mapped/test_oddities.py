@@ -243,8 +243,10 @@ table = [[32.0, 32.0], [212.0, 212.0]]\ntable_unit = "degF"\n"""
 
 @pytest.mark.parametrize(("unit", "newtons"), [("", 1.0), ('unit = "mN"\n', 1e-3)])
 def test_a_raw_count_is_newtons_unless_its_unit_is_stated(tmp_path, unit, newtons):
-    text = f'{ALONE}signal = "Both.FzB"\nraw = true\nscale = 0.5\n{unit}'
-    (state,) = MappedCodec(open_plan(written(tmp_path, DBC, text))).decode_all(frame("Both", Mux=2, FzB=-200))
+    text = f'{ALONE}signal = "Both.FzA"\nraw = true\nscale = 0.5\n{unit}'
+    (state,) = MappedCodec(open_plan(written(tmp_path, DBC, text))).decode_all(
+        frame("Both", Mux=1, FzA=-2.0, FxA=0, FyA=0)
+    )
     assert state.normal_force == pytest.approx(-100.0 * newtons)
 
 
