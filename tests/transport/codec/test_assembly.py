@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 
 from vegrip.messages import ContactEstimate, FingertipState, Message
 from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.codec.database import layouts
+from vegrip.transport.codec.frame_codec import Assembly, Whole
 
 FINGERS = ("thumb", "index")
 PERIOD = 2_000_000  # [ns]
@@ -121,6 +123,14 @@ def test_a_state_in_fewer_parts_forgets_what_the_last_one_measured() -> None:
     assert state.normal_force == 2.0
     assert math.isnan(state.torque_z)
     assert math.isnan(state.contact_radius)
+
+
+def test_the_last_of_all_parts_completes_a_state_even_where_it_does_not_say_so() -> None:
+    parts = next(x.parts for x in layouts().layouts if x.schema.cls is FingertipState and not x.fd)
+    assembly = Assembly(parts, 0)
+    cells = [(part.number,) * part.cells for part in parts]
+    told = [assembly.put(number, 4, False, cells[number - 1], 7 + number, 0) for number in (1, 2, 3)]
+    assert told == [None, None, Whole(sum(cells, ()), 4, 8, 0)]
 
 
 def test_the_stamp_is_that_of_the_first_part() -> None:

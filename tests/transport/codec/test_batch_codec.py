@@ -99,7 +99,7 @@ def test_a_row_has_the_number_of_its_finger_above_the_identifiers_of_a_bus() -> 
 def test_batches_count_up_in_16_bits() -> None:
     codec = BatchCodec(FINGERS)
     first, second = (int.from_bytes(packed(codec, states())[2:4], "big") for _ in range(2))
-    assert second == first + 1
+    assert (first, second) == (1, 2)
     data = bytearray(packed(codec, states()))
     for _ in range(0x10000):
         codec.seal(data, FingertipState, len(FINGERS))
@@ -120,6 +120,13 @@ def test_a_cut_batch_is_refused(cut: int) -> None:
     codec = BatchCodec(FINGERS)
     assert codec.rows_in(packed(codec, states())[:cut], FingertipState) == -1
     assert codec.rejected.total() == 1
+
+
+@pytest.mark.parametrize(("size", "why"), [(4096, "checksum"), (4097, "size")])
+def test_a_batch_has_at_most_4096_bytes(size: int, why: str) -> None:
+    codec = BatchCodec(FINGERS)
+    assert codec.rows_in(bytes(size), FingertipState) == -1
+    assert codec.rejected == {why: 1}
 
 
 @pytest.mark.parametrize(("at", "why"), [(12, "version"), (13, "rows"), (14, "rows")])

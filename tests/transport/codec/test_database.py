@@ -7,6 +7,8 @@ from typing import Any
 import cantools
 import pytest
 from cantools.database.can import Message as DbcMessage
+from cantools.database.can import Signal
+from cantools.database.conversion import BaseConversion
 
 from vegrip import messages
 from vegrip.effects import BUILT_IN
@@ -15,8 +17,9 @@ from vegrip.estimator.layout import CHANNELS, REGIMES
 from vegrip.messages import UNKNOWN, Condition, Lifecycle, Reason
 from vegrip.transport.codec.database import HEADER, build_layouts, database, layouts
 from vegrip.transport.codec.schema import CLASSES, message_set, read_proto
-from vegrip.transport.codec.signals import PARTS_OF_ESTIMATE
+from vegrip.transport.codec.signals import PARTS_OF_ESTIMATE, Place, plan
 
+REAL = BaseConversion.factory(1, 0, is_float=True)
 ON_CAN = tuple(cls for cls, schema in message_set().messages.items() if schema.on_can)
 FD_LENGTHS = (8, 12, 16, 20, 24, 32, 48, 64)
 
@@ -233,6 +236,10 @@ def test_every_float_is_declared_as_one() -> None:
         ("SG_ adjustment : 32|16@1-", "SG_ adjustment : 39|16@0-"),
         ("SG_ adjustment : 32|16@1-", "SG_ adjustment : 32|12@1-"),
         ("SG_ adjustment : 32|16@1-", "SG_ adjustment : 36|6@1-"),
+        ("SG_ adjustment : 32|16@1-", "SG_ adjustment : 36|5@1-"),
+        ("SG_ adjustment : 32|16@1-", "SG_ adjustment M : 32|16@1-"),
+        ("SG_ adjustment : 128|32@1- (1,0)", "SG_ adjustment : 128|32@1- (2,0)"),
+        ("SG_ adjustment : 128|32@1- (1,0)", "SG_ adjustment : 128|32@1- (1,2)"),
         ("SG_ adjustment : 32|16@1-", "SG_ weight : 32|16@1-"),
         ('BA_ "MessageSetVersion" 1;', 'BA_ "MessageSetVersion" 2;'),
         ('BA_ "E2EProfile" BO_ 64 2;', 'BA_ "E2EProfile" BO_ 64 0;'),
@@ -245,6 +252,15 @@ def test_a_database_that_cannot_be_followed_is_refused(before: str, after: str) 
     edited = re.sub(r"^(CM_|VAL_).*adjustment.*\n", "", text().replace(before, after), flags=re.MULTILINE)
     with pytest.raises(ConfigError, match=r"fingertip\.dbc"):
         build_layouts(loaded(edited))
+
+
+def test_whole_cells_of_every_size_and_bits_within_a_byte_are_laid_out_around_reserved_bytes() -> None:
+    wide = Signal("real", 80, 64, conversion=REAL), Signal("whole", 16, 64, is_signed=True)
+    narrow = Signal("byte", 8, 8), Signal("low", 152, 3), Signal("high", 155, 5)
+    packer, places = plan(DbcMessage(1, "M", 22, [*wide, *narrow]))
+    assert packer.format == "<xBqdxBxx"
+    bits = {"low": Place(3, 0, 0b111), "high": Place(3, 3, 0b11111)}
+    assert places == {"byte": Place(0), "whole": Place(1), "real": Place(2), **bits}
 
 
 def test_a_moved_signal_is_followed() -> None:

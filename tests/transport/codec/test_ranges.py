@@ -84,6 +84,18 @@ def test_a_bound_from_below_that_is_beyond_its_range_is_the_end_of_it_and_one_wi
     assert bound.clip(-101.0 * scale) == bound.clip(math.inf) == 127  # it would promise too much
 
 
+def test_a_bound_that_lacks_a_billionth_of_a_step_is_on_the_grid_and_any_other_value_is_rounded() -> None:
+    bound, value = Scaled(1.0, -9, 9, {}, rounds_down=True), Scaled(1.0, -9, 9, {})
+    assert [bound.write(steps) for steps in (5.0, 5.0 - 0.9e-9, 5.0 - 1.1e-9, 4.6)] == [5, 5, 4, 4]
+    assert value.absent == 0
+    assert [value.write(steps) for steps in (5.0 - 1.1e-9, 4.6, 4.4, 9.4, 9.6)] == [5, 5, 4, 9, None]
+
+
+def test_a_required_value_beyond_a_small_range_is_its_end() -> None:
+    small = Scaled(1e-3, -100, 100, {127: math.nan}, required=True)
+    assert [small.clip(value) for value in (0.2, -0.2, math.nan)] == [100, -100, None]
+
+
 @pytest.mark.parametrize("time", [0.0, 0.019, 0.02, 1.234, 5.06, 5.07, 3600.0])
 def test_a_time_to_slip_is_never_rounded_up(time: float) -> None:
     received, _ = through(SlipMargin(0, "thumb", 0, earliest_slip=time), fd=False)

@@ -106,11 +106,12 @@ def test_an_infinite_margin_is_named(examples: list[Message]) -> None:
     assert refused(infinite, fd=True) == {"value": 1}
 
 
+@pytest.mark.parametrize("channels", [64, 1 << 20])
 def test_a_contact_by_channels_that_have_no_name_is_not_sent_and_counted(
-    fd: bool, examples: list[Message]
+    channels: int, fd: bool, examples: list[Message]
 ) -> None:
     sender = CanCodec(FINGERS, fd=fd)
-    assert sender.encode(dataclasses.replace(examples[1], channels=1 << 20)) == []  # type: ignore[type-var]
+    assert sender.encode(dataclasses.replace(examples[1], channels=channels)) == []  # type: ignore[type-var]
     assert sender.clipped == {"channels": 1}
 
 
@@ -122,6 +123,7 @@ def test_a_real_travels_as_it_is_and_one_beyond_single_precision_does_not(value:
     real = Real()
     assert repr(real.read(real.write(value))) == repr(value)
     assert real.write(math.copysign(2.0**128, value)) is None
+    assert real.write(math.copysign(math.inf, value)) is None
 
 
 def test_an_infinite_force_is_named(examples: list[Message]) -> None:
@@ -204,6 +206,7 @@ OTHER_FAULTS: dict[str, tuple[str, str, object]] = {
     "an infinite estimate": ("value", "slip_margin", MARGIN | {"margin": [float("inf"), *KNOWN[1:]]}),
     "text in an estimate": ("type", "slip_margin", MARGIN | {"margin": [0.25, "0.01", True, 0.0]}),
     "a number for a flag": ("type", "slip_margin", MARGIN | {"margin": [0.25, 0.01, 1, 0.0]}),
+    "text for a quantity": ("type", "state", MARGIN | {"normal_force": "4.2"}),
     "an infinite quantity": ("value", "state", MARGIN | {"normal_force": float("-inf")}),
     "a number for a name": ("type", "slip_margin", MARGIN | {"finger": 7}),
     "a list of counts": ("type", "status", STATUS | {"rejected": [3]}),
@@ -277,6 +280,8 @@ def test_fields_of_a_later_revision_are_passed_over() -> None:
         ({"finger": "i" * 64}, {}),
         ({"note": "n" * 256}, {}),
         ({"note": "n" * 257}, {"schema": 1}),
+        ({"weights": [1] * 8}, {}),
+        ({"weights": [1] * 9}, {"schema": 1}),
         ({"weights": dict.fromkeys(map(str, range(64)), 1)}, {}),
         ({"weights": dict.fromkeys(map(str, range(65)), 1)}, {"schema": 1}),
     ],
@@ -298,6 +303,19 @@ def test_a_payload_too_long_or_too_short_is_named() -> None:
     for size in (13, 4096):
         assert receiver.decode("/hand/index/force_command", bytes(size), 0) is None
     assert receiver.rejected == {"size": 5, "checksum": 2}
+
+
+def test_a_payload_of_4096_bytes_is_sent_and_a_longer_one_is_not() -> None:
+    def status(length: int) -> NodeStatus:
+        names = [f"{n:02}".ljust(64 if n else length, "x") for n in range(60)]
+        return NodeStatus(5, "grasp", 7, Lifecycle.ACTIVE, rejected=dict.fromkeys(names, 1))
+
+    sender = MsgpackCodec()
+    sent = [sender.encode(status(length)) for length in range(1, 65)]
+    sizes = [len(payload) for _, payload in (one or ("", b"") for one in sent)]
+    assert max(sizes) == 4096
+    assert sender.clipped == {"size": sizes.count(0)}
+    assert sizes.count(0) > 0
 
 
 def test_bytes_after_the_message_are_refused() -> None:

@@ -5,11 +5,12 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import msgpack
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.messages import UNKNOWN, Estimate, FingertipState, Message
+from vegrip.messages import UNKNOWN, Estimate, FingertipState, ForceCommand, Message, Reason
 from vegrip.transport.codec import CanCodec, MsgpackCodec
 from vegrip.transport.codec.database import layouts
 from vegrip.transport.codec.schema import message_set
@@ -135,7 +136,7 @@ def test_words_without_a_code_become_other(fd: bool, examples: list[Message]) ->
 
 
 def test_names_of_failures_without_a_signal_are_summed_as_other(examples: list[Message]) -> None:
-    status = dataclasses.replace(examples[-1], rejected={"checksum": 3, "schema": 4, "type": 5})  # type: ignore[call-arg]
+    status = dataclasses.replace(examples[-1], rejected={"checksum": 3, "schema": 4, "state": 5})  # type: ignore[call-arg]
     assert through_can(status, fd=True).rejected == {"checksum": 3, "other": 9}  # type: ignore[union-attr]
     assert through_can(status, fd=False).rejected == {"other": 12}  # type: ignore[union-attr]
 
@@ -148,6 +149,28 @@ def test_the_bytes_of_a_finger_are_told_unless_more_than_the_bytes_matters() -> 
     assert CanCodec(("thumb",), fd=True, reach=3).line("thumb") is None
 
 
+@pytest.mark.parametrize(("lifetime", "steps"), [(0.1, 1000), (0.05, 500), (10.0, 0)])
+def test_the_bytes_of_a_finger_are_told_by_identifiers_and_a_lifetime_in_steps(
+    lifetime: float, steps: int
+) -> None:
+    codec = CanCodec(("thumb", "index"), fd=True)
+    line, memory = codec.line("index"), dict[str, float]()
+    assert line is not None
+    line.write_to(memory, lifetime)
+    sent = [
+        codec.encode(one)[0].arbitration_id
+        for one in (FingertipState(0, "index", 0), ForceCommand(0, "index", 0, 1.0, 0.0, Reason.HOLD, 0))
+    ]
+    assert [memory["SETUP_STATE_ID"], memory["SETUP_COMMAND_ID"]] == sent
+    assert memory["SETUP_EXPIRES"] == steps
+    assert line.carries(lifetime) == (steps > 0)
+
+
 def test_a_stamp_that_comes_as_a_float_is_sent_as_a_whole_number() -> None:
     state = FingertipState(5e6, "ring", 7, 1.5)  # type: ignore[arg-type]
     assert repr(through_msgpack(state)) == repr(FingertipState(5_000_000, "ring", 7, 1.5))
+
+
+def test_a_quantity_that_comes_as_a_whole_number_is_sent_as_a_float() -> None:
+    _, payload = MsgpackCodec().encode(FingertipState(5, "ring", 7, 2)) or ("", b"")
+    assert repr(msgpack.unpackb(payload[12:])["normal_force"]) == "2.0"

@@ -3,7 +3,7 @@
 import dataclasses
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from vegrip.messages import FingertipState, ForceCommand, Message, Reason
@@ -24,6 +24,8 @@ def test_the_stamp_is_the_receive_time(fd: bool) -> None:
     assert one(frame, 7_000_000_123, False).stamp == 7_000_000_123  # type: ignore[union-attr]
 
 
+@example(sent=5 * HOUR, delay=-HOUR // 2)
+@example(sent=5 * HOUR, delay=HOUR // 2)
 @given(sent=st.integers(0, 2000 * HOUR), delay=st.integers(-HOUR // 2, HOUR // 2))
 def test_the_sender_time_is_recovered_across_the_wrap_of_its_counter(sent: int, delay: int) -> None:
     sent -= sent % MICROSECOND

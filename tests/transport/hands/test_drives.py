@@ -177,6 +177,20 @@ def opened(table, path):
     return MappedLinkEndpoint([], MappedCodec(make_plan(hand, read_database(hand), ("jaw",))))
 
 
+def test_a_command_that_waits_for_its_turn_is_held_once_it_was_sent_and_its_time_is_over():
+    path = map_of("robotiq-2f85")
+    table = read_toml(path)
+    hand = parse_map(table | {"command": table.get("command", {}) | {"silence": "unknown"}}, path)
+    encoder = MappedCodec(make_plan(hand, read_database(hand), ("jaw",))).encoder
+    encoder.encode(asked := command(50.0))
+    encoder.due(asked.expires)
+    assert encoder.held == 0  # it never left
+    (outgoing,) = encoder.wanted()
+    outgoing.message(asked.expires)
+    encoder.due(asked.expires + NS)
+    assert encoder.held == 1
+
+
 def test_a_force_that_is_no_number_moves_nothing(plan):
     codec = MappedCodec(plan)
     for force in (math.nan, math.inf, -1.0):

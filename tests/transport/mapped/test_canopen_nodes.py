@@ -61,20 +61,22 @@ def test_a_node_that_is_not_operational_and_an_emergency_are_counted_by_name(pla
     for state in (0x7F, 0x04, 0x05):
         codec.decode_all(frame(0x720, state))
     codec.decode_all(frame(0xA0, 0x30, 0x81, 0x11, 0, 0, 0, 0, 0))
-    codec.decode_all(frame(0xA0, 0, 0, 0, 0, 0, 0, 0, 0))  # it is over
+    codec.decode_all(frame(0xA0, 0, 0, 0x11, 0, 0, 0, 0, 0))  # it is over
     codec.decode_all(frame(0x721, 0x7F))  # of another node
+    codec.decode_all(frame(0xA1, 0x30, 0x81, 0x11, 0, 0, 0, 0, 0))
     assert codec.rejected["not_operational"] == 2
     assert codec.rejected["emergency"] == 1
-    assert codec.foreign == 1
+    assert codec.foreign == 2
 
 
 def test_one_request_of_a_node_is_on_its_way_at_a_time_and_one_without_answer_is_given_up():
     rejected = Counter()
-    nodes = CanopenNodes([32, 33], [(32, 0x2000, 1), (32, 0x2001, 0), (33, 0x2000, 1)], 5 * MS, rejected)
+    objects = [(32, 0x2000, 1), (32, 0x2001, 0), (32, 0x2002, 7), (33, 0x2000, 1)]
+    nodes = CanopenNodes([32, 33], objects, 5 * MS, rejected)
     first = nodes.due(0)
-    assert [(one.arbitration_id, one.data[:4].hex()) for one in first] == [
-        (0x620, "40002001"),
-        (0x621, "40002001"),
+    assert [(one.arbitration_id, one.data.hex()) for one in first] == [
+        (0x620, "4000200100000000"),
+        (0x621, "4000200100000000"),
     ]
     assert nodes.due(10 * MS) == []
     assert nodes.receive(frame(0x5A0, 0x4F, 0, 0x20, 1, 7, 0, 0, 0))
@@ -82,8 +84,14 @@ def test_one_request_of_a_node_is_on_its_way_at_a_time_and_one_without_answer_is
     assert second.data[:4].hex() == "40012000"
     assert nodes.receive(frame(0x5A0, 0x80, 1, 0x20, 0, 0, 0, 2, 6))
     assert rejected["sdo_abort"] == 1
-    assert [one.arbitration_id for one in nodes.due(51 * MS)] == [0x620, 0x621]
+    assert nodes.due(16 * MS - 1) == []
+    (third,) = nodes.due(16 * MS)
+    assert third.data[:4].hex() == "40022007"
+    assert nodes.due(50 * MS - 1) == []
+    assert [one.arbitration_id for one in nodes.due(50 * MS)] == [0x621]
     assert rejected["sdo_timeout"] == 1
+    assert nodes.receive(frame(0x5A0, 0x4F, 2, 0x20, 7, 7, 0, 0, 0))
+    assert [one.data for one in nodes.due(51 * MS)] == [first[0].data]
 
 
 def test_an_answer_that_refuses_is_no_value(plan):
@@ -92,6 +100,8 @@ def test_an_answer_that_refuses_is_no_value(plan):
     assert codec.decode_all(frame(0x5A0, 0x80, *ask.data[1:4], 0, 0, 2, 6)) == []
     (state,) = codec.decode_all(frame(0x5A0, 0x4B, *ask.data[1:4], 0xDC, 0x05, 0, 0))
     assert state.normal_force == pytest.approx(1.5)
+    assert not any(one.data[:1] == ask.data[:1] for one in codec.due(5 * MS - 1))
+    assert any(one.data[:1] == ask.data[:1] for one in codec.due(5 * MS))
 
 
 class Heard:
@@ -117,7 +127,9 @@ def test_objects_of_every_size_are_read_and_written_as_an_sdo_server_answers(tmp
     node.associate_network(network)
     messages, seen = read_eds(path, {"thumb": 32}).messages, set()
     for name, is_written in (("thumb_SDO", False), ("thumb_SDO_WRITE", True)):
-        for signal in (one for one in messages[name].signals.values() if one.selectors):
+        message = messages[name]
+        assert (message.identifier, message.length, message.fd) == (0x620 if is_written else 0x5A0, 8, False)
+        for signal in (one for one in message.signals.values() if one.selectors):
             selector, size = signal.selectors[0].to_bytes(4, "little"), signal.length // 8
             index, sub = int.from_bytes(selector[1:3], "little"), selector[3]
             node.set_data(index, sub, b"\1\2\3\4"[:size])

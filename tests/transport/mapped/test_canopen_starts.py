@@ -1,7 +1,6 @@
 """A CANopen node that does not run is started again, ever more rarely; one that is away is named."""
 
 from collections import Counter
-from itertools import pairwise
 
 import pytest
 
@@ -24,7 +23,7 @@ def heartbeat(nodes, state):
 def starts(nodes, begin, seconds, state=None, period=0.1):
     """Return when the node is started, looked at 50 times a second."""
     found = []
-    for k in range(int(50 * seconds)):
+    for k in range(round(50 * seconds)):
         now = round(begin * S) + k * S // 50
         if state is not None and k % round(50 * period) == 0:
             heartbeat(nodes, state)
@@ -35,11 +34,16 @@ def starts(nodes, begin, seconds, state=None, period=0.1):
 @pytest.mark.parametrize("state", [0x7F, 0x04])
 def test_a_node_that_waits_is_started_ever_more_rarely(nodes, state):
     at = starts(nodes, 0.0, 20.0, state)
-    gaps = [b - a for a, b in pairwise(at)]
-    assert at[0] <= 0.3
-    assert gaps[-1] == pytest.approx(4.0, abs=0.1)
-    assert all(b >= a - 0.05 for a, b in pairwise(gaps))
+    assert at == [0.26, 0.76, 1.76, 3.76, 7.76, 11.76, 15.76, 19.76]  # after 0.25 s, doubled up to 4 s
     assert nodes.rejected["started_again"] == len(at)
+
+
+@pytest.mark.parametrize(("ran", "gap"), [(5.0, 4.0), (5.02, 0.5)])
+def test_only_more_than_five_seconds_of_running_make_the_waits_short_again(nodes, ran, gap):
+    assert starts(nodes, 0.0, 3.78, 0x7F)[-1] == 3.76
+    assert starts(nodes, 3.78, ran, 5) == []
+    first, second = starts(nodes, 3.78 + ran, 4.1, 0x7F)[:2]
+    assert second - first == pytest.approx(gap)
 
 
 def test_a_node_whose_start_was_lost_is_started_without_any_heartbeat(nodes):
@@ -47,9 +51,16 @@ def test_a_node_whose_start_was_lost_is_started_without_any_heartbeat(nodes):
 
 
 def test_a_node_that_runs_is_left_alone(nodes):
-    nodes.receive(Frame(0x1A1, bytes(8)))
+    assert not nodes.receive(Frame(0x1A1, bytes(8)))
     assert starts(nodes, 0.0, 10.0) == []
     assert nodes.rejected["started_again"] == 0
+
+
+def test_a_node_that_answers_runs():
+    nodes = CanopenNodes([33], [(33, 0x2000, 1)], S, Counter(), {33: "thumb"})
+    assert nodes.identifiers == {0x721, 0x0A1, 0x5A1}
+    assert nodes.receive(Frame(0x5A1, b"\x4f\x00\x20\x01" + bytes(4)))
+    assert starts(nodes, 0.0, 1.0) == []
 
 
 def test_a_node_that_falls_back_is_started_at_once_and_later_again(nodes):
@@ -82,6 +93,12 @@ def test_a_node_that_stays_away_is_named_once(nodes):
     nodes.receive(Frame(0x1A1, bytes(8)))
     starts(nodes, 5.0, 5.0)
     assert nodes.rejected["away_thumb"] == 2
+
+
+def test_a_node_is_away_once_two_seconds_have_passed_without_a_frame(nodes):
+    for now, is_away in ((0, False), (2 * S, False), (2 * S + 1, True)):
+        nodes.due(now)
+        assert nodes.rejected["away_thumb"] == is_away
 
 
 def test_a_node_that_is_heard_is_not_away_however_late_it_is(nodes):

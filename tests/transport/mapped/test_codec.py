@@ -1,8 +1,8 @@
 """Laws of decoding a foreign hand: what cantools reads, we read, in SI, under our names."""
 
 import math
-import struct
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -12,10 +12,11 @@ from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.commands import rounding
-from vegrip.transport.mapped.compiled import compile_reader, groups_of, packing
+from vegrip.transport.mapped.commands import Law, Outgoing, law_of, rounding
+from vegrip.transport.mapped.compiled import compile_reader, groups_of, interpolated, packing
 from vegrip.transport.mapped.plan import Slot, open_plan
 from vegrip.transport.maps.checksums import make_crc
+from vegrip.transport.maps.schema import CommandMap
 from vegrip.transport.maps.signals import ForeignMessage, Signal
 
 CRC = make_crc(8, 0x2F, 0xFF, 0xFF, reflected=False)
@@ -76,6 +77,12 @@ def test_a_channel_that_was_never_other_than_zero_is_missing(hand):
     assert hand.decode_all(tip(3, Fx=0.0))[0].tangential_force_x == 0.0
 
 
+def test_a_zero_that_is_stated_to_be_measured_is_one_from_the_first_on(tmp_path):
+    text = PLAIN_MAP.replace('"Tip1.Fx"', '"Tip1.Fx"\nzero_is_measured = true')
+    hand = MappedCodec(open_plan(written(tmp_path, PLAIN_DBC, text)))
+    assert hand.decode_all(tip(1, Fx=0.0))[0].tangential_force_x == 0.0
+
+
 def test_repeats_wrong_checksums_and_short_frames_give_nothing_and_a_count(hand):
     assert hand.decode_all(tip(1, Fz=1.0))
     assert not hand.decode_all(tip(1, Fz=1.0))
@@ -112,6 +119,17 @@ def test_a_command_is_what_cantools_reads(hand):
         assert values["Grip"] == pytest.approx(force)
         assert (values["Enable"], values["Cnt"]) == (1, n)
         assert values["Crc"] == CRC(frame.data[:7])
+
+
+@pytest.mark.parametrize(("stated", "modulus"), [("", 16), ("modulus = 15\n", 15)])
+def test_counters_of_both_ways_begin_anew_after_their_bits_or_what_is_stated(tmp_path, stated, modulus):
+    text = PLAIN_MAP.replace('counter = "Cnt"\n', f'counter = "Cnt"\n{stated}')
+    hand = MappedCodec(open_plan(written(tmp_path, PLAIN_DBC, text)))
+    frames = [frame for n in range(20) for frame in hand.encode(command(1.0, stamp=n))]
+    counts = [DBC.decode_message(512, frame.data)["Cnt"] for frame in frames]
+    assert counts == [n % modulus for n in range(20)]
+    states = [state for n in (modulus - 1, 0) for state in hand.decode_all(tip(n, stamp=n))]
+    assert [state.seq for state in states] == [modulus - 1, modulus]
 
 
 def test_a_force_beyond_their_range_stops_at_its_end_and_one_that_is_none_is_not_sent(hand):
@@ -168,14 +186,21 @@ def random_message(seed):
     big = rng.random() < 0.5
     while bit < 8 * length - 1:
         is_float = rng.random() < 0.2 and bit % 8 == 0
-        size = rng.choice([16, 32]) if is_float else rng.randint(1, 24)
+        size = rng.choice([16, 32, 64]) if is_float else rng.randint(1, 24)
         if bit + size > 8 * length:
             break
         start = 8 * (bit // 8) + 7 - bit % 8 if big else bit
         name = f"s{len(signals)}"
         signed = not is_float and size > 1 and rng.random() < 0.5
         signals[name] = Signal(
-            name, start, size, big, signed, is_float, rng.choice([1.0, 0.01, -0.5]), rng.choice([0.0, -40.0])
+            name,
+            start,
+            size,
+            big,
+            signed,
+            is_float,
+            rng.choice([1.0, 0.01, -0.5, 2.0]),
+            rng.choice([0.0, -40.0]),
         )
         bit += size
     return ForeignMessage("M", 1, length, False, signals)
@@ -232,17 +257,152 @@ def test_a_force_in_a_float_with_scale_and_offset_is_what_cantools_reads(tmp_pat
     assert load(real).decode_message(512, frame.data)["Grip"] == pytest.approx(12.3)
 
 
-@pytest.mark.parametrize(("bits", "form"), [(16, "<e"), (32, "<f")])
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_force_beyond_a_float_stops_at_its_largest_value_and_never_becomes_zero(bits, form, sign):
-    write = rounding(Signal("f", 0, bits, False, False, True, 1.0, 0.0))
-    raw, is_beyond = write(sign * 1e39)
-    largest = struct.unpack(form, raw.to_bytes(bits // 8, "little"))[0]
-    assert is_beyond
-    assert math.isfinite(largest)
-    assert sign * largest >= 65504.0
-    assert write(largest) == (raw, False)
-    assert math.isinf(struct.unpack(form, (raw + 1).to_bytes(bits // 8, "little"))[0])
+@pytest.mark.parametrize("bits", [16, 32, 64])
+@pytest.mark.parametrize("raw", [False, True])
+def test_a_float_of_any_size_is_what_numpy_makes_and_ends_at_its_largest_number(bits, raw):
+    kind = np.dtype(f"<f{bits // 8}")
+    write = rounding(Signal("F", 0, bits, is_float=True, scale=0.5, offset=-1.0), raw=raw)
+    for value in (12.3, -1.0, 1e5, -1e5, 1e39, -1e39, 1.7e308):
+        steps = value if raw else (value + 1.0) / 0.5
+        end = float(np.finfo(kind).max)
+        found, is_beyond = write(value)
+        assert np.frombuffer(found.to_bytes(bits // 8, "little"), kind)[0] == kind.type(
+            np.clip(steps, -end, end)
+        )
+        assert is_beyond == (abs(steps) > end)
+
+
+@pytest.mark.parametrize(
+    ("value", "raw", "is_beyond"),
+    [(12.3, 5, False), (10.0, 0, False), (9.0, 0, True), (137.6, 255, False), (138.0, 255, True)],
+)
+def test_a_whole_number_is_rounded_and_ends_where_its_bits_do(value, raw, is_beyond):
+    signal = Signal("W", 0, 8, scale=0.5, offset=10.0)
+    assert rounding(signal)(value) == (raw, is_beyond)
+    assert rounding(signal, raw=True)(value) == (round(value), False)
+
+
+@pytest.mark.parametrize(("force", "count"), [(50.0, 0), (50.0 + 9e-6, 0), (50.0 + 1.1e-5, 1)])
+def test_a_command_above_the_range_by_the_rounding_of_a_map_is_not_counted(hand, force, count):
+    (frame,) = hand.encode(command(force))
+    assert DBC.decode_message(512, frame.data)["Grip"] == pytest.approx(50.0)
+    assert hand.clipped["thumb"] == count
+
+
+@pytest.mark.parametrize(("force", "count"), [(12.7, 0), (12.7 + 1e-6, 0), (20.0, 1)])
+def test_a_command_that_the_bits_cannot_hold_stops_at_their_end(tmp_path, force, count):
+    few = PLAIN_DBC.replace('0|16@1+ (0.01,0) [0|50] "N"', '0|7@1+ (0.1,0) [0|0] "N"')
+    hand = MappedCodec(open_plan(written(tmp_path, few, PLAIN_MAP)))
+    (frame,) = hand.encode(command(force))
+    assert load(few).decode_message(512, frame.data)["Grip"] == pytest.approx(12.7)
+    assert hand.clipped["thumb"] == count
+
+
+@pytest.mark.parametrize("kind", ["force", "current", "increment", "position"])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_device_makes_of_a_value_the_force_that_it_was_made_of(kind, sign):
+    law = Law(kind, 0.4, sign, 2.0, 0.0 if kind == "position" else 7.0)
+    for before in (math.nan, 1.5):
+        known = {"force": 3.25, "before": before, "felt": 2.25, "position": 12.0}
+        value = eval(law.text("force", "before"), known)  # noqa: S307 (numbers and names of ours)
+        assert law.force(value, before, 2.25, 12.0) == pytest.approx(3.25)
+    assert law.at_rest(3.25) == pytest.approx(sign * 2.0 * 0.4 * 3.25)
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "unit", "per_newton"), [("2000 N/m", "mm", 0.5), ("0.5 N/mm", "mm", 2.0), ("4", "", 0.25)]
+)
+def test_a_position_moves_by_the_inverse_of_the_stiffness_in_its_unit(stiffness, unit, per_newton):
+    given = CommandMap("S.p", kind="position", stiffness=stiffness, feedback="S.q")
+    assert law_of(given, unit, "map").per_newton == pytest.approx(per_newton)
+
+
+@pytest.mark.parametrize("stiffness", ["0 N/mm", "-1 N/mm"])
+def test_a_stiffness_that_is_not_positive_is_refused(stiffness):
+    with pytest.raises(ConfigError, match="must be positive"):
+        law_of(CommandMap("S.p", kind="position", stiffness=stiffness, feedback="S.q"), "mm", "map")
+
+
+def test_each_new_force_goes_with_the_next_position_and_a_force_of_zero_opens():
+    motion = CommandMap("S.f", motion="p", closed=(250, 251, 252), low=0.0, opened=3)
+    one = Outgoing("S", motion=motion)
+    asked = [(1.0, 10), (1.0, 10), (0.5, 11), (0.0, 0), (1.0, 12), (1.0, 13)]
+    assert [one.position(*each) for each in asked] == [251, 251, 252, 3, 250, 251]
+
+
+def test_a_hand_that_is_opened_by_a_motion_is_sent_its_least_force_with_it_and_nothing_is_counted(tmp_path):
+    motion = 'motion = "Enable"\nclosed = [1]\nlow = 2.0'
+    text = PLAIN_MAP.replace("set = { Enable = 1 }", motion)
+    hand = MappedCodec(open_plan(written(tmp_path, PLAIN_DBC, text)))
+    for n, (force, sent, is_closed) in enumerate([(3.0, 3.0, 1), (0.0, 2.0, 0)]):
+        (frame,) = hand.encode(command(force, stamp=n))
+        values = DBC.decode_message(512, frame.data)
+        assert (values["Grip"], values["Enable"]) == (pytest.approx(sent), is_closed)
+    assert not hand.clipped
+
+
+@pytest.mark.parametrize(("size", "missing", "count"), [(1, 2, 1), (2, 1, 1), (4, 0, 0)])
+def test_a_short_frame_gives_the_values_that_it_holds_whole(hand, size, missing, count):
+    whole = position(1)
+    hand.decode_all(whole._replace(data=whole.data[:size]))
+    assert hand.rejected["length"] == count
+    (state,) = hand.decode_all(tip(1, stamp=2))
+    assert [math.isnan(state.displacement), math.isnan(state.torque_z)].count(True) == missing
+
+
+def test_a_sum_over_two_messages_is_missing_once_one_of_them_is_old(tmp_path):
+    text = PLAIN_MAP.replace('signal = "Tip1.Fz"', 'signals = ["Tip1.Fz", "Pos1.Tz"]\nunit = "N"')
+    text = text.replace('[fingers.thumb.torque_z]\nsignal = "Pos1.Tz"\n', "")
+    hand = MappedCodec(open_plan(written(tmp_path, PLAIN_DBC, text)))
+    hand.decode_all(position(1, Tz=0.5))
+    assert hand.decode_all(tip(1, stamp=100 * MS + 1, Fz=2.0))[0].normal_force == pytest.approx(2.5)
+    assert math.isnan(hand.decode_all(tip(2, stamp=100 * MS + 2, Fz=2.0))[0].normal_force)
+
+
+@pytest.mark.parametrize(
+    "asked",
+    ['poll = [{ identifier = 48, expects = "Tip1" }]', 'opening = [{ identifier = 48, data = "01" }]'],
+)
+def test_frames_that_come_answer_a_poll_and_break_the_silence_after_an_opening(tmp_path, asked):
+    hand = MappedCodec(open_plan(written(tmp_path, PLAIN_DBC, f"{PLAIN_MAP}\n[device]\n{asked}\n")))
+    sent = []
+    for n in range(1, 31):
+        sent += [frame for frame in hand.due(n * 100 * MS) if frame.arbitration_id == 48]
+        assert hand.decode_all(tip(n, stamp=n * 100 * MS + MS))
+    assert len(sent) == (30 if asked.startswith("poll") else 1)
+    assert hand.rejected.total() == 0
+
+
+def test_what_a_device_says_of_its_contact_is_reported_fifty_times_a_second(tmp_path):
+    text = PLAIN_MAP.replace("thumb.torque_z]", 'thumb.device_grip_force]\nunit = "N"\nzero = -2.0')
+    hand = MappedCodec(open_plan(written(tmp_path, PLAIN_DBC, text)))
+    hand.decode_all(position(1, Tz=0.5))
+    (state,) = hand.decode_all(tip(1))
+    reports = []
+    for now in (0, 1, 20 * MS - 1, 20 * MS, 39 * MS, 40 * MS):
+        messages, arrivals = [state], [0]
+        hand.add_reports(messages, arrivals, now)
+        assert arrivals == [0, now][: len(messages)]
+        reports += messages[1:]
+    assert [(one.finger, one.stamp, one.seq) for one in reports] == [
+        ("thumb", n * 20 * MS, n) for n in range(3)
+    ]
+    assert [one.grip_force for one in reports] == pytest.approx([2.5] * 3)
+    empty = []
+    hand.add_reports(empty, [], 99 * MS)
+    assert empty == []
+
+
+@pytest.mark.parametrize(
+    ("x", "y"), [(0.0, 1.0), (10.0, 2.0), (15.0, 1.75), (30.0, 1.0), (-0.1, math.nan), (30.1, math.nan)]
+)
+def test_a_table_holds_from_its_first_to_its_last_point(x, y):
+    assert interpolated((0.0, 10.0, 30.0), (1.0, 2.0, 1.0), x) == pytest.approx(y, nan_ok=True)
+
+
+def test_one_big_endian_signal_alone_is_packed():
+    message = ForeignMessage("M", 1, 3, False, {"a": Signal("a", 7, 16, is_big_endian=True)})
+    assert eval(packing(message, {"a": 0x1234})) == b"\x12\x34\x00"  # noqa: S307 (numbers alone)
 
 
 @pytest.mark.parametrize("besides", ["tangential_force_x", "tangential_force_y"])
@@ -268,6 +428,62 @@ def test_a_polar_force_measures_two_components(tmp_path):
     (finger,) = open_plan(written(tmp_path, PLAIN_DBC, POLAR_MAP)).fingers
     forces = {"normal_force", "tangential_force_x", "tangential_force_y"}
     assert finger.measured == forces | {"displacement", "torque_z"}
+
+
+def test_a_polar_force_beside_a_displacement_alone_gives_no_normal_force(tmp_path):
+    text = POLAR_MAP.replace('[fingers.thumb.normal_force]\nsignal = "Tip1.Fz"\n', "")
+    hand = MappedCodec(open_plan(written(tmp_path, PLAIN_DBC, text)))
+    (finger,) = hand.plan.fingers
+    assert finger.measured == {"tangential_force_x", "tangential_force_y", "displacement", "torque_z"}
+    hand.decode_all(tip(1, stamp=1, Fx=2.0, Fy=0.5))
+    (state,) = hand.decode_all(position(2))
+    assert math.isnan(state.normal_force)
+    assert state.tangential_force_x == pytest.approx(2.0 * math.cos(0.5))
+
+
+DIRECTION = '[fingers.thumb.tangential_direction]\nsignal = "Tip1.Fy"\nunit = "rad"'
+
+
+def test_a_direction_needs_a_unit_or_what_gives_it_one(tmp_path):
+    assert DIRECTION in POLAR_MAP
+    counts = DIRECTION.replace("Tip1.Fy", "Pos1.Slip").replace('unit = "rad"', "")
+    with pytest.raises(ConfigError, match="nothing says the unit of this angle"):
+        open_plan(written(tmp_path, PLAIN_DBC, POLAR_MAP.replace(DIRECTION, counts)))
+    for key in ('unit = "deg"', 'gain = "0.1 rad"', "table = [[0.0, 0.0], [1.0, 1.5]]"):
+        open_plan(written(tmp_path, PLAIN_DBC, POLAR_MAP.replace(DIRECTION, counts + key)))
+
+
+def test_half_of_a_polar_force_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match="tangential_magnitude"):
+        open_plan(written(tmp_path, PLAIN_DBC, POLAR_MAP.replace(DIRECTION, "")))
+
+
+NORMAL = '[fingers.thumb.normal_force]\nsignal = "Tip1.Fz"\n'
+
+
+def test_without_a_normal_force_the_plane_may_be_turned(tmp_path):
+    turned = f"{PLAIN_MAP}\n[fingers.thumb]\nrotation = [[0, 1, 0], [-1, 0, 0], [0, 0, 1]]\n"
+    hand = MappedCodec(open_plan(written(tmp_path, PLAIN_DBC, turned.replace(NORMAL, ""))))
+    hand.decode_all(tip(1, stamp=1, Fx=2.0, Fy=0.5))
+    (state,) = hand.decode_all(position(2))
+    assert (state.tangential_force_x, state.tangential_force_y) == (pytest.approx(0.5), pytest.approx(-2.0))
+
+
+def test_three_forces_alone_may_be_turned_any_way(tmp_path):
+    rows = np.array([[2.0, -1.0, 2.0], [2.0, 2.0, -1.0], [-1.0, 2.0, 2.0]]) / 3.0
+    head, _, _ = PLAIN_MAP.partition("[fingers.thumb.displacement]")
+    text = f"{head}\n[fingers.thumb]\nrotation = {rows.tolist()}\n"
+    hand = MappedCodec(open_plan(written(tmp_path, PLAIN_DBC, text)))
+    assert hand.plan.fingers[0].measured == {"normal_force", "tangential_force_x", "tangential_force_y"}
+    (state,) = hand.decode_all(tip(1, Fz=3.0, Fx=2.0, Fy=0.5))
+    found = state.tangential_force_x, state.tangential_force_y, state.normal_force
+    assert found == pytest.approx(rows @ (2.0, 0.5, 3.0))
+
+
+def test_a_trigger_that_is_no_message_is_refused_with_the_nearest(tmp_path):
+    text = f'{PLAIN_MAP}\n[fingers.thumb]\ntrigger = "Tip2"\n'
+    with pytest.raises(ConfigError, match=r"'Tip2' is no message of this finger; .* did you mean Tip1"):
+        open_plan(written(tmp_path, PLAIN_DBC, text))
 
 
 def test_a_polar_force_is_turned_like_its_components(tmp_path):

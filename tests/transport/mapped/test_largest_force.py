@@ -4,7 +4,7 @@ import pytest
 
 from tests.transport.maps.hands import PLAIN_DBC, PLAIN_MAP, written
 from vegrip.cli.node import configured
-from vegrip.transport.mapped.largest_force import largest_force
+from vegrip.transport.mapped.largest_force import LargestForce, largest_force
 from vegrip.transport.mapped.plan import open_plan
 from vegrip.transport.mapped.price import price, settings
 
@@ -17,10 +17,12 @@ def plan_of(folder, dbc=PLAIN_DBC, text=PLAIN_MAP):
     return open_plan(written(folder, dbc, text))
 
 
-def changed(folder, grip=GRIP, force=FORCE, command=COMMAND):
-    return plan_of(
-        folder, PLAIN_DBC.replace(GRIP, grip).replace(FORCE, force), PLAIN_MAP.replace(COMMAND, command)
-    )
+SENSOR = 'signal = "Tip1.Fz"'
+
+
+def changed(folder, grip=GRIP, force=FORCE, command=COMMAND, sensor=SENSOR):
+    text = PLAIN_MAP.replace(COMMAND, command).replace(SENSOR, sensor)
+    return plan_of(folder, PLAIN_DBC.replace(GRIP, grip).replace(FORCE, force), text)
 
 
 @pytest.mark.parametrize(
@@ -48,6 +50,37 @@ def changed(folder, grip=GRIP, force=FORCE, command=COMMAND):
         ({"force": 'SG_ Fz : 0|16@1+ (-0.01,0) [0|0] "N" X'}, 50.0),
         # a range of one value is none
         ({"force": 'SG_ Fz : 0|16@1- (0.01,0) [7|7] "N" X'}, 50.0),
+        # seven bits read 12.7 N, and less with a zero of their own
+        ({"force": 'SG_ Fz : 0|7@1+ (0.1,0) [0|0] "N" X'}, 12.7),
+        ({"force": 'SG_ Fz : 0|7@1+ (0.1,-2) [0|0] "N" X'}, 10.7),
+        ({"grip": 'SG_ Grip : 0|7@1+ (0.1,-2) [0|0] "N" Hand'}, 10.7),
+        ({"force": 'SG_ Fz : 0|16@1- (0.01,-5) [-20|20] "N" X', "sensor": f"{SENSOR}\nzero = 5.0"}, 15.0),
+        # a range of the sensor that is all its bits hold says nothing, one from zero on does
+        ({"force": 'SG_ Fz : 0|12@1- (0.01,0) [-20.48|20.47] "N" X'}, 50.0),
+        ({"force": 'SG_ Fz : 0|12@1- (0.01,0) [0|20.47] "N" X'}, 20.47),
+        # little is little
+        ({"grip": 'SG_ Grip : 0|16@1+ (0.01,0) [0|0.5] "N" Hand'}, 0.5),
+        ({"grip": 'SG_ Grip : 0|1@1+ (0.5,0) [0|0] "N" Hand'}, 0.5),
+        # the unit of the map goes before that of the database
+        (
+            {"grip": 'SG_ Grip : 0|16@1+ (0.01,0) [0|2] "N" Hand', "command": f'{COMMAND}\nunit = "kgf"'},
+            19.6133,
+        ),
+        # of a sum, or through a table, no part says what the whole can be
+        (
+            {
+                "force": 'SG_ Fz : 0|16@1- (0.01,0) [-20|20] "N" X',
+                "sensor": 'signals = ["Tip1.Fz", "Pos1.Slip"]\nunit = "N"',
+            },
+            50.0,
+        ),
+        (
+            {
+                "force": 'SG_ Fz : 0|16@1- (0.01,0) [-20|20] "N" X',
+                "sensor": f"{SENSOR}\ntable = [[0.0, 0.0], [20.0, 30.0]]",
+            },
+            50.0,
+        ),
         # a position says nothing of force, the sensor does
         (
             {
@@ -68,11 +101,25 @@ def test_the_largest_force_is_the_least_that_command_and_sensor_declare(tmp_path
     assert f"limits.max_force is {force:g} N where you state none: {found.why}" in price(plan)
 
 
-@pytest.mark.parametrize("declared", ["[0|0]", "[0|655.35]"])
-def test_a_range_that_is_only_that_of_the_bits_says_nothing_of_a_hand(tmp_path, declared):
-    plan = changed(
-        tmp_path, f'SG_ Grip : 0|16@1+ (0.01,0) {declared} "N" Hand', 'SG_ Fz : 0|16@1- (0.01,0) [0|0] "N" X'
-    )
+@pytest.mark.parametrize(("most", "why"), [(60.0, "the command of thumb"), (60.01, "no greater force is")])
+def test_what_is_not_believed_of_a_sensor_is_not_asked_for(tmp_path, most, why):
+    found = largest_force(changed(tmp_path, grip=GRIP.replace("|50]", f"|{most}]")))
+    assert found is not None
+    assert found.force == 60.0
+    assert found.why.startswith(why)
+
+
+def test_the_largest_force_over_a_network_is_that_of_the_map(tmp_path):
+    path = tmp_path / "hand.toml"
+    path.write_text("""format = "json"
+[fingers.thumb.normal_force]\nsignal = "state:f"
+[fingers.thumb.command]\nsignal = "set:f"\nunit = "mN"\nhigh = 9000.0\n""")
+    assert largest_force(open_plan(path)) == LargestForce(9.0, "the command of thumb carries no more")
+
+
+@pytest.mark.parametrize("layout", ["16@1+ (0.01,0) [0|0]", "16@1+ (0.01,0) [0|655.35]", "4@1+ (1,0) [0|0]"])
+def test_a_range_that_is_only_that_of_the_bits_says_nothing_of_a_hand(tmp_path, layout):
+    plan = changed(tmp_path, f'SG_ Grip : 0|{layout} "N" Hand', 'SG_ Fz : 0|16@1- (0.01,0) [0|0] "N" X')
     assert largest_force(plan) is None
     assert "limits" not in settings(plan)
     assert any(

@@ -192,6 +192,64 @@ def test_taxels_give_force_and_torque_about_the_centre_of_pressure(codec):
     assert d.slip == 1.0
 
 
+def test_a_shear_that_was_always_zero_is_missing(codec):
+    codec.decode_all(frame("PadShear", Y0=1))
+    (d,) = codec.decode_all(frame("Pad", T0=1))
+    assert math.isnan(d.tangential_force_x)
+    assert d.tangential_force_y == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize("gone", ["x", "y", "positions"])
+def test_a_torque_of_taxels_needs_both_shears_and_the_positions(tmp_path, gone):
+    text = "".join(line for line in MAP.splitlines(keepends=True) if not line.startswith(f"{gone} = ["))
+    finger = open_plan(written(tmp_path, DBC, text)).fingers[-1]
+    assert (finger.name, finger.torque) == ("d", None)
+    assert "torque_z" not in finger.measured
+
+
+def test_a_torque_of_taxels_and_of_a_signal_is_refused(tmp_path):
+    text = f'{MAP}[fingers.d.torque_z]\nsignal = "Real.Touch"\nunit = "N*m"\n'
+    with pytest.raises(ConfigError, match="torque_z comes from the taxels and from a signal"):
+        open_plan(written(tmp_path, DBC, text))
+
+
+ALONE = 'database = "plain.dbc"\n[fingers.a.normal_force]\n'
+
+
+def test_a_state_is_complete_with_the_page_of_the_normal_force_whatever_stands_first_in_the_map(tmp_path):
+    text = f"""{ALONE.replace("normal_force", "torque_z")}signal = "Both.Current"\nraw = true\nunit = "N*m"
+[fingers.a.normal_force]\nsignal = "Both.FzA"\n"""
+    hand = MappedCodec(open_plan(written(tmp_path, DBC, text)))
+    assert hand.decode_all(frame("Both", Mux=3, Current=800)) == []
+    (state,) = hand.decode_all(frame("Both", stamp=2, Mux=1, FzA=1.0, FxA=0, FyA=0))
+    assert (state.normal_force, state.torque_z) == (pytest.approx(9.80665), 800.0)
+
+
+def test_beside_a_stated_force_the_first_measured_channel_completes_a_state(tmp_path):
+    text = f'{ALONE}stated = "2 N"\n[fingers.a.displacement]\nsignal = "Joints.qA"\ngain = "1 mm/deg"\n'
+    hand = MappedCodec(open_plan(written(tmp_path, DBC, text)))
+    (state,) = hand.decode_all(frame("Joints", qA=1.5))
+    assert (state.normal_force, state.displacement) == (2.0, pytest.approx(1.5e-3))
+
+
+def test_a_table_in_a_unit_with_a_zero_of_its_own_is_brought_to_si(tmp_path):
+    text = f"""{ALONE}signal = "Both.FzA"\n[fingers.a.temperature]\nsignal = "Joints.Temp"
+table = [[32.0, 32.0], [212.0, 212.0]]\ntable_unit = "degF"\n"""
+    hand = MappedCodec(open_plan(written(tmp_path, DBC, text)))
+    hand.decode_all(frame("Joints", Temp=68.0))
+    (state,) = hand.decode_all(frame("Both", stamp=2, Mux=1, FzA=1.0, FxA=0, FyA=0))
+    assert state.temperature == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize(("unit", "newtons"), [("", 1.0), ('unit = "mN"\n', 1e-3)])
+def test_a_raw_count_is_newtons_unless_its_unit_is_stated(tmp_path, unit, newtons):
+    text = f'{ALONE}signal = "Both.FzA"\nraw = true\nscale = 0.5\n{unit}'
+    (state,) = MappedCodec(open_plan(written(tmp_path, DBC, text))).decode_all(
+        frame("Both", Mux=1, FzA=-2.0, FxA=0, FyA=0)
+    )
+    assert state.normal_force == pytest.approx(-100.0 * newtons)
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_zero_of_each_taxel_is_a_force_in_their_unit_and_taken_off_after_the_scale(tmp_path, sign):
     text = MAP.replace("scale = 10.0", f"scale = 10.0\nzero = 30.0\nsign = {sign}")
@@ -238,6 +296,12 @@ def test_a_current_has_its_gain_and_ends_at_its_range(codec):
     assert decoded(codec.encode(command("c", 3.0)))["Amps"] == 1200
     assert decoded(codec.encode(command("c", 30.0, 1)))["Amps"] == 2000
     assert codec.clipped == {"c": 1}
+
+
+def test_what_no_finger_sets_is_named_of_every_page_of_a_message(tmp_path):
+    extra = DBC.replace(" SG_ Place m2", ' SG_ Extra m1 : 24|8@1+ (1,0) [0|0] "" X\n SG_ Place m2')
+    hand = MappedCodec(open_plan(written(tmp_path, extra, MAP)))
+    assert hand.encoder.unset == {"Cmd": ["Extra"]}
 
 
 def test_a_normal_force_made_of_what_is_not_mapped_is_refused(tmp_path):

@@ -131,6 +131,9 @@ def test_a_part_that_is_not_there_is_missing_and_no_zero(codec):
     assert math.isnan(thumb.normal_force)
     assert math.isnan(thumb.tangential_force_x)
     assert codec.rejected == {}
+    (thumb,) = codec.decode_all("hand/state", said(3, T=(-1500.0,)), 3)
+    assert thumb.normal_force == pytest.approx(1.5)
+    assert math.isnan(thumb.tangential_force_x)
 
 
 def test_bytes_that_are_no_message_are_counted(codec):
@@ -194,6 +197,7 @@ BAD = {
     "a list without a number": ("T].f[0]", "T].f", r"'f' has several; write f\[0\]"),
     "a map without a key": ("depth.thumb", "depth", "'depth' has several; write depth.KEY"),
     "a number with parts": ('T].fz"', 'T].fz.x"', "has no parts like 'x'"),
+    "a number with a key": ("T].f[0]", "T].f[x=1]", "a number has no field 'x'"),
     "a key that is not there": ("tips[name=T].fz", "tips[id=T].fz", "acme.Tip has no field 'id'"),
     "a topic without a type": ('type = "acme.HandState"', "", r'which message comes on .*type = "acme\.'),
     "a type that is not there": ("acme.HandState", "acme.HandStat", "did you mean acme.HandState"),
@@ -217,8 +221,9 @@ def test_what_is_no_descriptor_set_is_refused_with_the_command_that_makes_one(tm
         codec_of(tmp_path, described=described)
 
 
-def test_without_the_library_the_remedy_is_said(tmp_path, monkeypatch):
-    monkeypatch.setattr(opening, "find_spec", lambda _: None)
+@pytest.mark.parametrize("absent", ["google", "google.protobuf"])
+def test_without_the_library_the_remedy_is_said(tmp_path, monkeypatch, absent):
+    monkeypatch.setattr(opening, "find_spec", lambda name: None if name == absent else name)
     with pytest.raises(ConfigError, match=r"pip install 'vegrip\[protobuf\]'"):
         codec_of(tmp_path)
 

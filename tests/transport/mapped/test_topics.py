@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand, Reason
+from vegrip.transport.mapped.bodies import PlainBodies
 from vegrip.transport.mapped.body_paths import getter, parse_path, put
 from vegrip.transport.mapped.codec import TopicCodec
 from vegrip.transport.mapped.plan import open_plan
@@ -102,6 +103,28 @@ def test_what_is_wrong_gives_nothing_and_a_count(codec):
     assert codec.decode_all("hand/state", said(2), 3) == []
     assert codec.rejected == {"schema": 5, "size": 1, "counter": 2, "unknown_topic": 1}
     assert codec.broken["thumb"] == 6
+    assert codec.crowded == 0
+
+
+def test_a_message_of_65536_bytes_is_read_and_a_longer_one_is_not(codec):
+    full = said(1).rjust(65_536)
+    assert codec.decode_all("hand/state", full, 1)
+    assert codec.decode_all("hand/state", b" " + full, 2) == []
+    assert codec.rejected == {"size": 1}
+
+
+@pytest.mark.parametrize("made", [lambda n: [0.0] * n, lambda n: dict.fromkeys(map(str, range(n)))])
+def test_a_list_or_map_of_msgpack_has_at_most_1024_entries(made):
+    bodies = PlainBodies(is_json=False)
+    assert bodies.load("t", msgpack.packb(made(1024))) == made(1024)
+    with pytest.raises(ValueError, match="1025"):
+        bodies.load("t", msgpack.packb(made(1025)))
+
+
+def test_a_counter_begins_anew_after_32_bits_and_without_one_states_are_counted(codec, tmp_path):
+    assert [codec.decode_all("hand/state", said(n), 1)[0].seq for n in (2**32 - 1, 0)] == [2**32 - 1, 2**32]
+    bare = codec_of(tmp_path, MAP.replace('counter = "header.n"\n', ""))
+    assert [bare.decode_all("hand/state", said(7), n)[0].seq for n in (1, 2)] == [0, 1]
 
 
 def test_a_text_where_a_number_belongs_is_missing_and_counted(codec):
@@ -110,6 +133,8 @@ def test_a_text_where_a_number_belongs_is_missing_and_counted(codec):
     assert math.isnan(thumb.tangential_force_y)
     assert thumb.normal_force == pytest.approx(1.0)
     assert codec.rejected == {"value": 1}
+    codec.decode_all("hand/state", said(2, thumb=(int(1e300), 1, 1)), 2)
+    assert codec.rejected == {"value": 2}
 
 
 KEPT = {}
@@ -130,6 +155,12 @@ def test_no_message_raises(tmp_path_factory, value):
     KEPT["codec"].decode_all("hand/state", json.dumps(value).encode(), 1)
 
 
+@pytest.mark.parametrize("signal", ["hand/state", "hand/state:", ":tips[name=I].f[2]", " : "])
+def test_a_signal_without_topic_or_path_is_refused(tmp_path, signal):
+    with pytest.raises(ConfigError, match="must be TOPIC:PATH"):
+        codec_of(tmp_path, MAP.replace("hand/state:tips[name=I].f[2]", signal))
+
+
 def command(finger, force, stamp=0):
     return ForceCommand(stamp, finger, 0, force, 0.0, Reason.HOLD, stamp + 100 * MS)
 
@@ -146,10 +177,14 @@ def test_a_command_waits_for_the_others_in_its_message_and_is_repeated(codec):
     assert len(again) == 19
     assert all(one["tips"][0]["force"] == 2000.0 for one in again)
     assert codec.encode(command("thumb", math.nan)) is None
+    assert codec.encode(command("thumb", math.inf)) is None
     codec.encode(command("thumb", 50.0, 500 * MS))
     _, payload = codec.encode(command("index", 1.0, 500 * MS))
     assert json.loads(payload)["tips"][0]["force"] == 9000
-    assert codec.clipped["thumb"] == 2
+    assert codec.clipped["thumb"] == 3
+    codec.encode(command("thumb", 0.0, 501 * MS))
+    _, payload = codec.encode(command("index", 1.0, 501 * MS))
+    assert json.loads(payload)["tips"][0]["force"] == 0.0
 
 
 @pytest.mark.parametrize("text", ["a.b", "a[0]", "a[0].b[n=T].c", "[3].x"])
@@ -158,7 +193,39 @@ def test_what_is_put_at_a_path_is_found_there(text):
     assert getter(steps)(put(None, steps, 4.5)) == 4.5
 
 
-@pytest.mark.parametrize("text", ["", ".", "a..b", "a[", "a[x]", "a]"])
+@pytest.mark.parametrize(
+    ("puts", "body"),
+    [
+        ({"a[1]": 1.0, "a[3]": 2.0, "a[0]": 3.0}, {"a": [3.0, 1.0, None, 2.0]}),
+        (
+            {"t[n=T].x": 1.0, "t[n=I].x": 2.0, "t[n=T].y": 3.0},
+            {"t": [{"n": "T", "x": 1.0, "y": 3.0}, {"n": "I", "x": 2.0}]},
+        ),
+        ({"t[0]": 1.0, "t[n=T].x": 2.0}, {"t": [1.0, {"n": "T", "x": 2.0}]}),
+    ],
+)
+def test_what_is_put_at_paths_stands_there_and_nothing_else(puts, body):
+    made = None
+    for path, value in puts.items():
+        made = put(made, parse_path(path, "map"), value)
+    assert made == body
+
+
+@pytest.mark.parametrize(
+    ("path", "body", "found"),
+    [
+        ("f[2]", {"f": [1, 2]}, None),
+        ("f[0]", {"f": {"0": 1}}, None),
+        ("f[n=T]", {"f": 7}, None),
+        ("f[n=T].x", {"f": [7, {"n": "I", "x": 1}]}, None),
+        ("f[n=7].x", {"f": [7, {"n": 7, "x": 1}]}, 1),
+    ],
+)
+def test_what_is_not_at_a_path_is_missing(path, body, found):
+    assert getter(parse_path(path, "map"))(body) == found
+
+
+@pytest.mark.parametrize("text", ["", ".", ".a", "a.", "a..b", "a[", "a[x]", "a]"])
 def test_a_path_that_is_none_is_refused(text):
     with pytest.raises(ConfigError, match="path"):
         parse_path(text, "map")

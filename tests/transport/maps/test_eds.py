@@ -99,7 +99,21 @@ def test_a_pdo_without_an_identifier_of_its_own_has_that_of_the_predefined_conne
     assert {name: one.identifier for name, one in found.items() if "PDO" in name} == usual
 
 
-@pytest.mark.parametrize("count", [1, 2, 3])
+def test_a_pdo_with_an_identifier_of_its_own_has_that(tmp_path):
+    own = {f"{kind}{n + 1}": base + n for kind, base in (("RPDO", 0x311), ("TPDO", 0x322)) for n in range(3)}
+    text = EDS.read_text()
+    for name, identifier in own.items():
+        section = f"{0x13FF + int(name[-1]) + 0x400 * (name[0] == 'T'):X}sub1"
+        text = re.sub(rf"(?s)(\[{section}\].*?DefaultValue=)\S+", rf"\g<1>{identifier}", text, count=1)
+    (tmp_path / "their.eds").write_text(text)
+    found = read_eds(tmp_path / "their.eds", {"a": 32}).messages
+    assert {name: one.identifier for name, one in found.items() if "PDO" in name} == {
+        f"a_{name}": identifier for name, identifier in own.items()
+    }
+    assert not any(one.fd for one in found.values())
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
 def test_a_pdo_has_as_many_objects_as_sub_index_0_says_whatever_stands_behind(tmp_path, count):
     head, section, rest = EDS.read_text().partition("[1A00sub0]")
     (tmp_path / "their.eds").write_text(
@@ -111,6 +125,43 @@ def test_a_pdo_has_as_many_objects_as_sub_index_0_says_whatever_stands_behind(tm
     assert [signal.length for signal in found.signals.values()] == bits
     assert found.length == math.ceil(sum(bits) / 8)
     assert len(every) == 4
+
+
+def changed(folder, *pairs):
+    text = EDS.read_text()
+    for before, after in pairs:
+        assert before in text
+        text = text.replace(before, after, 1)
+    (folder / "their.eds").write_text(text)
+    return read_eds(folder / "their.eds", {"thumb": 32}).messages
+
+
+FIRST = "0x20000110"  # the first object of TPDO1, of 16 bits
+
+
+def test_a_dummy_fills_and_a_mapping_ends_at_the_first_object_that_is_missing(tmp_path):
+    found = changed(tmp_path, (FIRST, "0x00050008"), ("[1A00sub3]", "[1A00sub9]"))["thumb_TPDO1"]
+    assert [signal.start for signal in found.signals.values()] == [8]
+
+
+@pytest.mark.parametrize(
+    ("mapped", "said"),
+    [("0x00200010", "0020:00 is mapped into a PDO and not described"), ("0x20000120", "TPDO1 maps 80 bits")],
+)
+def test_a_pdo_that_cannot_be_is_refused(tmp_path, mapped, said):
+    with pytest.raises(ConfigError, match=said):
+        changed(tmp_path, (FIRST, mapped))
+
+
+@pytest.mark.parametrize(("factor", "scale"), [("0.5", 0.5), ("0", 1.0)])
+def test_an_object_has_the_factor_and_the_unit_that_stand_beside_it(tmp_path, factor, scale):
+    message = changed(tmp_path, ("[2000sub2]\n", f"[2000sub2]\nFactor={factor}\nUnit=mN\n"))["thumb_TPDO1"]
+    signal = message.signals["State_1_normal_force"]
+    assert (signal.scale, signal.unit) == (scale, "mN")
+
+
+def test_a_pdo_of_which_no_identifier_is_stated_has_the_usual_one(tmp_path):
+    assert changed(tmp_path, ("DefaultValue=$NODEID+0x40000180\n", ""))["thumb_TPDO1"].identifier == 0x1A0
 
 
 def test_a_pdo_that_is_switched_off_or_empty_is_named_by_its_identifier(tmp_path):

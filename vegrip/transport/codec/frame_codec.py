@@ -44,7 +44,7 @@ class Assembly:
 
     __slots__ = ("_absent", "_cells", "_counter", "_expected", "_stamp", "_time", "incomplete", "sequence")
 
-    def __init__(self, parts: tuple[Part, ...], reach: int = 0) -> None:
+    def __init__(self, parts: tuple[Part, ...], reach: int) -> None:
         self.sequence = Counted(parts[0].modulus, reach if len(parts) == 1 else 0)
         self.incomplete = 0  # messages begun and never finished
         self._absent = [sum((p.absent for p in parts[number:]), ()) for number in range(len(parts) + 1)]

@@ -48,8 +48,8 @@ class MessageSchema:
     cls: type[Any]
     topic: str  # with the place holder {finger}
     fields: tuple[Field, ...]
-    on_can: bool = True
-    batch: str = ""  # topic on which the messages of all fingers travel together, "" = none
+    on_can: bool
+    batch: str  # topic on which the messages of all fingers travel together, "" = none
 
     @property
     def owner(self) -> str:

@@ -20,7 +20,7 @@ def parse_path(text: str, where: str) -> tuple[Step, ...]:
     steps: list[Step] = []
     position = 0
     while position < len(text):
-        if text[position] == "." and steps and position + 1 < len(text):
+        if text[position] == "." and steps:
             position += 1
         match = TOKEN.match(text, position)
         if match is None:

@@ -131,8 +131,7 @@ def _asked(objects: Any, finger: str, node: int) -> Iterator[ForeignMessage]:
     answers: dict[str, Signal] = {}
     requests: dict[str, Signal] = {}
     for entry in objects.values():
-        for part in [0] if hasattr(entry, "data_type") else entry:
-            variable = entry if hasattr(entry, "data_type") else entry[part]
+        for variable in [entry] if hasattr(entry, "data_type") else entry.values():
             is_asked = variable.index >= FIRST_DEVICE_INDEX and variable.data_type in numbers
             if not is_asked or len(variable) // 8 not in SIZES:
                 continue

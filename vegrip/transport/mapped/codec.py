@@ -102,7 +102,7 @@ class ForeignHand(ABC):
         self.broken: Counter[str] = Counter()
         self.clipped: Counter[str] = Counter()
         self._slots: list[float] = [math.nan] * len(plan.slots)
-        self._received = [NOT_YET] * (max(groups, default=-1) + 1)
+        self._received = [NOT_YET] * len(plan.slots)  # there are no more groups than slots
         self._states = {
             finger.name: FingerStates(finger, plan.slots, groups, self._slots, self._received)
             for finger in plan.fingers

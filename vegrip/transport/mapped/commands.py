@@ -7,6 +7,7 @@ sent as zero for want of a command.
 
 import math
 import struct
+import sys
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Mapping
@@ -34,7 +35,8 @@ Write = Callable[[float], tuple[Any, bool]]
 """From a value in its unit to that on the wire, and whether the signal cannot hold it."""
 
 FLOATS: Final = {16: "<e", 32: "<f", 64: "<d"}
-LARGEST: Final = {16: 65504.0, 32: (2.0 - 2.0**-23) * 2.0**127}  # that such a float holds
+LARGEST: Final = {16: 65504.0, 32: (2.0 - 2.0**-23) * 2.0**127, 64: sys.float_info.max}
+"""That such a float holds."""
 ROUNDED: Final = 1e-5  # of a gain and an offset that are written in a map, times the largest value
 ON_STATE: Final = frozenset({"position", "increment"})
 """Kinds of commands that rest on what is measured."""
@@ -317,15 +319,16 @@ class FrameCommands(Commands):
     @property
     def unset(self) -> dict[str, list[str]]:
         """The signals of each message that are sent as raw zero because the map says nothing of them."""
-        return {
-            one.name: [
+        found: dict[str, list[str]] = {}
+        for one in self._outgoing.values():
+            of_message = found.setdefault(one.name, [])
+            of_message += [
                 name
                 for name, signal in self._plan.database.messages[one.name].signals.items()
                 if (not signal.selected_by or one.constants.get(signal.selected_by) in signal.selectors)
-                and name not in _filled(one)
+                and name not in {*of_message, *_filled(one)}
             ]
-            for one in self._outgoing.values()
-        }
+        return found
 
     def _packing(self, outgoing: Outgoing, raws: list[str], scope: dict[str, Any]) -> str:
         carried = [(target.place, *(each[0] for each in target.shares)) for target in outgoing.targets]
@@ -401,13 +404,9 @@ def rounding(signal: Signal, *, raw: bool = False) -> Write:
         return (found, False) if low <= found <= high else (min(max(found, low), high), True)
 
     def real(value: float) -> tuple[int, bool]:
-        steps, is_beyond = (value - offset) / scale, False
-        try:
-            packed = struct.pack(FLOATS[signal.length], steps)
-        except OverflowError:
-            end = math.copysign(LARGEST[signal.length], steps)
-            packed, is_beyond = struct.pack(FLOATS[signal.length], end), True
-        return int.from_bytes(packed, "little"), is_beyond
+        steps, end = (value - offset) / scale, LARGEST[signal.length]
+        packed = struct.pack(FLOATS[signal.length], min(max(steps, -end), end))
+        return int.from_bytes(packed, "little"), abs(steps) > end
 
     return real if signal.is_float else whole
 
