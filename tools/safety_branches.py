@@ -18,7 +18,7 @@ import coverage
 
 ROOT = Path(__file__).parents[1]
 KERNELS = (
-    "bits", "protection", "receive", "stillness", "noise", "watchdog", "takeover", "fail_safe", "limits",
+    "bits", "frame_bytes", "receive", "stillness", "noise", "watchdog", "takeover", "fail_safe", "limits",
     "control", "finger_step", "finger_message",
 )  # fmt: skip
 """Texts of ``vegrip/grip/kernels``."""

@@ -417,7 +417,7 @@ def test_a_goal_sets_the_limits_at_once_and_stands_through_a_fault_of_the_node_b
 
     def kept() -> tuple[float, float, bool]:
         limits = node.controller.settings.limits
-        return limits.min_force, limits.max_force, node.controller.force_limit.is_letting_go
+        return limits.min_force, limits.max_force, node.controller.limit_watch.is_letting_go
 
     assert node.limit_is_stated  # only who builds a node of a file knows that it is not
     assert kept() == (0.3, 15.0, False)

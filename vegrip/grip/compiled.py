@@ -26,7 +26,7 @@ from vegrip.transport.codec.kernel_text import wire_text
 
 HERE: Final = Path(__file__).parent / "kernels"
 ROWS: Final = HERE.with_name("rows.c")
-INPUT_KERNELS: Final = ("bits", "protection", "receive", "stillness", "noise", "watchdog")
+INPUT_KERNELS: Final = ("bits", "frame_bytes", "receive", "stillness", "noise", "watchdog")
 GRIP_KERNELS: Final = (
     "demand", "takeover", "margin_grip", "fail_safe", "limits", "share", "control",
     "finger_step", "reports",

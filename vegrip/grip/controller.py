@@ -24,10 +24,10 @@ from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger, Wanted
 from vegrip.grip.finger_step import Place
-from vegrip.grip.force_limit import ForceLimit, against_thumb
 from vegrip.grip.force_parts import ForceParts, force_parts
 from vegrip.grip.grasp_friction import GraspFriction
 from vegrip.grip.known_objects import ObjectFriction
+from vegrip.grip.limit_watch import LimitWatch, against_thumb
 from vegrip.grip.safety import USUAL_LIMITS, limit_not_stated
 from vegrip.grip.settings import ControlSettings, Share, check_settings, fixed_changes, make_share
 from vegrip.grip.step_time import StepTime
@@ -94,7 +94,7 @@ class GripController:
         self._make_estimator = make_estimator or self._from_model
         self._known_object = known_object
         self._share_of: Share | None = None
-        self.force_limit = ForceLimit(self._shares)
+        self.limit_watch = LimitWatch(self._shares)
         """Whether the largest force suffices, looked at with every report."""
         self._lines: Mapping[str, Line] = {}
         self._mode = ""
@@ -151,7 +151,7 @@ class GripController:
         And whether ``limits.max_force`` suffices for it, or soon may not (``limit``).
         """
         health = self.friction.report_unsound(self._finger_called(finger).reports.health(self._time.now))
-        return replace(health, limit=self.force_limit.state(finger))
+        return replace(health, limit=self.limit_watch.state(finger))
 
     def explain(self, finger: str) -> ForceParts:
         """Return what the last command of ``finger`` is made of, to print; errors as of :meth:`contact`."""
@@ -242,10 +242,10 @@ class GripController:
         return self.commands([finger], now) if self.fingers[finger].watch(now) else []
 
     def reports(self, finger: str, now: int) -> Iterator[messages.Message]:
-        self.force_limit.look(self.fingers, self._settings.limits.max_force, now)
+        self.limit_watch.look(self.fingers, self._settings.limits.max_force, now)
         for report in self.fingers[finger].reports.due(now):
             if isinstance(report, messages.ModelHealth):
-                yield replace(report, limit=self.force_limit.state(finger))
+                yield replace(report, limit=self.limit_watch.state(finger))
             else:
                 yield report
 

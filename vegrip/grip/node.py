@@ -151,7 +151,7 @@ class GraspForce(NodeBase):
 
     def _bound(self) -> None:
         if self.controller is not None:
-            self.controller.force_limit.is_letting_go = self._action.phase in LETTING_GO
+            self.controller.limit_watch.is_letting_go = self._action.phase in LETTING_GO
         if (
             self.controller is not None
             and (settings := self._bounded(self._parameters)).limits != self.controller.settings.limits
@@ -402,7 +402,7 @@ class GraspForce(NodeBase):
                 self._input_log.log_changes(report, is_periodic=looks)
             yield self._with_suspects(report, controller)
         if looks:
-            controller.force_limit.log_changes(self._logger, controller.settings.limits.max_force)
+            controller.limit_watch.log_changes(self._logger, controller.settings.limits.max_force)
             self._log_probing(controller)
             self._drive_log.log_changes(finger.name, controller.friction, self.parameters.grip)
         # last, so that a state that has come meanwhile need not wait for it

@@ -8,6 +8,7 @@ from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.kernels.choice import note_command, pressed_by_others, shared_force
 from vegrip.grip.kernels.control import *
 from vegrip.grip.kernels.demand import demand_force, demand_nothing, hold_doubtful
+from vegrip.grip.kernels.frame_bytes import protect
 from vegrip.grip.kernels.friction_shared import (
     hide_unsound,
     prepare_friction,
@@ -15,7 +16,6 @@ from vegrip.grip.kernels.friction_shared import (
     update_shared_friction,
 )
 from vegrip.grip.kernels.generated import *
-from vegrip.grip.kernels.protection import protect
 from vegrip.grip.kernels.receive import is_welcome, is_whole, take_frame
 from vegrip.grip.kernels.share import share_need
 from vegrip.grip.kernels.takeover import begin_transfer, bound_takeover, hold_unloaded

@@ -4,8 +4,8 @@ Where frames go through no compiled step, :mod:`vegrip.transport.codec.sequence`
 """
 
 from vegrip.estimator.elapsed import bounded_time, elapsed_time
+from vegrip.grip.kernels.frame_bytes import is_intact
 from vegrip.grip.kernels.generated import *
-from vegrip.grip.kernels.protection import is_intact
 
 SILENT = 500_000_000  # [ns] a line silent for longer may go on with any counter
 MOST_LOST = 10_000  # frames lost in a row within that time

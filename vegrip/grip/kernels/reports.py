@@ -10,9 +10,9 @@ from vegrip.estimator.elapsed import bounded_time, elapsed_time
 from vegrip.estimator.kernels.forecast import force_reserve, slip_times
 from vegrip.estimator.kernels.report import margin_gauge
 from vegrip.estimator.kernels.sense import is_sound, touches
+from vegrip.grip.kernels.frame_bytes import protect
 from vegrip.grip.kernels.friction_shared import stated_friction
 from vegrip.grip.kernels.generated import *
-from vegrip.grip.kernels.protection import protect
 
 LARGEST_SINGLE = 3.4028234663852886e38
 SLIP_CHANNEL = 6  # of a state that is kept

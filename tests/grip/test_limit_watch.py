@@ -12,7 +12,7 @@ from vegrip.nodes.grasp_force import build
 
 from tests.grip.conftest import ConeEstimator
 from vegrip.grip.controller import GripController
-from vegrip.grip.force_limit import ForceLimit, against_thumb
+from vegrip.grip.limit_watch import LimitWatch, against_thumb
 from vegrip.grip.node import GraspForce
 from vegrip.grip.safety import LimitSettings
 from vegrip.grip.settings import ControlSettings
@@ -146,7 +146,7 @@ def test_a_need_counts_of_a_finger_that_is_heard_and_whose_estimate_is_trusted(
     finger: Any = SimpleNamespace(
         condition=condition, started=True, memory=memory, command=lambda: held, standing_command=lambda: held
     )
-    limit = ForceLimit(lambda needs: needs)
+    limit = LimitWatch(lambda needs: needs)
     limit.look({"index": finger}, 10.0, 0)
     assert limit.state("index") == said
 

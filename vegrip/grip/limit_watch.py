@@ -44,7 +44,7 @@ class _Standing:
     seen: int = 0  # [ns] when there was cause for it last
 
 
-class ForceLimit:
+class LimitWatch:
     """Looks at all fingers of a grasp now and then; ``share`` says what each presses with for their needs."""
 
     def __init__(self, share: Share) -> None:
