@@ -150,7 +150,6 @@ def test_many_contacts_are_filtered_at_once() -> None:
         ([0, 1], [1, 2, 3]),
         ([[0, 1]], [0, 1]),
         ([[0, 1], [2, 3]], [0, 1]),
-        ([0.0], 1.0),
     ],
 )
 def test_a_history_that_cannot_be_is_refused(t: list[float], x: list[float]) -> None:

@@ -128,7 +128,7 @@ def sampled(times: ArrayLike, x: ArrayLike) -> tuple[Floats, Floats]:
     """Check a sampled history: ``times`` (n,) never falling, ``x`` (..., n), all finite."""
     t = np.ascontiguousarray(times, dtype=np.float64)
     x = np.ascontiguousarray(x, dtype=np.float64)
-    if t.ndim != 1 or x.ndim == 0 or x.shape[-1] != len(t):
+    if t.ndim != 1 or x.shape[-1] != len(t):
         raise DomainError(f"times of shape {t.shape} do not fit a history of shape {x.shape}")
     check_times(t)
     if not np.isfinite(x).all():

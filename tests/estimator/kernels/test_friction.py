@@ -300,7 +300,8 @@ def test_a_slide_far_above_the_belief_teaches_when_a_second_one_confirms_it(kern
     ln_u = BASE + 3.0 * math.sqrt(VAR + 0.01)
     for events in (0.0, 1.0):
         put(kernels, f, slide_count=0.0)
-        for _ in range(3):
+        for count in range(3):
+            assert of(kernels, f, "slide_count") == float(count)
             kernels.count_slide(f, ln_u, 0.01)
         assert of(kernels, f, "slide_count", "events") == (3.0 if events else -1.0, events)
 

@@ -142,6 +142,7 @@ def test_the_force_is_regressed_over_the_spread_of_the_state(kernels, m, P, bent
     assert mean == pytest.approx(base + np.sum(up - down) / 6.0 + y[kernels.BIAS], rel=1e-9)
     assert bend == pytest.approx(np.sum((up - down) ** 2) / 18.0, rel=1e-6)
     assert (H[kernels.OFFSET], H[kernels.BIAS]) == (0.0, 1.0)
+    assert not H[:M][np.diag(L)[:M] == 0.0].any()
 
 
 @pytest.fixture(autouse=True)
@@ -286,6 +287,7 @@ def test_without_a_displacement_the_force_is_linearised_where_it_is(kernels, m, 
     y = section(kernels, m, "Y").copy()
     m[kernels.MODE_BLIND], m[kernels.MODE_UNEXPLAINED] = 1.0, 0.0
     R, base = m[kernels.SET_R_FORCE], force_at(kernels, m, y)
+    P[kernels.BIAS, kernels.BIAS] = R
     value = share * base + y[kernels.BIAS]
     innovation, S = kernels.expect_force_alone(m, value)
     at, H = section(kernels, m, "TRIED").copy(), section(kernels, m, "H").copy()

@@ -70,12 +70,14 @@ def test_the_error_of_the_depth_adds_to_it_and_to_what_it_does_to_the_memory(
     h = 3e-4 * np.arange(1.0, ns + 1.0)
     m[kernels.H0 : kernels.H0 + ns], m[kernels.MODE_CORNER] = h, 5e-6
     m[kernels.BEND0 : kernels.BEND0 + ns] = m[kernels.BEND_SUM0 : kernels.BEND_SUM0 + ns] = 0.0
+    m[kernels.BEND0] = 0.25  # counts twice, see bend_again
     kernels.add_depth_error(m, error, 2e-3)
     moved = np.zeros(kernels.N)
     moved[kernels.DELTA], moved[kernels.EFFECTS : kernels.EFFECTS + ns] = 2e-6, h
     expected = np.outer(moved, moved)
     effects = np.arange(kernels.EFFECTS, kernels.EFFECTS + ns)
     expected[effects, effects] += np.where(kept, 0.0, (0.4 * h * 5e-6 / 2e-6) ** 2)
+    expected[kernels.EFFECTS, kernels.EFFECTS] += 0.5
     assert_allclose(P - before, expected, rtol=1e-6, atol=1e-14)
 
 

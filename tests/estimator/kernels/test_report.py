@@ -239,6 +239,7 @@ def test_no_quantity_is_known_better_than_its_floor_and_no_limit_is_without_a_co
     told = [m[getattr(kernels, f"REP_{name}_STD")] for name in ("FORCE", "RADIUS", "EXPONENT", "MU")]
     assert told == pytest.approx([0.5 * noise, 1e-4 * R, 1e-3, 0.0])
     assert m[kernels.REP_LIMIT_FORCE_STD] == pytest.approx(0.6 * 0.5 * noise)
+    assert m[kernels.REP_GAUGE_BY_FORCE] == 0.0
     for force, radius in ((0.0, 3e-3), (1.7, 0.0)):
         at[:2] = force, radius
         kernels.report(m, 0.4, 9e-4)

@@ -66,7 +66,7 @@ def test_zeros_are_excluded_until_a_contact_was_felt_and_nothing_is_felt_without
     asked, zero = [], m[kernels.Y0 + kernels.BIAS]
     monkeypatch.setattr(kernels, "exclude_zeros", lambda _m, *given: asked.append(given))
     m[kernels.MODE_TOUCH] = 0.0
-    for met, displacement in ((0.0, 1e-3), (1.0, 1e-3), (0.0, math.nan)):
+    for met, displacement in ((0.0, 1e-3), (1.0, 2e-3), (0.0, math.nan)):
         m[kernels.MODE_MET] = met
         kernels.detect_touch(m, zero, displacement)
     assert asked == [(-1.0, 1e-3)]  # a force of nothing lacks one standard deviation

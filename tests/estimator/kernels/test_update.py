@@ -352,15 +352,17 @@ def test_of_displacement_and_force_that_contradict_each_other_the_one_that_jumpe
     assert m[kernels.MODE_CAUTION] == (0.1 if "refuse" in calls else 0.0)
 
 
-@pytest.mark.parametrize(("blind", "depth"), [(1.0, 0.0), (0.0, -1e-3)])
+@pytest.mark.parametrize(
+    ("blind", "begin", "depth"), [(1.0, -1e-3, 0.0), (0.0, -1e-3, -1e-3), (1.0, 5e-4, 5e-4)]
+)
 def test_without_a_displacement_a_tip_is_nowhere_in_the_air_and_its_force_alone_is_expected(
-    kernels, m, monkeypatch, blind, depth
+    kernels, m, monkeypatch, blind, begin, depth
 ) -> None:
     monkeypatch.setattr(kernels, "predict", lambda *_: None)
     monkeypatch.setattr(kernels, "expect_force", lambda *_: (1.0, 0.0))
     monkeypatch.setattr(kernels, "expect_force_alone", lambda *_: (1.0, 1.0))
-    m[kernels.MODE_BLIND], m[kernels.Y0 + kernels.DELTA], m[kernels.Y0 + kernels.SPEED] = blind, -1e-3, 0.1
+    m[kernels.MODE_BLIND], m[kernels.Y0 + kernels.DELTA], m[kernels.Y0 + kernels.SPEED] = blind, begin, 0.1
     kernels.take_sample(m, 2e-3, math.nan, math.nan)
     assert m[kernels.Y0 + kernels.DELTA] == depth
-    assert m[kernels.Y0 + kernels.SPEED] == (0.0 if blind else 0.1)
+    assert m[kernels.Y0 + kernels.SPEED] == (0.1 if begin == depth else 0.0)
     assert kernels.expect_innovation(m, 1.0) == (1.0, blind)
