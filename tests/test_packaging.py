@@ -44,15 +44,18 @@ def test_the_page_on_installing_explains_every_extra() -> None:
     assert set(re.findall(r"^\* `(\w+)`: ", page, re.MULTILINE)) == EXTRAS
 
 
+NAMED = re.compile(r"""(?:pip install '[^'\[]*\[|extra_library\([^()]*(?:extra=)?")([\w,]+)(?:\]'|"\))""")
+
+
 def test_every_extra_that_a_message_or_page_names_exists() -> None:
     texts = [*(ROOT / "vegrip").rglob("*.py"), ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
     named = {
         extra
         for path in texts
-        for extras in re.findall(r"pip install '[^'\[]*\[([\w,]+)\]'", path.read_text(encoding="utf-8"))
+        for extras in NAMED.findall(path.read_text(encoding="utf-8"))
         for extra in extras.split(",")
     }
-    assert named >= {"web", "plot", "bags"}
+    assert named >= {"web", "plot", "hdf5"}
     assert named <= EXTRAS
 
 

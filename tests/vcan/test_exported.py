@@ -20,11 +20,11 @@ import pytest
 from vegrip.c99 import host
 from vegrip.estimator import ContactEstimator
 from vegrip.export import texts
-from vegrip.export.precision import HAND, Request
+from vegrip.export.precision import Request
 from vegrip.grip.node import GraspForce
 from vegrip.grip.safety import WatchdogSettings
 from vegrip.grip.settings import ControlSettings
-from vegrip.messages import FingertipState, ForceCommand, Reason
+from vegrip.messages import USUAL_FINGERS, FingertipState, ForceCommand, Reason
 from vegrip.model import paper_model
 from vegrip.runtime.registry import running_nodes
 from vegrip.transport.codec import CanCodec, Frame
@@ -125,7 +125,7 @@ def episode(program, tmp_path_factory):
 
 def listen(bus, log, commands, patience=PATIENCE):
     """Keep frames until so many more commands of every finger came; return the number of the first frame."""
-    start, wanted = len(log), {command_id(name): commands for name in HAND}
+    start, wanted = len(log), {command_id(name): commands for name in USUAL_FINGERS}
     deadline = time.monotonic() + patience
     while any(count > 0 for count in wanted.values()):
         assert time.monotonic() < deadline, f"still to come: {wanted}; {len(log)} frames came"
@@ -140,7 +140,7 @@ def listen(bus, log, commands, patience=PATIENCE):
 
 
 def codec():
-    return CanCodec(HAND, fd=True, use_sender_time=True)
+    return CanCodec(USUAL_FINGERS, fd=True, use_sender_time=True)
 
 
 @cache
@@ -159,13 +159,13 @@ def of(frames, cls, name):
 def wait_until_controlled(bus, log, start):
     """Listen on until each finger has lately had a command that is no answer to a fault."""
     deadline = time.monotonic() + PATIENCE
-    while not is_controlled(log[start:][-20 * len(HAND) :]) and time.monotonic() < deadline:
+    while not is_controlled(log[start:][-20 * len(USUAL_FINGERS) :]) and time.monotonic() < deadline:
         listen(bus, log, 1)
 
 
 def is_controlled(log):
     """Whether each finger has had a command that is no answer to a fault."""
-    return all({one.reason for one in of(log, ForceCommand, name)} - FAULTS for name in HAND)
+    return all({one.reason for one in of(log, ForceCommand, name)} - FAULTS for name in USUAL_FINGERS)
 
 
 def answers_of_python(journal):
@@ -176,7 +176,9 @@ def answers_of_python(journal):
     control = replace(REQUEST.control, report_period=0.0, health_period=0.0)
     settings = REQUEST.estimator
     wire = codec()
-    node = GraspForce("n", HAND, lambda _: ContactEstimator(REQUEST.model, REQUEST.noise, settings), control)
+    node = GraspForce(
+        "n", USUAL_FINGERS, lambda _: ContactEstimator(REQUEST.model, REQUEST.noise, settings), control
+    )
     node.configure()
     node.activate()
     given = [line.split() for line in journal]
@@ -199,7 +201,7 @@ def is_frame(line):
     return line[0] == "frame"
 
 
-@pytest.mark.parametrize("name", HAND)
+@pytest.mark.parametrize("name", USUAL_FINGERS)
 def test_the_exported_node_holds_the_grasp_of_the_hand(episode, name):
     states = of(episode.log[: episode.silent], FingertipState, name)[-20:]
     assert all(state.normal_force > 0.3 for state in states)
@@ -210,11 +212,11 @@ def test_the_exported_node_holds_the_grasp_of_the_hand(episode, name):
 
 
 def test_every_command_is_the_one_of_the_python_node_to_the_bit(episode):
-    identifiers = {command_id(name) for name in HAND}
+    identifiers = {command_id(name) for name in USUAL_FINGERS}
     commands = [
         (one.arbitration_id, bytes(one.data)) for one in episode.log if one.arbitration_id in identifiers
     ]
-    assert len(commands) >= (HELD + SILENT + AGAIN) * len(HAND)
+    assert len(commands) >= (HELD + SILENT + AGAIN) * len(USUAL_FINGERS)
     assert answers_of_python(episode.journal) == commands
 
 
@@ -227,7 +229,7 @@ def test_a_frame_that_is_given_a_microsecond_later_is_answered_otherwise(episode
     assert [one for one, two in zip(same, other, strict=True) if one != two]
 
 
-@pytest.mark.parametrize("name", HAND)
+@pytest.mark.parametrize("name", USUAL_FINGERS)
 def test_silent_sensors_let_the_command_stand_and_then_ramp_to_the_fail_safe_force(episode, name):
     commands = of(episode.log[episode.silent : episode.again], ForceCommand, name)
     forces = [command.normal_force for command in commands]
@@ -236,7 +238,7 @@ def test_silent_sensors_let_the_command_stand_and_then_ramp_to_the_fail_safe_for
     assert forces[-1] >= REQUEST.control.fail_safe.force - 1e-6
 
 
-@pytest.mark.parametrize("name", HAND)
+@pytest.mark.parametrize("name", USUAL_FINGERS)
 def test_the_grip_is_controlled_again_when_the_sensors_come_back(episode, name):
     """After so many sound states, and no earlier; how many commands the clock renews before is chance."""
     frames = episode.log[episode.again :]
@@ -255,7 +257,7 @@ def test_the_grip_is_controlled_again_when_the_sensors_come_back(episode, name):
 
 def test_sigterm_ends_the_node_which_tells_what_it_did(episode):
     assert episode.code == 0
-    for name in HAND:
+    for name in USUAL_FINGERS:
         assert f"{len(of(episode.log, ForceCommand, name))} commands" in line_of(episode.told, name)
         assert "0 lost" in line_of(episode.told, name)
     assert "0 commands not sent, bus lost 0 times" in episode.told
