@@ -24,7 +24,7 @@ import sys
 import time
 import tomllib
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache
@@ -313,15 +313,22 @@ class Records:
         missing = [file for file in files if file not in self.tests and not self.place(file).exists()]
         for group in (missing[i : i + AT_ONCE] for i in range(0, len(missing), AT_ONCE)):
             print(f"traces {', '.join(group)}", flush=True)
-            task = {
-                "record": {file: str(self.place(file)) for file in group},
-                "limit": SLOWEST,
-                "enough": self.enough,
-            }
-            self.runner.run(group, task)
+            self.trace(group)
+            for file in group:  # one whose process ended leaves nothing of the others either
+                if len(group) > 1 and not self.place(file).exists():
+                    self.trace([file])
         for file in files:
             if file not in self.tests:
                 self.tests[file] = list(self._read(self.place(file)))
+
+    def trace(self, files: Sequence[str]) -> None:
+        """Record what the tests of some files enter, in one process."""
+        task = {
+            "record": {file: str(self.place(file)) for file in files},
+            "limit": SLOWEST,
+            "enough": self.enough,
+        }
+        self.runner.run(files, task)
 
     def _read(self, place: Path) -> Iterator[Traced]:
         if not place.exists():  # none of its tests ran: they are `long`, or the process ended
@@ -329,9 +336,8 @@ class Records:
             place.write_text(json.dumps({"names": [], "tests": [], "texts": {}}))
         read = json.loads(place.read_text())
         self.texts |= read["texts"]
-        for name, seconds, of_processor, enters in read["tests"]:
-            if enters:
-                yield Traced(name, seconds, of_processor, frozenset(read["names"][i] for i in enters))
+        for name, seconds, of_processor, enters in read["tests"]:  # one that enters nothing holds constants
+            yield Traced(name, seconds, of_processor, frozenset(read["names"][i] for i in enters))
 
     def choose(self, mutant: Mutant, distances: list[int]) -> list[Traced]:
         """Return the tests at some distances that run what is changed, quickest first.
