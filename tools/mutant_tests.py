@@ -167,11 +167,9 @@ def pytest_runtest_protocol(item: Any) -> Wrapper:
     for defs in item._fixtureinfo.name2fixturedefs.values():
         for one in defs:
             entered |= record.of_fixture.get((one.argname, one.baseid), set())
-    if item.failed or spent - record.made_once >= TOO_LONG:
-        entered = set()
-    record.tests[item.nodeid.partition("::")[0]].append(
-        (item.nodeid, round(seconds, 3), round(spent, 3), sorted(entered))
-    )
+    counts = not item.failed and spent - record.made_once < TOO_LONG
+    entered = {*entered, file} if counts else set()  # it counts, though it may hold constants alone
+    record.tests[file].append((item.nodeid, round(seconds, 3), round(spent, 3), sorted(entered)))
     return result
 
 

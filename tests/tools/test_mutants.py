@@ -148,6 +148,8 @@ def other(n):
 
 def unseen(n):
     return n * 3
+
+MOST = 7
 """
     tests = """
 import time
@@ -165,6 +167,9 @@ def test_other():
 
 def test_broken():
     assert law.unseen(1) == 4
+
+def test_constant():
+    assert law.MOST == 7
 """
     packages = dict.fromkeys(("vegrip/__init__.py", "vegrip/part/__init__.py"), "")
     texts = packages | {"vegrip/part/law.py": law, "tests/part/test_law.py": tests}
@@ -184,10 +189,10 @@ def test_broken():
         assert chosen[:2] == ["test_quick", "test_slow"]
         results = {
             change: the_round.run(every[change])
-            for change in ("while n <= 0:", "n = n + 1", "return n + 3", "return n / 3")
+            for change in ("while n <= 0:", "n = n + 1", "return n + 3", "return n / 3", "MOST = 8")
         }
         the_round.seconds = 0.0  # no time for any test
         results["late"] = the_round.run(every["return n + 3"])
-    assert list(results.values()) == ["killed", "timeout", "killed", "survived", "no answer"]
+    assert list(results.values()) == ["killed", "timeout", "killed", "survived", "killed", "no answer"]
     for function in (mutants.texts, mutants.related, mutants.users_of, mutants._imports, mutants._mirror):
         function.cache_clear()
