@@ -4,6 +4,8 @@ Exit code 0: all is as it was; 4: something differs, and what is printed. Who me
 ``--update`` and looks at what ``git diff`` shows of the plain numbers.
 """
 
+import logging
+
 import validation.golden.scripted  # isort: skip # noqa: F401 (first: vegrip keeps functions of time)
 
 import argparse
@@ -150,4 +152,5 @@ def _say(text: str) -> None:
 
 
 if __name__ == "__main__":
+    logging.getLogger("vegrip").setLevel(logging.ERROR)  # lost input is what is played here
     sys.exit(main())
