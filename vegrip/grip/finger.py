@@ -27,7 +27,7 @@ from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.layout import MARGIN, write_choice, write_rules
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.policy import GripPolicy
-from vegrip.grip.settings import ControlSettings, apply_policy, make_policy
+from vegrip.grip.settings import ControlSettings, make_policy, policy_settings
 from vegrip.grip.wires import LEFT_ALONE
 from vegrip.transport.codec.frame_codec import Line
 from vegrip.types import Floats
@@ -120,7 +120,7 @@ class GraspFinger:
         self._lifetime = round(settings.limits.lifetime * NS)  # [ns] of a command
         memory["SETUP_RENEWAL"] = math.ceil(RENEWAL * settings.limits.lifetime * NS)
         if self.policy is not None:
-            apply_policy(self.policy, settings)
+            self.policy.settings = policy_settings(settings)
         if not self.numbers.alone:
             write_choice(memory, settings)
             policy = self.policy
