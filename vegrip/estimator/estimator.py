@@ -370,16 +370,6 @@ class ContactEstimator:
         lost = self.named["MODE_LOST"]
         return float(lost) if lost > 0.0 else 0.0
 
-    @property
-    def restarts(self) -> int:
-        """How often what is known of the contact was begun anew because it was lost."""
-        return int(self.named["COUNT_RESTARTS"])
-
-    @property
-    def overflows(self) -> int:
-        """How often a number of the filter was not finite any more, and everything was begun anew."""
-        return int(self.named["COUNT_OVERFLOWS"])
-
     def reset_health(self) -> None:
         """Forget how well the model explained what was felt so far; what is known of the contact stays."""
         self.named.section("HEALTH")[:] = 0.0
