@@ -17,7 +17,6 @@ from vegrip.estimator.layout import (
     CHANNELS,
     FRICTION,
     PER_CHANNEL,
-    PER_PART,
     REGIMES,
     REPORT,
     Layout,
@@ -288,26 +287,6 @@ class ContactEstimator:
         """What is believed of ln mu at the reference load, and of the exponent over the load."""
         m = self.named
         return FrictionBelief(m["FRI_LN_MU"], m["FRI_VAR"], m["FRI_EXPONENT"], m["FRI_EXPONENT_VAR"])
-
-    def utilisation(self) -> tuple[float, float, float]:
-        """Return the friction coefficient at which the load would slip, its relative std, and the load [N].
-
-        The load has the torque as a force at the contact radius. NaN and inf where there is no contact; the
-        first two also while a part of the load is doubted (:mod:`vegrip.estimator.kernels.load_loss`).
-        """
-        memory = self.named
-        gauge, radius = memory["REP_GAUGE"], memory["REP_RADIUS"]
-        if not (gauge > 0.0 and memory["REP_CONTACT"] > 0.0 and radius > 0.0):
-            return NAN, math.inf, NAN
-        mu = memory["REP_MU"]
-        friction_part = memory["REP_MU_STD"] / mu if mu > 0.0 else 0.0
-        known, noise = memory["REP_GAUGE_REL"], memory["REP_GAUGE_ABS"] / gauge
-        rest = max(known * known - friction_part * friction_part, 0.0)
-        torque = 0.0 if math.isnan(memory["TAKEN_TORQUE"]) else memory["TAKEN_TORQUE"] / radius
-        load = math.hypot(memory["TAKEN_LOAD"], torque)
-        if memory.section("PART")[PER_PART.index("LOST") :: len(PER_PART)].max() > 0.0:
-            return NAN, math.inf, load
-        return gauge * mu, math.sqrt(rest + noise * noise), load
 
     def health(self) -> ModelHealth:
         """Return whether the model still explains the measurements, and what it fails at most.
