@@ -154,9 +154,7 @@ def finger_step(log: Log, mode: str) -> float:
         given, buffer = states(replay), bytearray(64)
         frame, fingers = np.frombuffer(buffer, dtype=np.uint8), replay.node.compiled_fingers
         for finger in fingers.values():
-            finger.apply(
-                replace(replay.node.parameters, report_period=NEVER[0], health_period=NEVER[1]), finger.wanted
-            )
+            finger.apply(replace(replay.node.parameters, report_period=NEVER[0], health_period=NEVER[1]))
             finger.take_line()
 
         def steps() -> None:
@@ -223,7 +221,7 @@ def reports(log: Log) -> Timed:
     assert node.controller is not None
     for finger in node.fingers.values():
         finger.reports.health(now)  # worked out once for the last state, so not timed below
-        finger.apply(replace(node.parameters, report_period=1e-9, health_period=1e6), finger.wanted)
+        finger.apply(replace(node.parameters, report_period=1e-9, health_period=1e6))
         finger.take_line()
 
     later = itertools.count(now + 1)

@@ -33,7 +33,7 @@ def run() -> dict[str, dict[str, float]]:
     grasp = InternalForces(CONTACTS)
 
     def ours() -> Floats:
-        grasp.forget()
+        grasp.shared({})  # or the last answer would be given again
         return np.array(list(grasp.shared(dict(zip(CONTACTS, NEEDS, strict=True))).values()))
 
     results = {}

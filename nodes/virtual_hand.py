@@ -17,7 +17,7 @@ from vegrip.clock import NS
 from vegrip.config import build as build_parameters
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
-from vegrip.grip.safety import reason_to_reject_force
+from vegrip.grip.safety import reason_to_reject
 from vegrip.host.realtime import HAND_PRIORITY
 from vegrip.identification.simulate.bench import Benches
 from vegrip.identification.simulate.protocol import read_protocol
@@ -110,7 +110,7 @@ class VirtualHandNode(NodeBase):
         """Keep the newest command of each finger; count those that cannot be obeyed."""
         if isinstance(message, ForceCommand):
             finger, expires = message.finger, message.expires
-            objection = reason_to_reject_force(message.normal_force, message.stamp, expires, now)
+            objection = reason_to_reject(message.normal_force, message.stamp, expires, now)
             if finger not in self.hand.fingers:
                 objection = "unknown finger"
             if objection:

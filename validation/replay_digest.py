@@ -157,7 +157,7 @@ def told_by_estimator(estimator: ContactEstimator, states: States) -> list[float
     told += estimator.covariance.ravel().tolist()
     for symbol in estimator.model.parameters:
         told += numbers(astuple(estimator.value(symbol)))
-    return [*told, estimator.refused, estimator.late, estimator.restarts]
+    return [*told, estimator.refused, estimator.late, int(estimator.named["COUNT_RESTARTS"])]
 
 
 def told_by_node(hands: Sequence[States]) -> list[float]:

@@ -217,25 +217,6 @@ def test_a_margin_spreads_by_what_is_estimated_and_by_the_noise_of_the_load(
     assert estimator.value("K").age == 0.0
 
 
-def test_the_utilisation_is_of_the_load_with_its_torque_at_the_radius(estimator: ContactEstimator) -> None:
-    m = estimator.named
-    given = {"GAUGE": 0.4, "MU": 0.5, "MU_STD": 0.05, "GAUGE_REL": 0.3, "GAUGE_ABS": 0.04, "RADIUS": 3e-3}
-    for name, value in given.items():
-        m[f"REP_{name}"] = value
-    m["REP_CONTACT"], m["TAKEN_LOAD"], m["TAKEN_TORQUE"] = 1.0, 0.3, 1.2e-3
-    assert estimator.utilisation() == pytest.approx((0.2, 0.3, 0.5))
-    m["REP_MU_STD"] = 0.25  # more than all of it
-    assert estimator.utilisation() == pytest.approx((0.2, 0.1, 0.5))
-    m.section("PART")[-1] = 0.5
-    assert estimator.utilisation() == pytest.approx((NAN, math.inf, 0.5), nan_ok=True)
-    m.section("PART")[-1], m["TAKEN_TORQUE"] = 0.0, NAN
-    assert estimator.utilisation()[2] == 0.3
-    for name in ("GAUGE", "CONTACT", "RADIUS"):
-        before, m[f"REP_{name}"] = m[f"REP_{name}"], 0.0
-        assert estimator.utilisation() == pytest.approx((NAN, math.inf, NAN), nan_ok=True)
-        m[f"REP_{name}"] = before
-
-
 def test_friction_at_a_load_is_that_of_the_law_and_any_confidence_has_a_quantile(
     estimator: ContactEstimator,
 ) -> None:

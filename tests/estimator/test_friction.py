@@ -189,7 +189,7 @@ def test_the_utilisation_owes_nothing_to_what_is_believed_of_friction(
             estimator.named[f"FRI_{base}{'LN' if base else 'LN_MU'}"] = mean
             estimator.named[f"FRI_{base}VAR"] = variance
         estimator.assimilate(states[-1])
-        told.append(estimator.utilisation())
-    assert told[0][0] == pytest.approx(0.5 * model.values["mu"].value, rel=0.1)
+        told.append(estimator.named["REP_GAUGE"] * estimator.named["REP_MU"])
+    assert told[0] == pytest.approx(0.5 * model.values["mu"].value, rel=0.1)
     assert told[1] == pytest.approx(told[0], rel=0.01)
     assert told[2] == pytest.approx(told[0], rel=0.01)

@@ -212,13 +212,13 @@ def test_a_number_that_is_not_finite_any_more_is_counted_and_begins_everything_a
 ) -> None:
     states = press(model, KNOTS, DEPTHS)
     run(estimator, states[:500])
-    assert estimator.overflows == 0
+    assert estimator.named["COUNT_OVERFLOWS"] == 0
     estimator.numbers[estimator.layout.places()["Y"][1] - 1] = math.inf
     run(estimator, states[500:502])
-    assert estimator.overflows == 1
+    assert estimator.named["COUNT_OVERFLOWS"] == 1
     assert np.isfinite(estimator.covariance).all()
     estimator.reset()
-    assert estimator.overflows == 0
+    assert estimator.named["COUNT_OVERFLOWS"] == 0
 
 
 def test_uncertainty_grows_without_measurements(

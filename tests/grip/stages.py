@@ -10,7 +10,7 @@ import numpy as np
 
 from vegrip.estimator.layout import layout_of
 from vegrip.estimator.memory import CHANNELS, FingerMemory
-from vegrip.grip.compiled import channels_of, finger_module
+from vegrip.grip.compiled import finger_module
 from vegrip.grip.finger import FRESH, UNKNOWN_AT_FIRST, UNRECEIVED
 from vegrip.grip.layout import FingerLayout, write_choice, write_rules
 from vegrip.grip.policies.demand import Demand
@@ -91,7 +91,8 @@ class Watchdog(Stage):
 
     @property
     def lost(self) -> frozenset[str]:
-        return channels_of(self.memory["INPUT_LOST"])
+        bits = self.memory["INPUT_LOST"]
+        return frozenset(name for i, name in enumerate(CHANNELS) if bits >> i & 1)
 
     @property
     def faults(self) -> dict[Condition, int]:

@@ -104,7 +104,8 @@ def test_the_quick_pressure_coefficient_is_that_of_the_gamma_functions() -> None
 
 
 def test_conventional_parameters_give_the_papers_law(model: ContactModel) -> None:
-    m, b = model.conventional
+    K, p = model.values["K"].value, model.values["p"].value
+    m, b = K * p / model.reference_depth**p, p - 1.0
     x = 7e-4
     N = model.simulate([0.0, 1e-12], [0.0, x]).elastic_force[-1]
     assert m * x ** (b + 1.0) / (b + 1.0) == pytest.approx(N, rel=1e-12)

@@ -6,8 +6,6 @@ from numpy.typing import ArrayLike, NDArray
 from vegrip.errors import DomainError
 from vegrip.types import Floats
 
-"""Array of doubles of any shape; a scalar is an array without dimensions."""
-
 
 def within(name: str, values: ArrayLike, low: float, high: float, unit: str = "") -> Floats:
     """Return ``values`` as doubles; NaN or anything outside ``low .. high`` raises :class:`DomainError`."""

@@ -17,7 +17,6 @@ from vegrip.estimator.layout import (
     CHANNELS,
     FRICTION,
     PER_CHANNEL,
-    PER_PART,
     REGIMES,
     REPORT,
     Layout,
@@ -289,26 +288,6 @@ class ContactEstimator:
         m = self.named
         return FrictionBelief(m["FRI_LN_MU"], m["FRI_VAR"], m["FRI_EXPONENT"], m["FRI_EXPONENT_VAR"])
 
-    def utilisation(self) -> tuple[float, float, float]:
-        """Return the friction coefficient at which the load would slip, its relative std, and the load [N].
-
-        The load has the torque as a force at the contact radius. NaN and inf where there is no contact; the
-        first two also while a part of the load is doubted (:mod:`vegrip.estimator.kernels.load_loss`).
-        """
-        memory = self.named
-        gauge, radius = memory["REP_GAUGE"], memory["REP_RADIUS"]
-        if not (gauge > 0.0 and memory["REP_CONTACT"] > 0.0 and radius > 0.0):
-            return NAN, math.inf, NAN
-        mu = memory["REP_MU"]
-        friction_part = memory["REP_MU_STD"] / mu if mu > 0.0 else 0.0
-        known, noise = memory["REP_GAUGE_REL"], memory["REP_GAUGE_ABS"] / gauge
-        rest = max(known * known - friction_part * friction_part, 0.0)
-        torque = 0.0 if math.isnan(memory["TAKEN_TORQUE"]) else memory["TAKEN_TORQUE"] / radius
-        load = math.hypot(memory["TAKEN_LOAD"], torque)
-        if memory.section("PART")[PER_PART.index("LOST") :: len(PER_PART)].max() > 0.0:
-            return NAN, math.inf, load
-        return gauge * mu, math.sqrt(rest + noise * noise), load
-
     def health(self) -> ModelHealth:
         """Return whether the model still explains the measurements, and what it fails at most.
 
@@ -369,16 +348,6 @@ class ContactEstimator:
         """For how long an estimate has contradicted its own measurement [s]; 0 while none does."""
         lost = self.named["MODE_LOST"]
         return float(lost) if lost > 0.0 else 0.0
-
-    @property
-    def restarts(self) -> int:
-        """How often what is known of the contact was begun anew because it was lost."""
-        return int(self.named["COUNT_RESTARTS"])
-
-    @property
-    def overflows(self) -> int:
-        """How often a number of the filter was not finite any more, and everything was begun anew."""
-        return int(self.named["COUNT_OVERFLOWS"])
 
     def reset_health(self) -> None:
         """Forget how well the model explained what was felt so far; what is known of the contact stays."""

@@ -15,8 +15,8 @@ from vegrip.estimator.layout import layout_of
 from vegrip.export.estimator import STEP, simulated
 from vegrip.export.precision import PRECISIONS, Request, Unit
 from vegrip.grip.compiled import finger_places, finger_text
-from vegrip.grip.controller import GripController
 from vegrip.grip.finger import RENEWAL, GraspFinger
+from vegrip.grip.finger_step import Place
 from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.layout import RULES, FingerLayout
 from vegrip.grip.node import GraspForce
@@ -107,21 +107,19 @@ def _answered(node: GraspForce, codec: CanCodec, meeting: Meeting, name: str) ->
 def alone(request: Request, mode: str = "python") -> GraspFinger:
     """Return a finger as firmware has it, before its first frame; ``mode`` says what runs its step."""
     control, names = request.control, request.fingers
-    make = _estimators(request)
-    hand = GripController(names, settings=control, make_estimator=make)
+    thumb = names.index(control.thumb) if control.thumb in names else -1
     line = CanCodec(names, fd=True, use_sender_time=True).line(names[0])
     assert line is not None  # noqa: S101
     one = GraspFinger(
         names[0],
-        make(names[0]),
+        _estimators(request)(names[0]),
         control,
-        hand.place_of(names[0]),
+        Place(0, len(names), thumb),
         GraspMemory(len(names)),
         line=line,
         mode=mode,
         alone=True,
     )
-    one.apply(control, hand.wanted)
     one.take_line()
     return one
 

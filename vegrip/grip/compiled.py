@@ -149,7 +149,3 @@ def constants() -> str:
 
 def bits_of(channels: tuple[str, ...] | frozenset[str]) -> int:
     return sum(1 << CHANNELS.index(name) for name in channels)
-
-
-def channels_of(bits: int) -> frozenset[str]:
-    return frozenset(name for i, name in enumerate(CHANNELS) if bits >> i & 1)

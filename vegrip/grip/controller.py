@@ -22,7 +22,7 @@ from vegrip.config import check
 from vegrip.errors import KindError, UsageError, suggestion
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.estimator_protocol import Estimator
-from vegrip.grip.finger import GraspFinger, Wanted
+from vegrip.grip.finger import GraspFinger
 from vegrip.grip.finger_step import Place
 from vegrip.grip.force_parts import ForceParts, force_parts
 from vegrip.grip.grasp_friction import GraspFriction
@@ -278,13 +278,8 @@ class GripController:
         self.friction.set_lead(self._settings.grip)
         self.friction.set_risk(self._settings.grip)
         for name, finger in self.fingers.items():
-            finger.apply(self._settings, self.wanted)
+            finger.apply(self._settings)
             self.friction.write_to(finger.memory, name)
-
-    @property
-    def wanted(self) -> Wanted:
-        """Margin and confidence of each finger; all count, also those that do not report."""
-        return self.settings.grip.wanted_margin, self.settings.grip.probability
 
     def _knows(self, state: messages.FingertipState) -> bool:
         try:

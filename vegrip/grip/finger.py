@@ -27,13 +27,10 @@ from vegrip.grip.grasp_memory import GraspMemory
 from vegrip.grip.layout import MARGIN, write_choice, write_rules
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.policy import GripPolicy
-from vegrip.grip.settings import ControlSettings, apply_policy, make_policy
+from vegrip.grip.settings import ControlSettings, make_policy, policy_settings
 from vegrip.grip.wires import LEFT_ALONE
 from vegrip.transport.codec.frame_codec import Line
 from vegrip.types import Floats
-
-Wanted = tuple[float, float]
-"""Margin to keep [-], and the one-sided confidence to keep it with."""
 
 RENEWAL: Final = 0.25
 """Part of its lifetime after which a command is renewed: three of them may get lost."""
@@ -98,15 +95,13 @@ class GraspFinger:
     ) -> None:
         self.name = name
         self.numbers = FingerStep(name, estimator, place, shared, line=line, mode=mode, alone=alone)
-        self.wanted: Wanted = settings.grip.wanted_margin, settings.grip.probability
-        """What is asked of the estimate where slip would not be felt."""
         self.policy: GripPolicy | None = None if settings.is_built_in else make_policy(settings)
         """A policy in Python; None: the step has it."""
         self._forgotten = 0  # how often the policy was asked to forget
         self._put_first({**FRESH, **UNRECEIVED})
         self._settings = settings
         self.reports = FingerReports(self.numbers, settings, phase)
-        self.apply(settings, self.wanted)
+        self.apply(settings)
 
     @property
     def estimator(self) -> Estimator:
@@ -116,19 +111,16 @@ class GraspFinger:
     def memory(self) -> FingerMemory:
         return self.numbers.memory
 
-    def apply(self, settings: ControlSettings, wanted: Wanted) -> None:
-        """Go on with other settings; what has been learned and what is held stay.
-
-        ``wanted`` of it is what the grasp makes of them (:attr:`vegrip.grip.GripController.wanted`).
-        """
+    def apply(self, settings: ControlSettings) -> None:
+        """Go on with other settings; what has been learned and what is held stay."""
         self.numbers.leave_line()  # it says how long a command lives
-        memory, self.wanted, self._settings = self.memory, wanted, settings
+        memory, self._settings = self.memory, settings
         write_rules(memory, settings)
-        memory["RULE_QUANTILE"] = quantile(wanted[1])
+        memory["RULE_QUANTILE"] = quantile(settings.grip.probability)
         self._lifetime = round(settings.limits.lifetime * NS)  # [ns] of a command
         memory["SETUP_RENEWAL"] = math.ceil(RENEWAL * settings.limits.lifetime * NS)
         if self.policy is not None:
-            apply_policy(self.policy, settings)
+            self.policy.settings = policy_settings(settings)
         if not self.numbers.alone:
             write_choice(memory, settings)
             policy = self.policy
@@ -181,7 +173,9 @@ class GraspFinger:
             return bool(self.numbers.sense(seq, stamp, now))
         believed = bool(self.numbers.judge(seq, stamp, now))
         if believed and self.numbers.own is not None:
-            self.numbers.own.take(state, self.wanted, asks=bool(self.memory["CHOICE_ASKS"]))
+            grip = self._settings.grip
+            wanted = grip.wanted_margin, grip.probability
+            self.numbers.own.take(state, wanted, asks=bool(self.memory["CHOICE_ASKS"]))
         elif believed:
             self.numbers.take(now)
         if self.numbers.bound(now) and self.policy is not None:

@@ -11,7 +11,7 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
-from vegrip.grip.compiled_rows import CompiledBatch, CompiledPackets, PacketAnswer
+from vegrip.grip.compiled_rows import LONGEST_FRAME, CompiledBatch, CompiledPackets, PacketAnswer
 from vegrip.grip.finger import GraspFinger
 from vegrip.grip.wires import COMMANDED, LEFT_ALONE, REPORT
 from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, SlipMargin
@@ -22,7 +22,6 @@ from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID
 from vegrip.transport.codec.frame_codec import Line
 from vegrip.transport.endpoint import BATCHES, FRAMES, PACKETS
 
-LONGEST_FRAME: Final = 64  # [bytes]
 REPORTS: Final = (ContactEstimate, SlipMargin)
 """The reports of a finger as frames."""
 ROWS_EACH: Final = (2, 1)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import astuple, dataclass, fields
 from typing import NamedTuple
 
 from vegrip.clock import NS
@@ -11,13 +11,7 @@ from vegrip.estimator.memory import CHANNELS, SampleLayout, Sections, named_sect
 from vegrip.grip import records
 from vegrip.grip.confirmed_load import CONFIRM_SIZE
 from vegrip.grip.policies.margin_grip import GripSettings
-from vegrip.grip.safety import (
-    NOT_MEASURED_S,
-    FailSafeSettings,
-    LimitSettings,
-    WatchdogSettings,
-    bounds_of,
-)
+from vegrip.grip.safety import NOT_MEASURED_S, FailSafeSettings, LimitSettings, WatchdogSettings
 from vegrip.grip.settings import ControlSettings, policy_settings
 from vegrip.messages import Condition, Reason
 from vegrip.types import NamedNumbers
@@ -153,7 +147,7 @@ def write_rules(memory: NamedNumbers, settings: ControlSettings) -> None:
     if watchdog.force_frozen_after == NOT_MEASURED_S:
         memory["RULE_DOUBT_AFTER"], memory["RULE_FROZEN_CHANCE"] = math.inf, 0.0
     memory["SETUP_RECOVER_AFTER"] = watchdog.recover_after
-    bounds = bounds_of(watchdog.ranges)
+    bounds = astuple(watchdog.ranges)
     memory.section("LOWEST")[:] = [low for low, _ in bounds]
     memory.section("HIGHEST")[:] = [high for _, high in bounds]
 

@@ -9,13 +9,14 @@ comes and goes is said once.
 
 import logging
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Final
 
 from vegrip.clock import NS
 from vegrip.grip.finger import GraspFinger
+from vegrip.grip.settings import Share
 from vegrip.messages import LIMIT_NEAR, LIMIT_REACHED, Condition, Reason
 
 MORE: Final = 1.5
@@ -23,8 +24,6 @@ MORE: Final = 1.5
 LOOK_NS: Final = NS // 5  # [ns] between two looks
 CALM_S: Final = 2.0  # [s]
 RANKS: Final = ("", LIMIT_NEAR, LIMIT_REACHED)
-
-Share = Callable[[Mapping[str, float]], Mapping[str, float]]
 
 
 @dataclass(frozen=True, slots=True)

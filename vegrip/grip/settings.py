@@ -98,11 +98,6 @@ def make_policy(settings: ControlSettings) -> GripPolicy:
     return make(policy_settings(settings))
 
 
-def apply_policy(policy: GripPolicy, settings: ControlSettings) -> None:
-    """Give ``policy`` its new settings; it keeps its memory."""
-    policy.settings = policy_settings(settings)
-
-
 def policy_settings(settings: ControlSettings) -> Any:
     """Return the settings of the policy that is named."""
     kind = find_policy(settings.policy)

@@ -188,12 +188,6 @@ class ContactModel(Displayed):
     def initial_states(self) -> Floats:
         return np.array([s.initial for e in self.effects for s in e.states], dtype=np.float64)
 
-    @property
-    def conventional(self) -> tuple[float, float]:
-        """``m, b`` of the paper's power stiffness ``m delta^b`` [TiezziKao2007]_, eq. (12), in SI units."""
-        K, p = self.values["K"].value, self.values["p"].value
-        return K * p / self.reference_depth**p, p - 1.0
-
     def source(self, kernels: Sequence[str] = (), entries: Sequence[str] = ()) -> str:
         return writer.write(self.plan, [e.name for e in self.effects], kernels, entries)
 

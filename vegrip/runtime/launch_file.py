@@ -37,6 +37,9 @@ def full_name(namespace: str, name: str) -> str:
     return "/" + "/".join(parts)
 
 
+CONTROLLER = {"program": "grasp_force", "required": True, "restart": "always"}
+"""The node of a file that names none."""
+
 SHARED = ("fingers", "hand", "namespace", "transport", "realtime")
 PARTS = ("sensors", "drive", "serves", "load")
 """What names the parts of a hand; each map has a transport of its own."""
@@ -129,11 +132,10 @@ def _launch_of(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
             f"{path}: is the map of a hand and does not say where the hand is; add [transport] with kind, "
             'interface and channel, or name the map in a launch file: transport.map = "..."'
         )
-    node = {"program": "grasp_force", "required": True, "restart": "always"}
     return {
         "fingers": [name for name in table["fingers"] if name != "*"],
         "transport": {**transport, "map": path.name},
-        "node": [node],
+        "node": [{**CONTROLLER}],
     }
 
 
@@ -150,13 +152,12 @@ def _launch_of_parts(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
         raise ConfigError(f"{path}: unknown key {key!r}; {suggestion(key, known, 'known are')}")
     parts = {key: table[key] for key in PARTS if key in table}
     transport = {"kind": "bench", **{key: _beside(path, value) for key, value in parts.items()}}
-    node = {"program": "grasp_force", "required": True, "restart": "always"}
     rest = {key: value for key, value in table.items() if key not in PARTS}
     for entry in rest.get("node", ()):
         if entry.get("transport", {}).keys() == {"virtual"}:  # of a virtual hand: it is the devices
             entry["transport"] = transport | entry["transport"]
     fingers = rest.get("fingers") or list(parts_of(transport, str(path))[0])
-    return {"node": [node], **rest, "fingers": fingers, "transport": transport}
+    return {"node": [{**CONTROLLER}], **rest, "fingers": fingers, "transport": transport}
 
 
 def _beside(path: Path, value: Any) -> Any:

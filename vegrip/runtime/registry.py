@@ -39,12 +39,12 @@ class ExitReport:
 def write_report(words: ExitReport) -> None:
     """Write ``words`` down; a folder that takes nothing keeps none."""
     with contextlib.suppress(OSError):
-        write_whole(_report_file(words.name), json.dumps(asdict(words)))
+        write_whole(_file(words.name), json.dumps(asdict(words)))
 
 
 def remove_report(name: str) -> None:
     with contextlib.suppress(OSError):
-        _report_file(name).unlink(missing_ok=True)
+        _file(name).unlink(missing_ok=True)
 
 
 def read_reports() -> dict[str, ExitReport]:
@@ -52,8 +52,8 @@ def read_reports() -> dict[str, ExitReport]:
     return {words.name: words for words in found if words is not None}
 
 
-def _report_file(name: str) -> Path:
-    return runtime_folder("nodes") / f"{name.strip('/').replace('/', '.')}{SUFFIX}"
+def _file(name: str, suffix: str = SUFFIX) -> Path:
+    return runtime_folder("nodes") / f"{name.strip('/').replace('/', '.')}{suffix}"
 
 
 def _read_report(path: Path) -> ExitReport | None:
@@ -98,7 +98,7 @@ class Entry:
 
 @contextmanager
 def registered(entry: Entry) -> Iterator[None]:
-    path = runtime_folder("nodes") / f"{entry.name.strip('/').replace('/', '.')}.node"
+    path = _file(entry.name, ".node")
     handle = locked(path)
     if handle is None:
         raise UsageError(f"a node named {entry.name} runs already; give another name or namespace")

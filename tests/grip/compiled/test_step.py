@@ -19,7 +19,7 @@ from vegrip.estimator.layout import layout_of
 from vegrip.estimator.memory import CHANNELS
 from vegrip.grip.compiled import compile_now
 from vegrip.grip.layout import FingerLayout
-from vegrip.grip.safety import CHECKED_CHANNELS
+from vegrip.grip.safety import Ranges
 from vegrip.grip.wires import FRAME_ENTRIES, LEFT_ALONE, NODE_ENTRIES
 from vegrip.messages import FingertipState
 from vegrip.model import paper_model
@@ -134,7 +134,7 @@ def test_the_first_states_after_activation_compile_nothing(hand_log: Log) -> Non
 
 
 def test_channels_stand_in_one_order_everywhere() -> None:
-    assert CHANNELS == CHECKED_CHANNELS == tuple(FingertipState.__dataclass_fields__)[3:]
+    assert CHANNELS == tuple(Ranges.__dataclass_fields__) == tuple(FingertipState.__dataclass_fields__)[3:]
 
 
 def test_kernels_multiply_where_python_and_c_would_raise_to_a_power_differently() -> None:

@@ -7,14 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vegrip.grip.safety import AHEAD, LONGEST_LIFE, reason_to_reject
-from vegrip.messages import ForceCommand, Reason
 
 NOW = 10**12
 MS = 1_000_000
 
 
 def command(force=2.0, stamp=NOW, life=100 * MS):
-    return ForceCommand(stamp, "thumb", 1, force, 0.0, Reason.HOLD, stamp + life)
+    return force, stamp, stamp + life
 
 
 @pytest.mark.parametrize(
@@ -35,11 +34,11 @@ def command(force=2.0, stamp=NOW, life=100 * MS):
     ],
 )
 def test_a_command_is_obeyed_while_it_is_fresh_and_bounded(given_command, words):
-    assert reason_to_reject(given_command, NOW) == words
+    assert reason_to_reject(*given_command, NOW) == words
 
 
 @given(st.integers(), st.integers(), st.integers(0, 10**18))
 def test_no_command_is_obeyed_for_longer_than_the_longest_life_and_the_clocks_apart(stamp, expires, later):
-    hostile = ForceCommand(stamp, "thumb", 1, 2.0, 0.0, Reason.HOLD, expires)
-    if not reason_to_reject(hostile, NOW) and not reason_to_reject(hostile, NOW + later):
+    hostile = 2.0, stamp, expires
+    if not reason_to_reject(*hostile, NOW) and not reason_to_reject(*hostile, NOW + later):
         assert later < LONGEST_LIFE + AHEAD

@@ -193,14 +193,10 @@ class GaugeBounds(NamedTuple):
     twist: Floats  # (v_x [m/s], v_y [m/s], omega [rad/s]), of any scale: the outward normal
 
 
-def map_gauge(pressure: PressureMap, load: ArrayLike) -> float:
-    """Load (f_x/(mu N), f_y/(mu N), m_n/(mu N) [m]) over limit, the upper bound: below 1 it is held."""
-    return bound_gauge(pressure, load).upper
-
-
 def bound_gauge(pressure: PressureMap, load: ArrayLike) -> GaugeBounds:
-    """Bounds of the gauge of one load (3,), and its slip direction.
+    """Bounds of the gauge of one load (f_x/(mu N), f_y/(mu N), m_n/(mu N) [m]), and its slip direction.
 
+    The load is held while the upper bound is below 1.
     A single point carries no torque about itself: its gauge is then infinite. Raises DomainError for a load
     that is zero or not finite.
     """

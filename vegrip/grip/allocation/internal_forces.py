@@ -13,7 +13,7 @@ Nothing is ever lowered. With ``y_i = d_i / sqrt(m_i)`` this is the non-negative
 ``min |y|^2 + W^2 |A (m + y sqrt(m))|^2``, solved by an active set in finitely many steps [LawsonHanson1974]_
 (:func:`scipy.optimize.nnls`). It always has a solution: where the fingers that are there cannot balance,
 every need is met and the balance as well as it can be. For fingers against a thumb, without moments, it is
-the closed form of :mod:`~vegrip.grip.allocation.balance`.
+the closed form of :mod:`vegrip.grip.kernels.share`.
 """
 
 from collections.abc import Mapping
@@ -56,8 +56,6 @@ class InternalForces:
         self.grasp = grasp_map(tuple(contacts.values()))
         self._asked: dict[str, float] = {}
         self._answer: dict[str, float] = {}
-        self.failures = 0
-        """How often no solution was found; the needs were then given as they are."""
         even = self.shared(dict.fromkeys(self.names, 1.0))
         left = self.grasp @ np.array([even[name] for name in self.names])
         if not np.linalg.norm(left) < 1e-3 * sum(even.values()):
@@ -83,9 +81,6 @@ class InternalForces:
                 self._answer[self.names[i]] = max(force, needs[self.names[i]])
         return self._answer
 
-    def forget(self) -> None:
-        self._asked, self._answer = {}, {}
-
     def _least_additions(self, least: Floats, grasp: Floats) -> list[float]:
         from scipy.optimize import nnls  # noqa: PLC0415 (slow to import; first asked for by the constructor)
 
@@ -95,7 +90,6 @@ class InternalForces:
         try:
             y, _ = nnls(rows, np.concatenate([np.zeros(len(least)), -size @ least]))
         except RuntimeError:  # too many steps: what is needed is still right, only not balanced
-            self.failures += 1
             return [float(force) for force in least]
         return [float(force) for force in least + scale * y]
 

@@ -6,17 +6,14 @@ the codec, and on a network the key of the sender. What is left is time: a comma
 stamped by a wrong clock, or says that it lives for ever.
 """
 
-import dataclasses
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from operator import attrgetter
+from dataclasses import dataclass, field, fields
 from typing import Any, Final
 
 from vegrip.clock import NS
 from vegrip.config import constant, parameter
 from vegrip.errors import ConfigError
-from vegrip.messages import ForceCommand
 
 MAX_FORCE_N: Final = 1e3
 """[N] Beyond any fingertip; a limit that is set higher by mistake would be none."""
@@ -94,17 +91,10 @@ class Ranges:
     contact_radius: tuple[float, float] = _range(0.0, 0.05, "m", constant)
 
     def __post_init__(self) -> None:
-        for name in CHECKED_CHANNELS:
-            bounds = getattr(self, name)
+        for channel in fields(self):
+            bounds = getattr(self, channel.name)
             if len(bounds) != 2 or not bounds[0] < bounds[1]:
-                raise ConfigError(f"ranges: {name!r} is {list(bounds)}; it must be [least, largest]")
-
-
-CHECKED_CHANNELS = tuple(field.name for field in dataclasses.fields(Ranges))
-"""The measured quantities of a fingertip, by name."""
-
-bounds_of = attrgetter(*CHECKED_CHANNELS)
-"""Their ranges: the fields of :class:`Ranges` have the same names."""
+                raise ConfigError(f"ranges: {channel.name!r} is {list(bounds)}; it must be [least, largest]")
 
 
 NOT_MEASURED_S: Final = 3600.0
@@ -154,13 +144,8 @@ AHEAD = 1 * NS  # [ns] by which a sender's clock may be ahead; a command further
 LONGEST_LIFE = 10 * NS  # [ns] the largest lifetime that can be configured
 
 
-def reason_to_reject(command: ForceCommand, now: int) -> str:
-    """Return why ``command`` must not be obeyed at ``now`` [ns], "" if it may."""
-    return reason_to_reject_force(command.normal_force, command.stamp, command.expires, now)
-
-
-def reason_to_reject_force(normal_force: float, stamp: int, expires: int, now: int) -> str:
-    """Return why a command of ``normal_force`` [N], of which no message was made, must not be obeyed."""
+def reason_to_reject(normal_force: float, stamp: int, expires: int, now: int) -> str:
+    """Return why a command of ``normal_force`` [N] must not be obeyed at ``now`` [ns], "" if it may."""
     if not math.isfinite(normal_force) or normal_force < 0.0:
         return "no usable force"
     if expires <= now:
