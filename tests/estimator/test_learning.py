@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -186,3 +187,54 @@ def test_a_fingerprint_tells_models_apart(model):
     others = (paper_model(9e-3), model.with_effect(effect("adhesion")))
     assert len({fingerprint(one) for one in (model, *others)}) == 3
     assert fingerprint(model) == fingerprint(model.with_value("K", 2.0))
+
+
+def scaled(**changes):
+    """Return all of a model that a fingerprint is made of, with ``changes``."""
+    parameter = {"symbol": "K", "unit": "N/m", "transform": "log"}
+    own = {name: changes.pop(name) for name in parameter if name in changes}
+    name = changes.pop("name", "power_law_stiffness")
+    made = SimpleNamespace(name=name, parameters=[SimpleNamespace(**parameter | own)])
+    return SimpleNamespace(**{"tip_radius": 8e-3, "reference_depth": 1e-3, "effects": [made]} | changes)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"tip_radius": 9e-3},
+        {"reference_depth": 2e-3},
+        {"name": "exponential_stiffness"},
+        {"symbol": "k"},
+        {"unit": "N/mm"},
+        {"transform": "none"},
+        {"effects": []},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_a_number_that_would_mean_another_thing_is_of_another_fingerprint(change):
+    assert fingerprint(scaled()) == fingerprint(scaled())
+    assert fingerprint(scaled(**change)) != fingerprint(scaled())
+
+
+@pytest.mark.parametrize(("share", "wide"), [(0.1, 0.2), (0.5, 1.0), (0.6, 1.0), (30.0, 1.0)])
+def test_what_comes_back_is_twice_as_wide_and_no_wider_than_it_was_known_before(model, tmp_path, share, wide):
+    known = model.values["K"]
+    entry = {"value": known.value, "std": share * known.std}
+    (tmp_path / "tip.json").write_text(content(model, parameters={"K": entry}))
+    assert restored(model, tmp_path / "tip.json").values["K"].std == pytest.approx(wide * known.std)
+
+
+def test_what_was_valid_stays_so_while_nothing_moves_and_not_beyond_a_model_that_is_lost(model):
+    """A look in which nothing is learned keeps value and validity; a misfit takes the validity."""
+    estimator = Spread(ContactEstimator(model, SensorNoise()))
+    estimator.is_excited, estimator.share = True, 0.5 * NARROW
+    sound = dataclasses.replace(estimator.health(), regime="", nis=1.0)
+    said = sound
+    estimator.health = lambda: said
+    learner, seen = Learner(estimator), []
+    for look, (excited, nis) in enumerate(
+        [(False, 1.0), (True, 1.0), (False, 1.0), (True, 3.0), (True, 1.0), (False, 3.0), (False, 1.0)]
+    ):
+        estimator.is_excited, said = excited, dataclasses.replace(sound, nis=nis)
+        seen.append(learner.look(look * 200_000_000)["K"].valid)
+    assert seen == [False, True, True, False, True, False, False]
