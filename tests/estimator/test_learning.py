@@ -91,7 +91,7 @@ class Spread:
     """An estimator whose one spread is set by hand."""
 
     def __init__(self, estimator):
-        self.estimator, self.share = estimator, 1.0
+        self.estimator, self.share, self.is_known = estimator, 1.0, True
 
     def __getattr__(self, name):
         return getattr(self.estimator, name)
@@ -99,7 +99,7 @@ class Spread:
     def value(self, symbol):
         known = self.estimator.value(symbol)
         std = self.share * self.estimator.model.values[symbol].std
-        return dataclasses.replace(known, std=std, valid=True)
+        return dataclasses.replace(known, std=std, valid=self.is_known)
 
 
 def test_validity_has_hysteresis(model, truth):
@@ -238,3 +238,18 @@ def test_what_was_valid_stays_so_while_nothing_moves_and_not_beyond_a_model_that
         estimator.is_excited, said = excited, dataclasses.replace(sound, nis=nis)
         seen.append(learner.look(look * 200_000_000)["K"].valid)
     assert seen == [False, True, True, False, True, False, False]
+
+
+@pytest.mark.parametrize(
+    "without", [{"is_known": False}, {"is_excited": False}, {"share": math.inf}, {"share": math.nan}]
+)
+def test_of_a_value_that_is_not_known_or_does_not_move_nothing_is_learned(model, without):
+    estimator = Spread(ContactEstimator(model, SensorNoise()))
+    estimator.is_excited, estimator.share = True, 0.5 * NARROW
+    learner = Learner(estimator)
+    first, moved = learner.look(0)["K"], learner.look(500_000_000)["K"]
+    assert (first.excited, moved.excited, moved.valid) == (0.0, 0.5, True)
+    for name, value in without.items():
+        setattr(estimator, name, value)
+    after = learner.look(1_000_000_000)["K"]
+    assert (after.excited, after.filtered, after.valid) == (0.5, moved.filtered, True)

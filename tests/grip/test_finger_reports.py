@@ -104,6 +104,10 @@ def test_of_a_silent_finger_nothing_is_known_but_how_old_it_is(make_node: MakeNo
     reports = node.fingers["index"].reports
     for i in range(1, 100):
         list(node.on_message(state(i), i * PERIOD))
+    told = replace(
+        node.fingers["index"].estimator.slip_margin(), force_reserve=1.0, time_to_slip=2.0, earliest_slip=0.5
+    )
+    node.fingers["index"].estimator.slip_margin = lambda: told  # type: ignore[method-assign]
     known, margin = reports.contact(99 * PERIOD), reports.margin(99 * PERIOD)
     list(node.on_tick(99 * PERIOD + 80 * MS))
     assert node.fingers["index"].condition is Condition.STALE
@@ -112,6 +116,6 @@ def test_of_a_silent_finger_nothing_is_known_but_how_old_it_is(make_node: MakeNo
         vague = replace(known.normal_force, std=math.inf, valid=False, age=pytest.approx(age))
         assert reports.contact(now).normal_force == vague
         assert reports.margin(now).margin == replace(margin.margin, std=math.inf, valid=False, age=vague.age)
-        told = reports.margin(now)
-        unknown = (told.lower_bound, told.force_reserve, told.time_to_slip, told.earliest_slip)
+        silent = reports.margin(now)
+        unknown = (silent.lower_bound, silent.force_reserve, silent.time_to_slip, silent.earliest_slip)
         assert all(math.isnan(one) for one in unknown)

@@ -89,6 +89,15 @@ def test_an_object_that_is_named_twice_is_asked_for_once_a_round():
     assert asked == ["002001", "012000", "022007"] * 2
 
 
+def test_a_bus_that_is_opened_again_has_its_nodes_started_anew(plan):
+    """Whether they ran before says nothing: a quarter of a second after the opening each is asked to."""
+    codec, start = MappedCodec(plan), Frame(0, bytes((1, 32)))
+    codec.decode_all(frame(0x720, 0x05))
+    assert not any(start in codec.due(now * 100 * MS) for now in range(10))
+    assert codec.begin() == [start]
+    assert [now for now in range(10, 16) if start in codec.due(now * 100 * MS)] == [13]
+
+
 def test_one_request_of_a_node_is_on_its_way_at_a_time_and_one_without_answer_is_given_up():
     rejected = Counter()
     objects = [(32, 0x2000, 1), (32, 0x2001, 0), (32, 0x2002, 7), (33, 0x2000, 1)]
