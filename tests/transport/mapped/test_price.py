@@ -195,7 +195,9 @@ def test_of_several_fingers_the_largest_noise_serves_all(tmp_path, first, second
     if is_of_taxels:
         own = f'normal_force]\nsignal = "Tip1.Fz"\nnoise = {first}'
         text = text.replace(own, f'taxels]\nnormal = ["Tip1.Fz"]\nnoise = {first}')
-    text += SECOND.format("index", second)
+    before, place, after = text.partition("[fingers.thumb.")
+    other = SECOND.format("index", second)
+    text = before + other + place + after if is_of_taxels else text + other
     assert settings(open_plan(written(tmp_path, PLAIN_DBC, text)))["noise"] == {"normal_force": 0.03}
 
 
