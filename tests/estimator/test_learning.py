@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -90,7 +91,7 @@ class Spread:
     """An estimator whose one spread is set by hand."""
 
     def __init__(self, estimator):
-        self.estimator, self.share = estimator, 1.0
+        self.estimator, self.share, self.is_known = estimator, 1.0, True
 
     def __getattr__(self, name):
         return getattr(self.estimator, name)
@@ -98,7 +99,7 @@ class Spread:
     def value(self, symbol):
         known = self.estimator.value(symbol)
         std = self.share * self.estimator.model.values[symbol].std
-        return dataclasses.replace(known, std=std, valid=True)
+        return dataclasses.replace(known, std=std, valid=self.is_known)
 
 
 def test_validity_has_hysteresis(model, truth):
@@ -186,3 +187,69 @@ def test_a_fingerprint_tells_models_apart(model):
     others = (paper_model(9e-3), model.with_effect(effect("adhesion")))
     assert len({fingerprint(one) for one in (model, *others)}) == 3
     assert fingerprint(model) == fingerprint(model.with_value("K", 2.0))
+
+
+def scaled(**changes):
+    """Return all of a model that a fingerprint is made of, with ``changes``."""
+    parameter = {"symbol": "K", "unit": "N/m", "transform": "log"}
+    own = {name: changes.pop(name) for name in parameter if name in changes}
+    name = changes.pop("name", "power_law_stiffness")
+    made = SimpleNamespace(name=name, parameters=[SimpleNamespace(**parameter | own)])
+    return SimpleNamespace(**{"tip_radius": 8e-3, "reference_depth": 1e-3, "effects": [made]} | changes)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"tip_radius": 9e-3},
+        {"reference_depth": 2e-3},
+        {"name": "exponential_stiffness"},
+        {"symbol": "k"},
+        {"unit": "N/mm"},
+        {"transform": "none"},
+        {"effects": []},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_a_number_that_would_mean_another_thing_is_of_another_fingerprint(change):
+    assert fingerprint(scaled()) == fingerprint(scaled())
+    assert fingerprint(scaled(**change)) != fingerprint(scaled())
+
+
+@pytest.mark.parametrize(("share", "wide"), [(0.1, 0.2), (0.5, 1.0), (0.6, 1.0), (30.0, 1.0)])
+def test_what_comes_back_is_twice_as_wide_and_no_wider_than_it_was_known_before(model, tmp_path, share, wide):
+    known = model.values["K"]
+    entry = {"value": known.value, "std": share * known.std}
+    (tmp_path / "tip.json").write_text(content(model, parameters={"K": entry}))
+    assert restored(model, tmp_path / "tip.json").values["K"].std == pytest.approx(wide * known.std)
+
+
+def test_what_was_valid_stays_so_while_nothing_moves_and_not_beyond_a_model_that_is_lost(model):
+    """A look in which nothing is learned keeps value and validity; a misfit takes the validity."""
+    estimator = Spread(ContactEstimator(model, SensorNoise()))
+    estimator.is_excited, estimator.share = True, 0.5 * NARROW
+    sound = dataclasses.replace(estimator.health(), regime="", nis=1.0)
+    said = sound
+    estimator.health = lambda: said
+    learner, seen = Learner(estimator), []
+    for look, (excited, nis) in enumerate(
+        [(False, 1.0), (True, 1.0), (False, 1.0), (True, 3.0), (True, 1.0), (False, 3.0), (False, 1.0)]
+    ):
+        estimator.is_excited, said = excited, dataclasses.replace(sound, nis=nis)
+        seen.append(learner.look(look * 200_000_000)["K"].valid)
+    assert seen == [False, True, True, False, True, False, False]
+
+
+@pytest.mark.parametrize(
+    "without", [{"is_known": False}, {"is_excited": False}, {"share": math.inf}, {"share": math.nan}]
+)
+def test_of_a_value_that_is_not_known_or_does_not_move_nothing_is_learned(model, without):
+    estimator = Spread(ContactEstimator(model, SensorNoise()))
+    estimator.is_excited, estimator.share = True, 0.5 * NARROW
+    learner = Learner(estimator)
+    first, moved = learner.look(0)["K"], learner.look(500_000_000)["K"]
+    assert (first.excited, moved.excited, moved.valid) == (0.0, 0.5, True)
+    for name, value in without.items():
+        setattr(estimator, name, value)
+    after = learner.look(1_000_000_000)["K"]
+    assert (after.excited, after.filtered, after.valid) == (0.5, moved.filtered, True)

@@ -10,7 +10,7 @@ from vegrip.errors import InputError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import FRICTION, MODE, NAMED, PER_CELL, PER_CHANNEL, REGIMES, layout_of
-from vegrip.estimator.saved_numbers import SavedNumbers
+from vegrip.estimator.saved_numbers import SavedNumbers, Span, _joined
 from vegrip.export import Request
 from vegrip.export.estimator import simulated
 from vegrip.model import paper_model
@@ -169,3 +169,18 @@ def test_numbers_of_another_size_are_refused() -> None:
     estimator = ContactEstimator(MODEL, SensorNoise())
     with pytest.raises(InputError):
         estimator.resume(estimator.memory[:-1])
+
+
+def test_only_spans_that_follow_each_other_within_equal_bounds_are_one() -> None:
+    apart = [
+        Span(0, 2, 1, 0.0, 1.0),
+        Span(3, 1, 1, 0.0, 1.0),  # one place is between them
+        Span(4, 2, 1, 0.0, 2.0),  # up to another bound
+        Span(6, 1, 1, -1.0, 2.0),
+        Span(7, 2, 3, -1.0, 2.0),  # in steps
+        Span(9, 1, 1, -1.0, 2.0),
+        Span(0, 1, 1, -1.0, 2.0),  # before it
+    ]
+    assert list(_joined(iter(apart))) == apart
+    following = [Span(0, 2, 1, 0.0, 1.0), Span(2, 3, 1, 0.0, 1.0), Span(5, 1, 1, 0.0, 1.0)]
+    assert list(_joined(iter(following))) == [Span(0, 6, 1, 0.0, 1.0)]

@@ -391,3 +391,58 @@ def test_without_a_displacement_there_is_nothing_to_compare_and_nothing_is_said(
         made.busy.join()
     assert caplog.text == ""
     assert inquiries.asked == []
+
+
+def test_what_was_suspected_is_said_no_more_once_the_model_has_held(inquiries) -> None:
+    assert looked_at(inquiries, [failing(LATER), failing(LATER + 10 * SECOND)]) == [10.0]
+    assert inquiries.annotate(failing(LATER + 11 * SECOND)).suspect == "adhesion"
+    inquiries.annotate(ModelHealth(LATER + 12 * SECOND, "index", 0, consistent=True))
+    assert inquiries.annotate(failing(LATER + 13 * SECOND)).suspect == ""
+
+
+def test_a_finger_that_gets_another_model_during_the_look_is_told_nothing_of_the_old_one(
+    inquiries, monkeypatch, caplog
+) -> None:
+    def answer(columns, model, noise):
+        inquiries.forget("index")
+        return "adhesion"
+
+    monkeypatch.setattr(background_diagnosis, "diagnose_in_subprocess", answer)
+    with caplog.at_level("INFO"):
+        looked_at(inquiries, [failing(LATER), failing(LATER + 10 * SECOND)])
+    assert inquiries.annotate(failing(LATER + 11 * SECOND)).suspect == ""
+    assert caplog.records == []
+
+
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [("adhesion", "adhesion"), ("", "nothing is missing after a fit: the model's values are off")],
+)
+def test_a_look_sees_what_was_felt_before_it_with_model_and_noise_and_says_what_it_found(
+    monkeypatch, caplog, found, said
+) -> None:
+    seen = []
+
+    def answer(columns, model, noise):
+        seen.append((columns["normal_force"][-1], model, noise))
+        return found
+
+    monkeypatch.setattr(background_diagnosis, "diagnose_in_subprocess", answer)
+    made = BackgroundDiagnosis(lambda: {"thumb": "other", "index": "own"}, NOISE, "node")
+    made.note(kept(5000, lambda i: i % 100 > 20, 6_000_000))
+    made.annotate(failing(0))
+    with caplog.at_level("INFO"):
+        made.annotate(failing(18 * SECOND))
+        made.busy.join()
+    assert seen == [(3000.0, "own", NOISE)]  # one each 6 ms, for 18 s
+    assert [one.getMessage() for one in caplog.records] == [f"index: {said}"]
+    assert made.annotate(failing(19 * SECOND)).suspect == found
+
+
+def test_without_a_force_there_is_nothing_to_compare_either(inquiries) -> None:
+    felt = kept(5000, lambda i: i % 100 > 20, 6_000_000)
+    felt.values[:, background_diagnosis.CHANNELS.index("normal_force")] = np.nan
+    inquiries._samples.clear()
+    inquiries.note(felt)
+    assert looked_at(inquiries, [failing(LATER), failing(LATER + 10 * SECOND)]) == []
+    assert inquiries.annotate(failing(LATER + 11 * SECOND)).suspect == ""

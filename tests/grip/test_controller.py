@@ -2,13 +2,15 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 import pytest
 
 import vegrip
+from tests.grip.conftest import ConeEstimator
+from vegrip.config import check
 from vegrip.errors import ConfigError, KindError, UsageError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.controller import GripController
@@ -392,3 +394,30 @@ def test_what_is_known_of_the_object_comes_from_a_function(model: ContactModel) 
     known = ObjectFriction(-0.7, 0.2)
     with pytest.raises(KindError, match=r"known_object is ObjectFriction\(.*\); give a function"):
         GripController(FINGERS, model, known_object=known)  # type: ignore[arg-type]
+
+
+def test_of_the_needs_only_those_of_fingers_that_have_started_are_shared() -> None:
+    """A finger that was never heard needs nothing that is known, and must not hide what the others need."""
+    hand = GripController(("thumb", "index"), make_estimator=ConeEstimator)
+    told: list[dict[str, float]] = []
+
+    def share(needs: Mapping[str, float]) -> Mapping[str, float]:
+        told.append(dict(needs))
+        return needs
+
+    hand._share_of = share
+    given = {"thumb": math.nan, "index": 3.0}
+    for name, need in given.items():
+        numbers = hand.fingers[name].numbers
+        numbers.shared[numbers.place.number] = need
+    assert hand._share(hand.fingers["index"]) == 3.0
+    assert hand._share(hand.fingers["thumb"]) == 0.0
+    assert told == [{"index": 3.0}] * 2
+
+
+@pytest.mark.parametrize("horizon", [0.0, 0.5, 3600.0])
+def test_a_forecast_may_look_ahead_by_nothing_and_by_an_hour(horizon: float) -> None:
+    check(EstimatorSettings(horizon=horizon), "estimator")
+    for beyond in (-1e-9, 3600.1):
+        with pytest.raises(ConfigError, match="horizon"):
+            check(EstimatorSettings(horizon=beyond), "estimator")

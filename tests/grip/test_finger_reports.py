@@ -11,7 +11,15 @@ from vegrip.estimator.learning import Learned
 from vegrip.grip.finger_reports import FingerReports
 from vegrip.grip.node import GraspForce
 from vegrip.grip.settings import ControlSettings
-from vegrip.messages import Condition, ContactEstimate, Estimate, FingertipState, ModelHealth, SlipMargin
+from vegrip.messages import (
+    Condition,
+    ContactEstimate,
+    Estimate,
+    FingertipState,
+    LearnedParameter,
+    ModelHealth,
+    SlipMargin,
+)
 
 MakeNode = Callable[..., GraspForce]
 MakeState = Callable[..., FingertipState]
@@ -30,6 +38,20 @@ def test_what_is_learned_is_told_at_once_and_then_every_second_by_a_share_of_it_
     reports = FingerReports(SimpleNamespace(name="thumb"), ControlSettings(), phase)  # type: ignore[arg-type]
     second = 40 + round(1000 * (1.0 - phase))
     assert told(reports, list(range(40, 2900, 10))) == [40, *range(second, 2900, 1000)]
+
+
+@pytest.mark.parametrize(("raw_is_valid", "is_valid"), [(True, False), (False, True)])
+def test_what_is_filtered_is_told_with_spread_and_age_of_the_raw_value_and_a_validity_of_its_own(
+    raw_is_valid: bool, is_valid: bool
+) -> None:
+    raw = Estimate(2.0, 0.1, raw_is_valid, 0.7)
+    learned = {"K": Learned(raw, 1.9, valid=is_valid, excited=3.0), "p": LEARNED["K"]}
+    reports = FingerReports(SimpleNamespace(name="thumb"), ControlSettings(), 0.0)  # type: ignore[arg-type]
+    first, second = reports.learned(learned, 40 * MS)
+    filtered = Estimate(1.9, 0.1, is_valid, 0.7)
+    assert first == LearnedParameter(40 * MS, "thumb", 0, "K", raw, filtered, 3.0)
+    assert isinstance(second, LearnedParameter)
+    assert (second.seq, second.symbol) == (1, "p")
 
 
 def test_a_clock_that_was_set_back_does_not_silence_what_is_learned() -> None:
@@ -82,6 +104,10 @@ def test_of_a_silent_finger_nothing_is_known_but_how_old_it_is(make_node: MakeNo
     reports = node.fingers["index"].reports
     for i in range(1, 100):
         list(node.on_message(state(i), i * PERIOD))
+    told = replace(
+        node.fingers["index"].estimator.slip_margin(), force_reserve=1.0, time_to_slip=2.0, earliest_slip=0.5
+    )
+    node.fingers["index"].estimator.slip_margin = lambda: told  # type: ignore[method-assign]
     known, margin = reports.contact(99 * PERIOD), reports.margin(99 * PERIOD)
     list(node.on_tick(99 * PERIOD + 80 * MS))
     assert node.fingers["index"].condition is Condition.STALE
@@ -90,4 +116,6 @@ def test_of_a_silent_finger_nothing_is_known_but_how_old_it_is(make_node: MakeNo
         vague = replace(known.normal_force, std=math.inf, valid=False, age=pytest.approx(age))
         assert reports.contact(now).normal_force == vague
         assert reports.margin(now).margin == replace(margin.margin, std=math.inf, valid=False, age=vague.age)
-        assert math.isnan(reports.margin(now).lower_bound)
+        silent = reports.margin(now)
+        unknown = (silent.lower_bound, silent.force_reserve, silent.time_to_slip, silent.earliest_slip)
+        assert all(math.isnan(one) for one in unknown)

@@ -358,3 +358,31 @@ def test_the_limits_may_be_others_after_each_look_that_was_due_and_not_between_t
     assert not action.look(hand, 0)
     action.grasp(GraspGoal())
     assert [ms for ms in range(0, 61, 5) if action.look(hand, ms * 1_000_000)] == [0, 20, 40, 60]
+
+
+def test_a_hand_of_one_finger_holds_what_that_finger_touches():
+    for touches, last in ((True, (GraspPhase.HELD, "")), (False, (GraspPhase.MISSED, "0 fingers touch"))):
+        action = GraspAction("node", ("a",))
+        action.grasp(GraspGoal(timeout=0.5))
+        phases_of(action, {"a": finger(**CLOSED | {"touches": touches})}, 1.0)
+        assert (action.phase, action.reason) == last
+
+
+@pytest.mark.parametrize("held", [(math.nan, 3.0, 1.0), (1.0, math.nan, 3.0), (3.0, 1.0, math.nan)])
+def test_a_release_begins_at_the_largest_force_that_is_known(held):
+    action = GraspAction("node", tuple("abc"))
+    hand = {name: finger(0.0, one, False, math.nan) for name, one in zip("abc", held, strict=True)}
+    action.release(ReleaseGoal(), hand)
+    assert action.limits(LimitSettings(max_force=20.0)).max_force == 3.0
+
+
+def test_a_grasp_that_is_held_stays_so_while_a_finger_presses_less_than_it_is_asked_to():
+    """Less counts while it closes: what is held may be let go of a little, as its margin allows."""
+    action = GraspAction("node", ("a", "b"))
+    action.grasp(GraspGoal(timeout=0.5))
+    hand = {name: finger(**CLOSED) for name in "ab"}
+    phases_of(action, hand, 1.0)
+    assert action.phase is GraspPhase.HELD
+    hand["b"] = finger(**CLOSED | {"force": 0.5})
+    found = phases_of(action, hand, 2.0, 9 * NS)
+    assert list(found) == [(GraspPhase.HELD, "")]

@@ -1,6 +1,8 @@
 """What was learned of an object is kept by its name, and told to the next grasp of it."""
 
+import errno
 import math
+import os
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -119,3 +121,52 @@ def test_what_cannot_have_been_learned_is_refused_of_a_known_object(mean: float,
             ("thumb", "index"), paper_model(9e-3), settings=settings,
             known_object=lambda: ObjectFriction(mean, std),
         )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("mean", "std", "is_plausible"),
+    [
+        (1.99, 0.1, True), (-1.99, 0.1, True), (2.0, 0.1, False), (-2.0, 0.1, False), (0.0, 2.0, True),
+        (0.0, 2.001, False), (0.0, 1e-9, True), (0.0, 0.0, False), (0.0, -0.1, False),
+        (0.0, math.nan, False), (math.nan, 0.1, False),
+    ],
+)  # fmt: skip
+def test_a_grasp_learns_a_friction_of_less_than_e_to_the_second_either_way(
+    mean: float, std: float, is_plausible: bool, tmp_path: Path
+) -> None:
+    friction = ObjectFriction(mean, std)
+    assert friction.is_plausible == is_plausible
+    objects = KnownObjects(tmp_path)
+    objects.write("mug", friction)
+    assert objects.read("mug") == (friction if is_plausible else None)
+
+
+def test_a_folder_that_cannot_be_written_is_told_and_ends_nothing(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "objects").write_text("a file where the folder should be")
+    KnownObjects(tmp_path).write("mug", ObjectFriction(-0.3, 0.1))
+    (said,) = [one.getMessage() for one in caplog.records]
+    file = tmp_path / "objects" / "mug.json"
+    why = os.strerror(errno.EEXIST)
+    assert said == f"what was learned of mug cannot be written to {file}: {why}"
+
+
+def test_a_damaged_file_that_cannot_be_put_aside_is_told_twice_and_stays(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    file = tmp_path / "objects" / "mug.json"
+    (tmp_path / "objects" / "mug.json.damaged" / "taken").mkdir(parents=True)
+    file.write_text("damaged")
+    assert KnownObjects(tmp_path).read("mug") is None
+    first, second = [one.getMessage() for one in caplog.records]
+    assert first == f"what is known of mug cannot be used, and is put aside as {file}.damaged"
+    assert second.startswith(f"{file} cannot be put aside: ")
+    assert file.read_text() == "damaged"
+
+
+@pytest.mark.parametrize("name", ["x" * 64, "0", "A-_9"])
+def test_a_name_of_up_to_64_letters_is_one_of_a_file(name: str, tmp_path: Path) -> None:
+    KnownObjects(tmp_path).write(name, ObjectFriction(-0.3, 0.1))
+    assert [file.name for file in (tmp_path / "objects").iterdir()] == [f"{name}.json"]
+    assert KnownObjects(tmp_path).read(name) == ObjectFriction(-0.3, 0.1)

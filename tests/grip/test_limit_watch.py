@@ -229,3 +229,117 @@ def test_a_controller_without_a_node_foresees_too() -> None:
         )
         hand.step([state], count * PERIOD)
     assert hand.health("index").limit == "near"
+
+
+def stand_in(least: float = 7.0, growth: float = 1.5, **changes: Any) -> Any:
+    """Return a finger that needs ``least`` [N], and ``growth`` times that for half as much load again."""
+    held, asked = SimpleNamespace(reason=Reason.HOLD), list[tuple[float, float]]()
+    memory = {
+        "NEED_TRUSTED": 1, "NEED_IN_CONTACT": 1, "DEMAND_LEAST": least, "DEMAND_LOAD": 2.0,
+        "DEMAND_TORQUE": 0.01, "ASKED_MARGIN": 0.2, "ASKED_QUANTILE": 1.645,
+    }  # fmt: skip
+
+    def least_force(margin: float, confidence: float, load: tuple[float, float]) -> float:
+        assert (margin, confidence) == (0.2, pytest.approx(0.95, abs=1e-3))
+        asked.append(load)
+        return least if len(asked) % 2 else growth * least
+
+    values = {
+        "condition": Condition.OK, "started": True, "memory": memory, "command": lambda: held,
+        "standing_command": lambda: held, "estimator": SimpleNamespace(least_force=least_force),
+        "asked": asked,
+    }  # fmt: skip
+    return SimpleNamespace(**values | changes)
+
+
+def needs_as_they_are(needs: Any) -> Any:
+    return needs
+
+
+S = 1_000_000_000  # [ns]
+
+
+@pytest.mark.parametrize(
+    ("later", "said"), [(1.9, "near"), (2.0 - 1e-9, "near"), (2.0, ""), (2.2, ""), (-1e-9, ""), (-99.0, "")]
+)
+def test_what_is_near_is_said_for_two_seconds_after_its_cause_and_not_over_a_clock_set_back(
+    later: float, said: str
+) -> None:
+    watch = LimitWatch(needs_as_they_are)
+    watch.look({"index": stand_in(7.0)}, 10.0, 100 * S)
+    assert watch.state("index") == "near"
+    watch.look({"index": stand_in(2.0)}, 10.0, 100 * S + round(later * S))
+    assert watch.state("index") == said
+
+
+def test_a_clock_that_was_set_back_does_not_end_the_looks() -> None:
+    watch = LimitWatch(needs_as_they_are)
+    watch.look({"index": stand_in(2.0)}, 10.0, 100 * S)
+    watch.look({"index": stand_in(7.0)}, 10.0, S)
+    assert watch.state("index") == "near"
+
+
+def test_fingers_are_looked_at_five_times_a_second() -> None:
+    finger = stand_in()
+    watch = LimitWatch(needs_as_they_are)
+    looks = []
+    for ms in range(1000):
+        before = len(finger.asked)
+        watch.look({"index": finger}, 10.0, 7 * S + ms * S // 1000)
+        looks += [ms] * (len(finger.asked) > before)
+    assert looks == [0, 200, 400, 600, 800]
+
+
+@pytest.mark.parametrize(("torque", "counted"), [(math.nan, 0.0), (0.01, 0.01), (-0.01, -0.01)])
+def test_of_a_torque_that_is_not_known_the_need_grows_as_without_one(torque: float, counted: float) -> None:
+    finger = stand_in()
+    finger.memory["DEMAND_TORQUE"] = torque
+    watch = LimitWatch(needs_as_they_are)
+    watch.look({"index": finger}, 10.0, 0)
+    assert finger.asked == [(2.0, counted), (3.0, pytest.approx(1.5 * counted))]
+    assert watch.state("index") == "near"
+
+
+@pytest.mark.parametrize(("least", "said"), [(6.6, ""), (6.7, "near")])
+def test_where_the_load_needs_nothing_now_the_need_grows_as_the_load_does(least: float, said: str) -> None:
+    finger = stand_in(least, estimator=SimpleNamespace(least_force=lambda *_: 0.0))
+    watch = LimitWatch(needs_as_they_are)
+    watch.look({"index": finger}, 10.0, 0)
+    assert watch.state("index") == said
+
+
+@pytest.mark.parametrize("which", ["command", "standing_command"])
+@pytest.mark.parametrize(("reason", "said"), [(Reason.MAX_LIMIT, "reached"), (Reason.HOLD, "")])
+def test_either_command_at_the_limit_says_that_it_is_reached(which: str, reason: Reason, said: str) -> None:
+    finger = stand_in(1.0, **{which: lambda: SimpleNamespace(reason=reason)})
+    watch = LimitWatch(needs_as_they_are)
+    watch.look({"index": finger}, 10.0, 0)
+    assert watch.state("index") == said
+
+
+@pytest.mark.parametrize(
+    "needs",
+    [
+        {"thumb": 1.0, "index": math.inf, "middle": 3.0},
+        {"thumb": math.inf, "index": math.inf},
+        {"thumb": 1.0, "index": math.inf, "middle": math.inf},
+    ],
+)
+def test_where_no_force_suffices_for_another_finger_each_keeps_its_own_need(needs: dict[str, float]) -> None:
+    assert against_thumb(needs, "thumb") == needs
+
+
+@pytest.mark.parametrize(
+    ("growth", "more"), [(1.5, "10.5 N"), (1.76, "12.3 N"), (math.inf, "more than any force")]
+)
+def test_a_warning_says_what_is_needed_now_and_for_half_as_much_load_again(
+    caplog: pytest.LogCaptureFixture, growth: float, more: str
+) -> None:
+    watch = LimitWatch(needs_as_they_are)
+    watch.look({"index": stand_in(7.0, growth)}, 10.0, 0)
+    watch.log_changes(logging.getLogger("vegrip.test"), 10.0)
+    watch.log_changes(logging.getLogger("vegrip.test"), 10.0)
+    assert warnings(caplog) == [
+        "index: limits.max_force (10 N) may stop the grip: 7 N are needed now, and "
+        f"{more} for half as much load again"
+    ]

@@ -265,3 +265,14 @@ def test_a_contact_of_which_no_power_is_given_stays_as_it_is() -> None:
     given = search(1.0, 0.004, 0.5, 0.005, 2.0, 1.0, 0.3, 0.0)
     assert search(1.0, 0.004, 0.5, 0.005, 2.0, radius_power=0.3) == given
     assert given != pytest.approx(gauge / 0.5, rel=1e-3)
+
+
+@pytest.mark.parametrize("is_of_any_law", [False, True])
+@pytest.mark.parametrize("load", [(1.0, 1.0), (0.5, 0.5), (1e-3, 1e-3)])
+def test_a_force_and_a_torque_of_equal_numbers_are_a_load_as_any(
+    load: tuple[float, float], is_of_any_law: bool
+) -> None:
+    contact = PowerLawContact(radius=5e-3, exponent=3.0, at=1.0, radius_power=0.3, exponent_power=0.0)
+    least = least_normal_force(*load, 0.8, as_functions(contact) if is_of_any_law else contact)
+    assert least > load[0] / 0.8
+    assert gauge_at(least, *load, 0.8, contact) == pytest.approx(1.0, rel=1e-4)

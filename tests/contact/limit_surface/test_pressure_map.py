@@ -300,3 +300,12 @@ def test_single_point_carries_force_but_no_torque() -> None:
 def test_load_without_direction_is_refused(load: ArrayLike) -> None:
     with pytest.raises(DomainError):
         bound_gauge(FEET, load)
+
+
+@pytest.mark.parametrize(
+    "forces", [[np.inf, 1.0], [np.inf, np.inf], [1e308, 1e308], [np.nan, 1.0], [0.0, 0.0]]
+)
+@pytest.mark.filterwarnings("ignore:overflow")
+def test_a_map_whose_forces_have_no_finite_sum_above_0_is_refused(forces: list[float]) -> None:
+    with pytest.raises(DomainError, match="finite positions and forces >= 0"):
+        PressureMap([[0.0, 0.0], [1e-3, 0.0]], forces)

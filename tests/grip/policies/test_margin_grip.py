@@ -161,3 +161,13 @@ def test_a_need_lower_than_any_before_still_has_to_last() -> None:
     held, _ = run(grip, need(2.0), 2.0, 5.0)
     held, _ = run(grip, need(0.1), held, 1.0)
     assert held >= 0.99 * 2.0
+
+
+@pytest.mark.parametrize(("learning", "growth"), [(False, 5.0), (True, 0.7)])
+def test_a_finger_that_learns_with_others_grows_at_a_slide_of_the_object_and_alone_at_its_own_slip(
+    learning: bool, growth: float
+) -> None:
+    settings = replace(SETTINGS, slip_growth=5.0, slide_growth=0.7)
+    grip = margin_grip(settings, learning=learning)
+    held, reason = grip.wanted(4.0, need(1.0, slipping=True), DT)
+    assert (held, reason) == (pytest.approx(4.0 * (1.0 + growth * DT), rel=1e-12), Reason.SLIP)

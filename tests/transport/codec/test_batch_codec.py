@@ -174,3 +174,11 @@ def test_more_fingers_than_identifiers_are_refused() -> None:
     BatchCodec([str(number) for number in range(MAX_BATCH_ROWS)])
     with pytest.raises(ConfigError, match="at most 30"):
         BatchCodec([str(number) for number in range(MAX_BATCH_ROWS + 1)])
+
+
+def test_a_batch_is_of_at_most_thirty_fingers_of_different_names() -> None:
+    names = [f"finger{number}" for number in range(MAX_BATCH_ROWS + 1)]
+    BatchCodec(names[:MAX_BATCH_ROWS])
+    for refused in (names, ["thumb", "thumb"], [*names[:3], names[0]]):
+        with pytest.raises(ConfigError, match="must be at most 30 different names"):
+            BatchCodec(refused)

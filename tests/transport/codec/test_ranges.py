@@ -1,10 +1,13 @@
 """What the layout cannot carry is never sent as something else."""
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from vegrip.messages import (
+    Channel,
     Estimate,
     FingertipState,
     ForceCommand,
@@ -15,7 +18,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.transport.codec import CanCodec, MsgpackCodec
-from vegrip.transport.codec.signals import Scaled
+from vegrip.transport.codec.signals import Scaled, converter
 
 FINGERS = ("thumb",)
 
@@ -140,3 +143,14 @@ def test_counts_stop_at_the_end_of_their_signal() -> None:
     assert through(status, fd=False)[0].deadline_misses == 255  # type: ignore[union-attr]
     received, _ = through(status, fd=True)
     assert (received.deadline_misses, received.rejected) == (2**32 - 1, {"checksum": 65535})  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("maximum", [1, 7, 15])
+def test_every_set_of_flags_up_to_the_largest_has_a_meaning_and_none_beyond(maximum: int) -> None:
+    field: Any = SimpleNamespace(kind="flags", enumeration=Channel)
+    signal: Any = SimpleNamespace(choices=None, maximum=maximum)
+    made = converter(field, signal)
+    for raw in range(maximum + 1):
+        assert made.read(raw) == Channel(raw)
+        assert made.write(Channel(raw)) == raw
+    assert made.read(maximum + 1) is None

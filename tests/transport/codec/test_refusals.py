@@ -12,6 +12,8 @@ from vegrip.messages import (
     Estimate,
     FingertipState,
     ForceCommand,
+    GraspPhase,
+    GraspStatus,
     Lifecycle,
     Message,
     NodeStatus,
@@ -21,7 +23,7 @@ from vegrip.messages import (
 from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
 from vegrip.transport.codec.database import database, layouts
 from vegrip.transport.codec.protection import P04, P04_HEADER
-from vegrip.transport.codec.schema import Topics
+from vegrip.transport.codec.schema import Topics, data_id_of
 from vegrip.transport.codec.sequence import MOST_STRANGERS, Streams
 from vegrip.transport.codec.signals import Real
 
@@ -407,3 +409,41 @@ def test_a_time_beyond_64_bits_is_not_sent_and_counted(at: int) -> None:
     sender = MsgpackCodec()
     assert sender.encode(FingertipState(at, "index", 0)) is None
     assert sender.clipped == {"stamp": 1}
+
+
+@pytest.mark.parametrize(("entries", "letters"), [(64, 2), (65, 2), (200, 3), (3, 64), (3, 65), (3, 99)])
+def test_of_long_counts_64_entries_are_sent_and_64_letters_of_each_name(entries: int, letters: int) -> None:
+    """What is said beyond that is cut off by the sender, for a receiver would refuse the whole message."""
+    names = [f"{number:02d}".ljust(letters, "x") for number in range(entries)]
+    sender, receiver = MsgpackCodec(), MsgpackCodec()
+    status = NodeStatus(1, "node", 0, Lifecycle.ACTIVE, rejected={name: i for i, name in enumerate(names)})
+    found = receiver.decode(*(sender.encode(status) or ("", b"")), 0)
+    assert isinstance(found, NodeStatus)
+    assert found.rejected == {name[:64]: i for i, name in enumerate(names[:64])}
+    assert receiver.rejected == {}
+
+
+@pytest.mark.parametrize("length", [63, 64, 65, 300])
+def test_of_a_long_text_64_letters_are_sent(length: int) -> None:
+    sender, receiver = MsgpackCodec(), MsgpackCodec()
+    status = GraspStatus(1, "node", 0, GraspPhase.WEAK, length * "x")
+    found = receiver.decode(*(sender.encode(status) or ("", b"")), 0)
+    assert isinstance(found, GraspStatus)
+    assert found.reason == min(length, 64) * "x"
+
+
+@pytest.mark.parametrize(
+    ("entries", "letters", "is_taken"), [(64, 2, True), (65, 2, False), (3, 64, True), (3, 65, False)]
+)
+def test_of_counts_a_receiver_takes_64_entries_and_64_letters_of_each_name(
+    entries: int, letters: int, is_taken: bool
+) -> None:
+    topic, payload = MsgpackCodec().encode(NodeStatus(1, "node", 0, Lifecycle.ACTIVE)) or ("", b"")
+    fields = msgpack.unpackb(payload[P04_HEADER:])
+    fields["rejected"] = {f"{number:02d}".ljust(letters, "x"): 1 for number in range(entries)}
+    data = bytearray(payload[:P04_HEADER] + msgpack.packb(fields))
+    P04.protect(data, data_id_of(topic))
+    receiver = MsgpackCodec()
+    found = receiver.decode(topic, bytes(data), 0)
+    assert (found is not None) == is_taken
+    assert sum(receiver.rejected.values()) == (not is_taken)

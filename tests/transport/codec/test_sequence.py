@@ -199,3 +199,13 @@ def test_a_frame_refused_for_its_checksum_counts_as_lost_when_the_next_comes() -
     receiver.decode(Frame(frames[1].arbitration_id, bytes(48), fd=True))
     receiver.decode(frames[2])
     assert (receiver.rejected, receiver.lost) == ({"checksum": 1}, 1)
+
+
+@pytest.mark.parametrize(("step", "is_taken"), [(9_999, True), (10_000, True), (10_001, False)])
+def test_ten_thousand_messages_on_is_the_farthest_that_a_stream_goes_at_once(
+    step: int, is_taken: bool
+) -> None:
+    stream = Sequence(2**32)
+    stream.advance(7, 0)
+    assert stream.advance(7 + step, MILLISECOND) == (7 + step if is_taken else None)
+    assert stream.lost == (step - 1 if is_taken else 0)

@@ -69,6 +69,35 @@ def test_a_node_that_is_not_operational_and_an_emergency_are_counted_by_name(pla
     assert codec.foreign == 2
 
 
+@pytest.mark.parametrize(
+    ("code", "counted"), [((0, 0), 0), ((0, 0x81), 1), ((0x30, 0x81), 1), ((0x01, 0), 1), ((0, 0x10), 1)]
+)
+def test_an_emergency_of_every_code_but_0_is_counted(code, counted):
+    """The code stands in the first two bytes, the lower one first: 8100h is sent as 00 81."""
+    nodes = CanopenNodes([32], [], 5 * MS, Counter())
+    assert nodes.receive(frame(0xA0, *code, 0x11, 0xFF, 0xFF, 0, 0, 0))
+    assert nodes.rejected["emergency"] == counted
+
+
+def test_an_object_that_is_named_twice_is_asked_for_once_a_round():
+    objects = [(32, 0x2000, 1), (32, 0x2001, 0), (32, 0x2000, 1), (32, 0x2002, 7), (32, 0x2001, 0)]
+    nodes = CanopenNodes([32], objects, 5 * MS, Counter())
+    asked = []
+    for n in range(6):
+        asked += [one.data[1:4].hex() for one in nodes.due(5 * n * MS) if one.arbitration_id == 0x620]
+        assert nodes.receive(frame(0x5A0, 0x4F, 0, 0x20, 1, 7, 0, 0, 0))
+    assert asked == ["002001", "012000", "022007"] * 2
+
+
+def test_a_bus_that_is_opened_again_has_its_nodes_started_anew(plan):
+    """Whether they ran before says nothing: a quarter of a second after the opening each is asked to."""
+    codec, start = MappedCodec(plan), Frame(0, bytes((1, 32)))
+    codec.decode_all(frame(0x720, 0x05))
+    assert not any(start in codec.due(now * 100 * MS) for now in range(10))
+    assert codec.begin() == [start]
+    assert [now for now in range(10, 16) if start in codec.due(now * 100 * MS)] == [13]
+
+
 def test_one_request_of_a_node_is_on_its_way_at_a_time_and_one_without_answer_is_given_up():
     rejected = Counter()
     objects = [(32, 0x2000, 1), (32, 0x2001, 0), (32, 0x2002, 7), (33, 0x2000, 1)]

@@ -105,3 +105,53 @@ def test_a_node_that_is_heard_is_not_away_however_late_it_is(nodes):
     heartbeat(nodes, 5)
     starts(nodes, 1e5, 5.0, 5, period=1.9)
     assert nodes.rejected["away_thumb"] == 0
+
+
+@pytest.mark.parametrize(
+    ("identifier", "data"), [(0x0A1, b"\x30\x81\x11" + bytes(5)), (0x5A1, b"\x4f\0\x20\1" + bytes(4))]
+)
+def test_whatever_comes_of_a_node_says_that_it_is_there(identifier, data):
+    """Emergencies alone, or answers alone, are frames too; two seconds after the last it is away."""
+    nodes = CanopenNodes([33], [(33, 0x2000, 1)], S, Counter(), {33: "thumb"})
+    for beat in range(5):
+        assert nodes.receive(Frame(identifier, data))
+        nodes.due(round(1.9 * beat * S))
+        assert nodes.rejected["away_thumb"] == 0
+    last = round(1.9 * 4 * S)
+    for now, is_away in ((last + 2 * S, 0), (last + 2 * S + 1, 1), (last + 5 * S, 1)):
+        nodes.due(now)
+        assert nodes.rejected["away_thumb"] == is_away
+
+
+@pytest.mark.parametrize(
+    ("state", "counted"),
+    [(0x05, {}), (0x85, {}), (0x7F, {"not_operational": 1}), (0xFF, {"not_operational": 1}),
+     (0x84, {"not_operational": 1}), (0x80, {"restarted": 1})],
+)  # fmt: skip
+def test_the_toggle_bit_of_a_heartbeat_changes_nothing_of_what_it_says(nodes, state, counted):
+    heartbeat(nodes, state)
+    assert +nodes.rejected == counted
+    assert starts(nodes, 0.0, 0.2) == ([0.0] if "restarted" in counted else [])
+
+
+def test_a_boot_up_is_a_restart_and_no_start_again(nodes):
+    heartbeat(nodes, 0)
+    assert nodes.due(S) == [START]
+    assert +nodes.rejected == {"restarted": 1}
+
+
+@pytest.mark.parametrize("beats", [1, 4])
+def test_a_boot_up_takes_no_turn_of_the_waits(nodes, beats):
+    """However often it comes: from the last on the first wait, of a quarter of a second, counts."""
+    for beat in range(beats):
+        heartbeat(nodes, 0)
+        assert nodes.due(beat * S // 50) == [START]
+    begin = (beats - 1) / 50
+    at = starts(nodes, begin, 2.0)
+    assert [one - begin for one in at] == pytest.approx([0.26, 0.76, 1.76])
+
+
+def test_a_boot_up_leaves_the_waits_of_a_node_that_never_runs_as_long_as_they_are(nodes):
+    assert starts(nodes, 0.0, 1.0) == [0.26, 0.76]
+    heartbeat(nodes, 0)
+    assert starts(nodes, 1.0, 1.5) == [1.0, 2.0]

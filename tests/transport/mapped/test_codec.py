@@ -493,3 +493,30 @@ def test_a_polar_force_is_turned_like_its_components(tmp_path):
     assert state.normal_force == pytest.approx(2.0 * math.cos(0.5))
     assert state.tangential_force_x == pytest.approx(2.0 * math.sin(0.5))
     assert state.tangential_force_y == pytest.approx(3.0)
+
+
+TWO = """
+[fingers.index.normal_force]
+signal = "Pos1.Slip"
+unit = "N"
+[fingers.index.command]
+signal = "Set1.THEIRS"
+unit = "N"
+"""
+TWO_DBC = PLAIN_DBC.replace(
+    ' SG_ Enable : 16|1@1+ (1,0) [0|1] "" Hand', ' SG_ Other : 16|16@1+ (0.01,0) [0|50] "N" Hand'
+)
+
+
+def test_two_fingers_cannot_be_commanded_by_one_signal_and_can_by_two_of_a_message(tmp_path):
+    text = PLAIN_MAP.replace("set = { Enable = 1 }", "") + TWO
+    with pytest.raises(
+        ConfigError,
+        match=r"fingers\.index\.command\]: Set1\.Grip already takes the command of another finger",
+    ):
+        MappedCodec(open_plan(written(tmp_path, TWO_DBC, text.replace("THEIRS", "Grip"))))
+    hand = MappedCodec(open_plan(written(tmp_path, TWO_DBC, text.replace("THEIRS", "Other"))))
+    assert hand.encode(command(2.0)) == []  # until all fingers of the message have theirs
+    (frame,) = hand.encode(command(3.0, finger="index"))
+    found = load(TWO_DBC).decode_message("Set1", frame.data)
+    assert (found["Grip"], found["Other"]) == (2.0, 3.0)

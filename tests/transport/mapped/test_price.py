@@ -178,3 +178,57 @@ def test_a_slow_hand_has_a_longer_time_out_and_its_noise(tmp_path):
     limits = {"limits": {"max_force": 50.0}}
     assert settings(open_plan(path)) == asked | limits
     assert settings(open_plan(written(tmp_path, PLAIN_DBC, PLAIN_MAP))) == limits
+
+
+SECOND = """
+[fingers.{}.normal_force]
+signal = "Pos1.Slip"
+unit = "N"
+noise = {}
+"""
+
+
+@pytest.mark.parametrize(("first", "second"), [(0.02, 0.03), (0.03, 0.02)])
+@pytest.mark.parametrize("is_of_taxels", [False, True])
+def test_of_several_fingers_the_largest_noise_serves_all(tmp_path, first, second, is_of_taxels):
+    text = PLAIN_MAP.replace('"Tip1.Fz"', f'"Tip1.Fz"\nnoise = {first}')
+    if is_of_taxels:
+        own = f'normal_force]\nsignal = "Tip1.Fz"\nnoise = {first}'
+        text = text.replace(own, f'taxels]\nnormal = ["Tip1.Fz"]\nnoise = {first}')
+    before, place, after = text.partition("[fingers.thumb.")
+    other = SECOND.format("index", second)
+    text = before + other + place + after if is_of_taxels else text + other
+    assert settings(open_plan(written(tmp_path, PLAIN_DBC, text)))["noise"] == {"normal_force": 0.03}
+
+
+def test_of_a_command_that_adds_to_the_one_before_it_is_said_what_its_loss_does(tmp_path):
+    told = price(open_plan(written(tmp_path, PLAIN_DBC, PLAIN_MAP + 'kind = "increment"\n')))
+    flaw = "one that is lost is missing from the grip until the measured force says so"
+    assert [one for one in told if "increment" in one] == [f"thumb: commands are increments: {flaw}"]
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("N", 1.0), ("mN", 1e-3)])
+def test_a_number_in_a_text_comes_in_no_steps(tmp_path, unit, factor):
+    """Whatever its unit: what stands in no place of a frame is as fine as it is sent."""
+    (tmp_path / "hand.toml").write_text(
+        f'format = "json"\nrate = 200.0\n[fingers.a.normal_force]\nsignal = "state:f"\nunit = "{unit}"\n'
+    )
+    assert "watchdog" not in settings(open_plan(tmp_path / "hand.toml"))
+
+
+def run_of(noise, step, rate):
+    """Return for how long a channel repeats itself by chance once in ten million times [s]."""
+    live = math.sqrt(noise**2 - step**2 / 12.0)
+    return math.log(1e-7) / math.log(math.erf(0.5 * step / (math.sqrt(2.0) * live))) / rate
+
+
+def test_a_hand_that_states_no_rate_counts_as_one_of_three_states_in_the_time_out(tmp_path):
+    text = PLAIN_MAP.replace("rate = 200.0\n", "").replace('"Tip1.Fz"', '"Tip1.Fz"\nnoise = 0.0035')
+    found = settings(open_plan(written(tmp_path, PLAIN_DBC, text)))["watchdog"]["force_frozen_after"]
+    assert found == pytest.approx(run_of(0.0035, 0.01, 60.0), abs=1e-3)
+
+
+def test_a_force_of_which_no_noise_is_stated_has_that_of_a_hundredth_of_a_newton(tmp_path):
+    dbc = PLAIN_DBC.replace("Fz : 0|16@1- (0.01,", "Fz : 0|16@1- (0.03,")
+    found = settings(open_plan(written(tmp_path, dbc, PLAIN_MAP)))["watchdog"]["force_frozen_after"]
+    assert found == pytest.approx(run_of(0.01, 0.03, 200.0), abs=1e-3)

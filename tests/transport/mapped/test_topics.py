@@ -269,3 +269,30 @@ def test_over_sockets_states_come_in_and_commands_go_out(tmp_path, runtime):
     finally:
         node.close()
         context.destroy(linger=0)
+
+
+@pytest.mark.parametrize(
+    ("written", "read", "counted"),
+    [(10**200, 1e200, 0), (-(10**200), -1e200, 0), (10**299, 1e299, 0), (10**400, math.nan, 1),
+     (-(10**400), math.nan, 1), (True, 1.0, 0)],
+    ids=["1e200", "-1e200", "1e299", "1e400", "-1e400", "true"],
+)  # fmt: skip
+def test_a_whole_number_is_read_as_far_as_a_double_goes_and_then_counted(tmp_path, written, read, counted):
+    text = 'format = "json"\n[fingers.a.normal_force]\nsignal = "s:f"\nunit = "N"\n'
+    codec = codec_of(tmp_path, text)
+    (state,) = codec.decode_all("s", json.dumps({"f": written}).encode(), 1)
+    assert state.normal_force == pytest.approx(read, nan_ok=True)
+    assert +codec.rejected == ({"value": counted} if counted else {})
+
+
+@pytest.mark.parametrize("counter", [True, False, 1.0, "1", None, [1]])
+def test_a_counter_is_a_whole_number_and_nothing_that_looks_like_one(codec, counter):
+    assert codec.decode_all("hand/state", said(counter), 1) == []
+    assert codec.rejected == {"counter": 1}
+    assert len(codec.decode_all("hand/state", said(1), 2)) == 2
+
+
+def test_two_fingers_cannot_be_commanded_by_one_value_of_a_body(tmp_path):
+    with pytest.raises(ConfigError, match="already takes the command of another finger"):
+        codec_of(tmp_path, MAP.replace("hand/set:tips[name=I].force", "hand/set:tips[name=T].force"))
+    codec_of(tmp_path, MAP.replace("hand/set:tips[name=I].force", "hand/set:tips[name=I].other"))

@@ -183,3 +183,69 @@ def test_a_pdo_that_is_switched_off_or_empty_is_named_by_its_identifier(tmp_path
     }
     sent = {name: message.identifier for name, message in found.messages.items() if "_TPDO" in name}
     assert sent == {"thumb_TPDO3": 0x3A0, "index_TPDO3": 0x3A1}
+
+
+@pytest.mark.parametrize(("node", "is_taken"), [(0, False), (1, True), (127, True), (128, False)])
+def test_a_node_has_an_identifier_of_1_to_127(tmp_path, node, is_taken):
+    (tmp_path / "their.eds").write_text(EDS.read_text())
+    if is_taken:
+        found = read_eds(tmp_path / "their.eds", {"thumb": node})
+        assert found.opening == ((0, bytes((1, node))),)
+        assert found.messages["thumb_TPDO1"].identifier == 0x180 + node
+    else:
+        with pytest.raises(ConfigError, match=rf"node-ID of thumb is {node}; it must lie in 1 \.\. 127"):
+            read_eds(tmp_path / "their.eds", {"thumb": node})
+
+
+def filled(folder, bits):
+    """Return TPDO1 with a dummy in front, so that it has ``bits`` in all; it has 64 as it stands."""
+    found = changed(folder, (FIRST, f"0x000500{bits - 48:02X}"))
+    return found["thumb_TPDO1"]
+
+
+def test_a_pdo_may_have_all_64_bits_of_a_frame_and_none_more(tmp_path):
+    assert filled(tmp_path, 64).length == 8
+    with pytest.raises(ConfigError, match="TPDO1 maps 65 bits; a frame has 64"):
+        filled(tmp_path, 65)
+
+
+@pytest.mark.parametrize("number", [5, 511, 512])
+def test_a_pdo_is_read_up_to_the_last_there_is(tmp_path, number):
+    """CiA 301 has 512 of each kind; those behind the fourth have no usual identifier."""
+    own = [(f"[{first:04X}", f"[{first + number - 1:04X}") for first in (0x1800, 0x1A00)]
+    text = EDS.read_text().replace("$NODEID+0x40000180", "0x123")
+    for before, after in own:
+        assert before in text
+        text = text.replace(before, after)
+    (tmp_path / "their.eds").write_text(text)
+    found = read_eds(tmp_path / "their.eds", {"thumb": 32}).messages
+    assert "thumb_TPDO1" not in found
+    assert found[f"thumb_TPDO{number}"].identifier == 0x123
+
+
+def test_objects_of_equal_names_stay_apart_in_a_pdo(tmp_path):
+    """What no name can hold becomes an underscore, so that other names may become equal."""
+    text = EDS.read_text()
+    for section, name in (("2000sub1", "Force 1"), ("2000sub2", "Force-1")):
+        text, count = re.subn(rf"(?s)(\[{section}\].*?ParameterName=)[^\n]*", rf"\g<1>{name}", text, count=1)
+        assert count == 1
+    (tmp_path / "their.eds").write_text(text)
+    found = read_eds(tmp_path / "their.eds", {"thumb": 32}).messages
+    plain = read_eds(EDS, {"thumb": 32}).messages
+    for message in ("thumb_TPDO1", "thumb_SDO"):
+        kept = [(one.start, one.length, one.selectors) for one in found[message].signals.values()]
+        assert kept == [(one.start, one.length, one.selectors) for one in plain[message].signals.values()]
+    assert list(found["thumb_TPDO1"].signals)[:2] == ["State_1_Force_1", "State_1_Force_1_1"]
+
+
+@pytest.mark.parametrize(
+    ("access", "is_read", "is_written"),
+    [("wo", False, True), ("ro", True, False), ("const", True, False), ("rw", True, True)],
+)
+def test_an_object_is_read_and_written_as_its_access_allows(tmp_path, access, is_read, is_written):
+    text, count = re.subn(r"(?s)(\[2000sub2\].*?AccessType=)\w+", rf"\g<1>{access}", EDS.read_text(), count=1)
+    assert count == 1
+    (tmp_path / "their.eds").write_text(text)
+    found = read_eds(tmp_path / "their.eds", {"thumb": 32}).messages
+    assert ("State_1_normal_force" in found["thumb_SDO"].signals) == is_read
+    assert ("State_1_normal_force" in found["thumb_SDO_WRITE"].signals) == is_written
