@@ -46,6 +46,7 @@ def test_the_self_test_passes_to_the_bit_and_in_floats_within_its_bound(
         assert 1e-6 < test.largest < BOUND_IN_FLOATS[entry]
 
 
+@pytest.mark.long
 def test_a_wrong_number_fails_the_self_test(entry: str, firmware: Make, tmp_path: Path) -> None:
     folder, (library, *others) = firmware(entry)[0], sources(entry)
     text = (folder / library).read_text()
