@@ -68,6 +68,7 @@ int main(void)
 """
 
 
+@pytest.mark.long
 @needs_compiler
 def test_no_clock_overflows_whatever_it_says(sanitized: Callable[..., None], tmp_path: Path) -> None:
     (tmp_path / "clocks.c").write_text(CLOCKS)

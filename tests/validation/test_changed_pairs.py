@@ -40,6 +40,7 @@ def test_intervals_of_95_percent_hold_neither_too_seldom_nor_always(outside: int
     assert is_reached(told) is reached
 
 
+@pytest.mark.long
 def test_a_gain_scales_what_the_sensor_shows_and_nothing_else() -> None:
     plain = made(Pair(5, ("short", "short"), {}))
     first, second = made(Pair(5, ("short", "short"), {"gain_tangential_force": float(np.log(1.1))}))

@@ -79,6 +79,7 @@ def test_a_softer_pad_is_named_and_to_exchange_the_recordings_inverts_the_change
     assert "stiffer" in back.sentence
 
 
+@pytest.mark.long
 def test_a_slip_tells_a_gain_of_the_force_sensor_from_a_stiffness_and_without_one_they_are_a_set() -> None:
     first, second = recorded(12, gain_normal_force=math.log(1.06))
     found = changed(first, second)

@@ -86,7 +86,8 @@ def test_a_diagnosis_says_when_and_by_how_much(tip) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("seed", "hidden"), [pytest.param(6, (), marks=pytest.mark.long), (5, ("cross_talk",))]
+    ("seed", "hidden"),
+    [pytest.param(6, (), marks=pytest.mark.long), pytest.param(5, ("cross_talk",), marks=pytest.mark.long)],
 )  # which slips show in the force
 def test_in_use_a_tear_is_a_sudden_change_and_no_slip_is(seed, hidden) -> None:
     slipping = make_recording(Case(hidden, "strong", seed, style="use"))

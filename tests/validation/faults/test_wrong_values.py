@@ -5,10 +5,10 @@ import pytest
 from validation.faults.wrong_values import FAULT_BEGIN_S, Fault, judge
 
 KNOWN = [
-    ("torque_z", 1.9, 0.005),
+    pytest.param("torque_z", 1.9, 0.005, marks=pytest.mark.long),
     pytest.param("tangential_force_x", 5.0, 0.005, marks=pytest.mark.long),
     ("tangential_force_x", 0.0, 1.0),
-    ("normal_force", -4.0, 1.0),
+    pytest.param("normal_force", -4.0, 1.0, marks=pytest.mark.long),
     ("slip", 1.0, 0.05),
 ]
 """What an attack found, and one of each other kind."""
